@@ -57,10 +57,12 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    yield (
-        "the loops would have a closed form (three spheres) if these rods were equal and "
-        f"parallel; they differ: {', '.join(missing)}"
-    )
+    # If no rods differ, other loops have no closed form.
+    if missing:
+        yield (
+            "the loops would have a closed form (three spheres) if these rods were equal and "
+            f"parallel; they differ: {', '.join(missing)}"
+        )
 
 
 def _around(h: SolvedLoops) -> Iterator[AtReference]:

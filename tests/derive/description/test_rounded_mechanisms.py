@@ -12,6 +12,8 @@ from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.checks.nearly_met import nearly_met
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.leg_platforms import drawn_as
+from tests.support.generators.machine_platforms import MACHINE_KINDS
 from tests.support.generators.rounded_mechanisms import awkward_turn, rounded
 from tests.support.loops import mechanisms
 from tests.support.loops.continued import closed_configuration
@@ -96,6 +98,12 @@ def test_rods_that_nearly_are_parallel_are_named():
     assert "three spheres" in message
     assert message.endswith("'r1l' and 'r1r' by 0.3 mm")
     assert not list(nearly_met(solved(read_text(linear_delta()))))
+
+
+def test_equal_rods_are_not_named_if_another_loop_has_no_closed_form():
+    h = solved(drawn_as(MACHINE_KINDS["delta with a shaft"], 1))
+    assert h.forward.open
+    assert not list(nearly_met(h))
 
 
 def test_axis_that_is_nearly_parallel_is_named():

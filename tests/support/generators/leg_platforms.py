@@ -14,7 +14,7 @@ name = "legs"
 convention = "urdf"
 actuated = [{actuated}]
 units = {{ length = "mm", angle = "deg" }}
-tool = {{ body = "platform", xyz = {tool} }}
+tool = {{ body = "{body}", xyz = {tool} }}
 """
 FREE = """
 [[joints]]
@@ -26,32 +26,42 @@ link = "platform"
 
 def drawn_legs(kind, seed):
     """Returns a platform of a kind that is listed in ``LEG_KINDS``."""
+    return drawn_as(LEG_KINDS[kind], seed)
+
+
+def drawn_as(kind, seed):
+    """Returns a platform of a kind, a function such as those in ``LEG_KINDS``.
+
+    The tool has a random position on the body ``"tool"`` of the reference, by default the platform.
+    """
     rng = np.random.default_rng(seed)
-    actuated, text, reference = LEG_KINDS[kind](rng)
+    actuated, text, reference = kind(rng)
+    reference = dict(reference)
     head = HEAD.format(
         actuated=", ".join(f'"{name}"' for name in actuated),
-        tool=_whole(rng.uniform(-80, 80, 3)),
+        body=reference.pop("tool", "platform"),
+        tool=whole(rng.uniform(-80, 80, 3)),
     )
     lines = "".join(f"{name} = {value}\n" for name, value in reference.items())
     return read_text(f"{head}{text}\n[reference]\n{lines}", exact=True)
 
 
-def _joint(name, parent, kind, xyz, axis, rpy=(0, 0, 0), link=""):
+def joint(name, parent, kind, xyz, axis, rpy=(0, 0, 0), link=""):
     return f"""
 [[joints]]
 name = "{name}"
 parent = "{parent}"
 link = "{link or name}"
 type = "{kind}"
-xyz = {_whole(xyz)}
-rpy = {_whole(rpy)}
+xyz = {whole(xyz)}
+rpy = {whole(rpy)}
 axis = {[*axis]}
 """
 
 
-def _closure(name, kind, a, b):
+def closure(name, kind, a, b):
     ends = [
-        f'{{ body = "{body}", xyz = {_whole(xyz)}, rpy = {_whole(rpy)} }}'
+        f'{{ body = "{body}", xyz = {whole(xyz)}, rpy = {whole(rpy)} }}'
         for body, xyz, rpy in (a, b)
     ]
     return f"""
@@ -63,11 +73,11 @@ b = {ends[1]}
 """
 
 
-def _chain(joints, parent="0"):
+def chain(joints, parent="0"):
     """Returns consecutive joints (name, kind, xyz, axis, rpy), the first on a parent."""
     text = ""
     for name, *rest in joints:
-        text += _joint(name, parent, *rest)
+        text += joint(name, parent, *rest)
         parent = name
     return text
 
@@ -84,7 +94,7 @@ def _tripteron(rng):
         i, j = (k + 1) % 3, (k + 2) % 3
         foot, link = np.zeros(3), np.eye(3)[i]
         foot[i], foot[j] = rng.integers(-420, -380), rng.integers(-60, 60)
-        text += _chain(
+        text += chain(
             [
                 (f"p{letter}", "prismatic", foot, axis),
                 (f"{letter}1", "revolute", np.zeros(3), axis),
@@ -99,12 +109,12 @@ def _tripteron(rng):
         end[j] += upper * np.sin(a) + lower * np.sin(b)
         if letter == "x":
             # The first leg carries the platform, whose axes are parallel to the axes of the base.
-            text += _joint("platform", "x2", "revolute", lower * link, axis)
+            text += joint("platform", "x2", "revolute", lower * link, axis)
             reference["platform"] = -first - second
             origin = end
         else:
             at = np.round(end - origin)
-            text += _closure(
+            text += closure(
                 f"pin_{letter}",
                 "pin",
                 (f"{letter}2", lower * link, pins[letter]),
@@ -113,10 +123,10 @@ def _tripteron(rng):
     return ["px", "py", "pz"], text, reference
 
 
-def _exechon(rng):
+def exechon(rng):
     """Returns two UPR legs in a plane and an SPR leg."""
     (wide, deep), (near, far) = rng.integers(250, 350, 2), rng.integers(80, 130, 2)
-    text = _chain(
+    text = chain(
         [
             ("u1x", "revolute", (wide, 0, 0), (1, 0, 0)),
             ("u1y", "revolute", (0, 0, 0), (0, 1, 0)),
@@ -124,14 +134,14 @@ def _exechon(rng):
             ("platform", "revolute", (0, 0, 0), (0, 1, 0)),
         ]
     )
-    text += _chain(
+    text += chain(
         [
             ("u2x", "revolute", (-wide, 0, 0), (1, 0, 0)),
             ("u2y", "revolute", (0, 0, 0), (0, 1, 0)),
             ("l2", "prismatic", (0, 0, 0), (0, 0, -1)),
         ]
     )
-    text += _chain(
+    text += chain(
         [
             ("s3x", "revolute", (0, deep, 0), (1, 0, 0)),
             ("s3y", "revolute", (0, 0, 0), (0, 1, 0)),
@@ -139,10 +149,10 @@ def _exechon(rng):
             ("l3", "prismatic", (0, 0, 0), (0, 0, -1)),
         ]
     )
-    text += _closure(
+    text += closure(
         "r2", "pin", ("l2", (0, 0, 0), (-90, 0, 0)), ("platform", (-2 * near, 0, 0), (-90, 0, 0))
     )
-    text += _closure(
+    text += closure(
         "r3", "pin", ("l3", (0, 0, 0), (0, 90, 0)), ("platform", (-near, far, 0), (0, 90, 0))
     )
     tilt = np.degrees(np.arctan2(wide - near, 850))
@@ -157,8 +167,8 @@ def _universal(rng):
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     text, reference = FREE, {"z": height}
     for k in range(3):
-        foot, end, rpy = _around(base, k), _around(top, k), (0, 0, 120 * k)
-        text += _chain(
+        foot, end, rpy = around(base, k), around(top, k), (0, 0, 120 * k)
+        text += chain(
             [
                 (f"a{k}", "revolute", foot, (0, 1, 0), rpy),
                 (f"b{k}", "revolute", (0, 0, 0), (1, 0, 0)),
@@ -167,7 +177,7 @@ def _universal(rng):
                 (f"d{k}", "revolute", (0, 0, 0), (0, 1, 0)),
             ]
         )
-        text += _closure(f"end{k}", "weld", (f"d{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        text += closure(f"end{k}", "weld", (f"d{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
         tilt = np.degrees(np.arctan2(top - base, height))
         reference |= {f"a{k}": tilt, f"l{k}": np.hypot(top - base, height), f"d{k}": -tilt}
     return [f"l{k}" for k in range(3)], text, reference
@@ -186,8 +196,8 @@ def _rotary(rng, offset=0):
     text, reference = FREE, {"z": -np.sqrt(length**2 - out**2)}
     down = np.degrees(np.arctan2(-reference["z"], -out))
     for k in range(3):
-        foot, end, rpy = _around(base, k), _around(top, k), (0, 0, 120 * k)
-        text += _chain(
+        foot, end, rpy = around(base, k), around(top, k), (0, 0, 120 * k)
+        text += chain(
             [
                 (f"arm{k}", "revolute", foot, (0, 1, 0), rpy),
                 (f"p{k}", "revolute", (arm, 0, 0), (0, 1, 0)),
@@ -196,14 +206,14 @@ def _rotary(rng, offset=0):
                 (f"v{k}", "revolute", (offset, 0, 0), (0, 1, 0)),
             ]
         )
-        text += _closure(f"end{k}", "weld", (f"v{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        text += closure(f"end{k}", "weld", (f"v{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
         reference |= {f"p{k}": down, f"v{k}": -down}
     return [f"arm{k}" for k in range(3)], text, reference
 
 
 LEG_KINDS = {
     "tripteron": _tripteron,
-    "exechon": _exechon,
+    "exechon": exechon,
     "3-UPU": _universal,
     "3-RUU": _rotary,
     "3-RUU with offsets": lambda rng: _rotary(rng, 10),
@@ -211,10 +221,10 @@ LEG_KINDS = {
 """Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
 
 
-def _around(radius, k):
+def around(radius, k):
     return radius * np.cos(2 * np.pi * k / 3), radius * np.sin(2 * np.pi * k / 3), 0
 
 
-def _whole(values):
+def whole(values):
     """Returns values in millimetres or degrees, with decimals that close the loops."""
     return [round(float(x), 9) for x in values]

@@ -5,7 +5,8 @@ import numpy as np
 STEPS, STARTS = 40, 20
 CLOSED = 1e-10
 REGULAR = 0.1
-"""Minimum singular value of the loop equations for which continuation keeps its branch."""
+"""Minimum singular value of the loop equations, relative to the value at the reference, for which
+continuation keeps its branch."""
 
 
 def reference(model):
@@ -22,16 +23,21 @@ def followed(model, q):
         The configurations, and whether (N,) the whole path stays away from singularities.
     """
     z = np.repeat(reference(model), len(q), 0)
-    start, free = z[:, model.actuated], [k for k in range(z.shape[1]) if k not in model.actuated]
-    regular = np.ones(len(q), dtype=bool)
+    start, regular = z[:, model.actuated], np.ones(len(q), dtype=bool)
+    limit = REGULAR * _smallest(model, z)
     for k in range(1, STEPS + 1):
         step = (q - start) / STEPS
         z = z + (model.tangent(z, model.actuated) @ step[..., None])[..., 0]
         z[:, model.actuated] = start + k * step
         z = model.newton(z, model.actuated)
-        sizes = np.linalg.svd(model.D_z(z)[..., free], compute_uv=False)[:, len(free) - 1]
-        regular &= (sizes > REGULAR) & (model.gap(z) < CLOSED)
+        regular &= (_smallest(model, z) > limit) & (model.gap(z) < CLOSED)
     return z, regular
+
+
+def _smallest(model, z):
+    """Returns the smallest singular value (N,) of the loop equations of the passive joints."""
+    free = [k for k in range(z.shape[1]) if k not in model.actuated]
+    return np.linalg.svd(model.D_z(z)[..., free], compute_uv=False)[:, len(free) - 1]
 
 
 def closes_at(model, theta, q, seed=0):
