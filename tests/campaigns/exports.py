@@ -1,4 +1,4 @@
-"""Compares the exported C++ header of shipped robots with the C of the robots.
+"""Compares the exported C++ header and CUDA kernels of shipped robots with the C of the robots.
 
 The C is called pose by pose, because the batch code sums in another order.
 """
@@ -16,12 +16,17 @@ from chasles.contract.manifest import FunctionInfo
 from chasles.derive import write
 from chasles.library.compiler import FLAGS
 from tests.support.cpp_driver import FUNCTIONS, compiled_functions, driver, inputs_of
+from tests.support.cuda_shim import KINDS, Shim, differing, incomplete
 from tests.support.derivations import robot_of
+from tests.support.exports import configurations
 
 from .campaign import Campaign, Outcome
 
 ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
 """The solvers of the last two are support C."""
+IN_CUDA = ROBOTS[:4]
+"""Robots whose inverse has no iterative solver."""
+RIGHT_ANGLES = 2_000
 ROWS = 10_000
 EXACT = "-O1 -ffp-contract=off"
 """Compiler flags in addition to the default flags.
@@ -49,8 +54,21 @@ def trial(number: int) -> Outcome:
             largest = max(largest, worst)
             if worst > TOLERANCE:
                 failures.append(f"{robot.name}, {info.name}: differs by {worst:.1e}")
+        if robot.name in IN_CUDA:
+            failures += in_cuda(robot.name, Path(folder) / "cuda", rng)
     counts = {"functions": len(compiled_functions(robot)), "finite values": finite}
     return Outcome(counts, tuple(failures), {"difference": largest})
+
+
+def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
+    """Returns the differences of the CUDA kernels, compiled for the processor."""
+    shim, failures = Shim(name, folder), []
+    q = rng.permutation(configurations(shim.robot, 10 * ROWS))[:ROWS]
+    poses = rng.integers(-2, 3, (RIGHT_ANGLES, shim.robot.n)) * (np.pi / 2)
+    for kind in KINDS:
+        failures += differing(shim, kind, q)
+        failures += incomplete(shim, kind, poses) if shim.robot.reference is None else []
+    return failures
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
@@ -92,6 +110,6 @@ def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray])
 
 CAMPAIGN = Campaign(
     "exports",
-    "The exported C++ header of shipped robots returns what their C returns, to 1e-12.",
+    "The exported C++ header and CUDA kernels return what the C of a robot returns, to 1e-12.",
     trial,
 )

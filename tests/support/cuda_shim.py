@@ -1,6 +1,7 @@
-"""Kernels of CUDA that a C++ compiler compiles for the processor, and their calls."""
+"""Kernels of CUDA that a C++ compiler compiles for the processor, compared with the compiled C."""
 
 import ctypes
+import re
 import subprocess
 from pathlib import Path
 
@@ -10,12 +11,17 @@ import chasles
 from chasles.derive import write
 from chasles.derive.emit.cpp.header import safe
 from tests.support.derivations import robot_of
+from tests.support.exports import apart, expected, inputs_of, inverse_of, regular_slots
 
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "jacobian_mixed", "ik", "chain"]
 FLAGS = ["-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-Wno-unknown-pragmas"]
 SHIM = Path(__file__).parent / "native" / "cuda_shim.h"
 KINDS = {"float": np.float32, "double": np.float64}
+SOLVED = {"float": 2e-5, "double": 1e-9}
+"""Largest residual of a solution."""
+TOLERANCE = {"float": 1e-4, "double": 1e-12}
+"""Largest difference of solutions at right angles; in double precision, of all results."""
 
 
 class Shim:
@@ -50,6 +56,13 @@ class Shim:
         found = self._called(f"ik_nearest_{kind}", KINDS[kind], [T, q_seed, *own], shapes)
         return *found[:3], found[3].view(np.int32)[: len(T)]
 
+    def bounds(self, kind, name):
+        """Returns the error bounds of a function's results; the header prints those of float."""
+        text = (self.folder / f"{self.robot.name}.cuh").read_text()
+        comment = text.split(f"void {name}(")[0].rsplit("/*", 1)[1]
+        printed = [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
+        return printed if kind == "float" else [TOLERANCE[kind]] * len(printed)
+
     def _called(self, name, kind, inputs, shapes):
         count = len(inputs[0])
         arrays = [None if x is None else columns(np.asarray(x, kind)) for x in inputs]
@@ -78,3 +91,43 @@ class Shim:
 def columns(rows):
     """Returns an array with the entries of each row in a column."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
+
+
+def differing(shim, kind, q):
+    """Returns a line for each function whose results at configurations differ from the C.
+
+    Solutions of the inverse are compared away from singularities.
+    """
+    lines = []
+    for name, info in shim.functions.items():
+        inputs = inputs_of(shim.robot, info, q)
+        found, exact = shim(name, kind, inputs), expected(shim.robot, info, inputs)
+        kept = slice(None)
+        if info.role.is_inverse:
+            kept = regular_slots(shim.robot, info, *exact[:2])
+            if missed := int((found[1][kept] > SOLVED[kind]).sum()):
+                lines.append(f"{shim.robot.name}, {name}, {kind}: {missed} solutions missed")
+        for x, y, bound in zip(found, exact, shim.bounds(kind, name), strict=True):
+            worst = apart(x, y)[kept].max()
+            if not worst <= bound:
+                lines.append(f"{shim.robot.name}, {name}, {kind}: differs by {worst:.1e}")
+    return lines
+
+
+def incomplete(shim, kind, q):
+    """Returns a line for each way in which the solutions at configurations differ from the C."""
+    robot, info, lines = shim.robot, inverse_of(shim.robot), []
+    inputs = inputs_of(robot, info, q)
+    exact = expected(robot, info, inputs)
+    found, residual, _ = shim("ik", kind, inputs)
+    solved, regular = exact[1] <= SOLVED["double"], regular_slots(robot, info, *exact[:2])
+    if count := int(((residual <= SOLVED[kind]) != solved).sum()):
+        lines.append(f"{robot.name}, {kind}: {count} slots are solved only here or only in C")
+    T = np.broadcast_to(inputs[0][:, None], (*solved.shape, 4, 4))[solved]
+    largest = np.abs(robot.fk(found[solved].astype(float)) - T).max()
+    if not largest <= SOLVED[kind]:
+        lines.append(f"{robot.name}, {kind}: a solution misses its pose by {largest:.1e}")
+    worst = apart(found, exact[0]).max(axis=-1)[regular].max()
+    if not worst <= TOLERANCE[kind]:
+        lines.append(f"{robot.name}, {kind}: a solution differs by {worst:.1e}")
+    return lines

@@ -13,7 +13,6 @@ PACKAGES = {
     "g++": "g++",
     "gcc": "gcc",
     "nm": "binutils",
-    "nvcc": "nvidia-cuda-toolkit",
     "pkg-config": "pkg-config libeigen3-dev",
     "pdflatex": "texlive-latex-base texlive-latex-recommended texlive-latex-extra lmodern",
     "qemu-system-arm": "qemu-system-arm",

@@ -1,6 +1,10 @@
-"""CUDA kernels, compiled for the processor: values, solutions, nearest solutions, and nvcc."""
+"""CUDA kernels, compiled for the processor: values, solutions, nearest solutions, and nvcc.
+
+The continuous integration does not install nvcc.
+"""
 
 import re
+import shutil
 import subprocess
 
 import numpy as np
@@ -8,24 +12,14 @@ import pytest
 
 import chasles
 from chasles.derive import write
-from tests.support.cuda_shim import Shim
+from tests.support.cuda_shim import SOLVED, Shim, differing, incomplete
 from tests.support.derivations import robot_of
-from tests.support.exports import (
-    apart,
-    configurations,
-    expected,
-    inputs_of,
-    inverse_of,
-    regular_slots,
-    right_angles,
-)
+from tests.support.exports import configurations, inverse_of, regular_slots, right_angles
 from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 SAMPLES = 2000
 """The campaign ``exports`` takes 10,000."""
-SOLVED = {"float": 2e-5, "double": 1e-9}
-TOLERANCE = 1e-12
 
 
 @pytest.fixture(scope="module")
@@ -41,50 +35,19 @@ def shims(tmp_path_factory):
     return shim
 
 
-def bounds(shim, kind, function):
-    """Returns the largest errors of a function's results; the header prints those of float."""
-    text = (shim.folder / f"{shim.robot.name}.cuh").read_text()
-    comment = text.split(f"void {function}(")[0].rsplit("/*", 1)[1]
-    printed = [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
-    return printed if kind == "float" else [TOLERANCE] * len(printed)
-
-
 @needs("g++")
 @pytest.mark.parametrize("kind", ["double", "float"])
 @pytest.mark.parametrize("name", NAMES)
 def test_kernels_equal_the_compiled_c(name, kind, shims):
-    shim, robot, checked = shims(name), chasles.load(name), 0
-    q = configurations(robot, SAMPLES)
-    for info in shim.functions.values():
-        inputs = inputs_of(robot, info, q)
-        found, exact = shim(info.name, kind, inputs), expected(robot, info, inputs)
-        largest = bounds(shim, kind, info.name)
-        kept = slice(None)
-        if info.role.is_inverse:
-            kept = regular_slots(robot, info, *exact[:2])
-            assert kept.sum() >= SAMPLES // 2
-            assert (found[1][kept] <= SOLVED[kind]).all()
-        for x, y, bound in zip(found, exact, largest, strict=True):
-            assert apart(x, y)[kept].max() <= bound, (info.name, bound)
-        checked += 1
-    assert checked >= 4
+    assert len(shims(name).functions) >= 4
+    assert not differing(shims(name), kind, configurations(chasles.load(name), SAMPLES))
 
 
 @needs("g++")
 @pytest.mark.parametrize("kind", ["double", "float"])
 @pytest.mark.parametrize("name", ["ur5e", "panda", "puma560"])
 def test_inverse_is_complete_at_right_angle_poses(name, kind, shims):
-    robot = chasles.load(name)
-    info = inverse_of(robot)
-    inputs = inputs_of(robot, info, right_angles(robot, SAMPLES))
-    exact = expected(robot, info, inputs)
-    q, residual, _ = shims(name)("ik", kind, inputs)
-    solved, regular = exact[1] <= 1e-9, regular_slots(robot, info, *exact[:2])
-    np.testing.assert_array_equal(residual <= SOLVED[kind], solved)
-    T = np.broadcast_to(inputs[0][:, None], (*solved.shape, 4, 4))[solved]
-    assert np.abs(robot.fk(q[solved].astype(float)) - T).max() <= SOLVED[kind]
-    distance = apart(q, exact[0]).max(axis=-1)
-    assert distance[regular].max() <= (1e-4 if kind == "float" else TOLERANCE)
+    assert not incomplete(shims(name), kind, right_angles(chasles.load(name), SAMPLES))
 
 
 @needs("g++")
@@ -103,7 +66,7 @@ def test_nearest_solution_equals_the_compiled_c(name, shims):
         regular = regular_slots(robot, info, exact.q, np.where(exact.valid, exact.residual, 1))
         assert regular.sum() > SAMPLES // 10
         for kind, solved in SOLVED.items():
-            bound = bounds(shim, kind, "ik")[0]
+            bound = shim.bounds(kind, "ik")[0]
             found, residual, _, slot = shim.nearest(kind, T, seed, **options)
             assert (np.minimum(slot, 0) == states).mean() >= (1 if kind == "double" else 0.998)
             assert np.isnan(found[slot < 0]).all()
@@ -149,7 +112,7 @@ def test_header_names_functions_that_exist_only_in_c(tmp_path):
     assert not (tmp_path / "example.cu").exists()
 
 
-@needs("nvcc")
+@pytest.mark.skipif(not shutil.which("nvcc"), reason="no nvcc")
 def test_nvcc_compiles_the_example_without_spilled_registers(shims):
     command = ["nvcc", "-std=c++17", "-arch=sm_90", "-Xptxas", "-v", "-cubin", "example.cu"]
     done = subprocess.run(command, cwd=shims("ur5e").folder, capture_output=True, check=False)
