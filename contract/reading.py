@@ -56,15 +56,23 @@ def read_manifest(folder: Path) -> Manifest:
     manifest = read(
         Manifest, entries, place, folder=folder, digest=hashlib.sha256(content).hexdigest()
     )
-    for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
-        if needed not in manifest.files:
-            raise ManifestError(f"{file}: files: has no {needed!r}")
+    _check_files(manifest, place["files"])
     _check_loops(manifest, place)
     _check_functions(manifest, place["functions"])
     if manifest.skeleton:
         variables = manifest.loops.configuration or manifest.coordinates
         check_bodies(manifest.skeleton, len(variables), place["skeleton"])
     return manifest
+
+
+def _check_files(manifest: Manifest, place: Place) -> None:
+    for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
+        if needed not in manifest.files:
+            raise ManifestError(f"{place.file}: files: has no {needed!r}")
+    for name in manifest.files:
+        # Compilers and chasles build write copies of the files with these names.
+        if {"", ".", ".."} & set(name.split("/")) or set("\\:\0") & set(name):
+            place.fail(name, "a path inside the folder")
 
 
 def _check_format(entries: object, place: Place) -> None:

@@ -183,6 +183,18 @@ def test_wrong_manifest_names_file_field_and_value(folder, change, message):
         chasles.load(folder.path)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["../a.c", "/a.c", "latex/../../a.c", "a//b.c", "", "C:a.c", "..\\a.c", "a\0b"],
+)
+def test_manifest_names_no_file_outside_its_folder(name, folder):
+    folder.manifest["files"][name] = "0" * 64
+    folder.write_manifest()
+    with pytest.raises(chasles.ManifestError) as caught:
+        chasles.load(folder.path)
+    assert f"files: got {name!r}, expected a path inside the folder" in str(caught.value)
+
+
 def test_manifest_without_notes_and_identities_loads(folder):
     del folder.manifest["notes"]
     for function in folder.manifest["functions"]:
