@@ -71,7 +71,7 @@ def _forked(work: Callable[[], Result], limits: Limits) -> Result:
 
 
 def _started(work: Callable[[], Result], limits: Limits) -> Result:
-    code = "from chasles.derive.isolation import main; main()"
+    code = "from chasles.contract.isolation import main; main()"
     try:
         finished = subprocess.run(
             [sys.executable, "-c", code],

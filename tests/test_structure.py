@@ -31,8 +31,6 @@ SHARED = {"support", "campaigns", "laws"}
 """Folders of tests whose modules other tests may import."""
 
 STAGES = (
-    ("forking",),
-    ("isolation",),
     ("model",),
     ("terms",),
     ("chain", "description"),
@@ -64,7 +62,10 @@ PLAN = (
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward calls to apps."""
 APP_NAMES = {"autodiff", "calibration", "cli", "cuda", "drawing", "study", "view"}
-PUBLIC = {"arrays", "contract", "fixed", "sampling", "screws", "se3", "summaries", "tolerances"}
+PUBLIC = {
+    *("arrays", "contract", "contract.isolation", "fixed", "sampling", "screws", "se3"),
+    *("summaries", "tolerances"),
+}
 """Modules of `chasles` that apps may import; the command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}
 

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,13 @@ from chasles.contract import (
     read_input,
     requires,
 )
+from chasles.contract.isolation import IsolatedWorkError, Limits, isolated
 
 from ..drawing import Skeleton
 
 FloatArray = NDArray[np.float64]
+READING = Limits()
+"""Limits of the process that reads meshes; a small archive may expand to terabytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +43,27 @@ class BodyMesh:
 
     body: int
     surface: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """The surfaces of a URDF file, as plain data from another process.
+
+    Attributes:
+        surfaces: The link, the pose (4, 4) and the `trimesh.Trimesh` of each surface.
+        parents: The parent of each link.
+        poses: The pose of each link at zero joint positions (4, 4).
+        base: The base link.
+        meshes: Number of mesh files.
+        missing: Number of mesh files that were not found.
+    """
+
+    surfaces: tuple[tuple[str, FloatArray, Any], ...]
+    parents: dict[str, str]
+    poses: dict[str, FloatArray]
+    base: str
+    meshes: int
+    missing: int
 
 
 def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
@@ -64,33 +89,21 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     """
     if file.suffix != ".urdf":
         return ()
-    urdf = _read(file)
+    drawn = _read(file)
     q = np.zeros(len(skeleton.robot.configuration_variables) or skeleton.robot.n)
     poses = skeleton.poses_from_configuration(q)
     index = {body.name: k for k, body in enumerate(skeleton.bodies)}
-    parents = {joint.child: joint.parent for joint in urdf.robot.joints}
-    found = []
-    base, _ = urdf.scene.graph.get(_base(skeleton, urdf))
-    for node in urdf.scene.graph.nodes_geometry:
-        T, geometry = urdf.scene.graph.get(node)
-        link: str | None = urdf.scene.graph.transforms.parents[node]
-        while link is not None and link not in index:
-            link = parents.get(link)
-        k = index[link] if link is not None else 0
-        T_0_mesh = np.linalg.solve(base, T)
-        surface = urdf.scene.geometry[geometry]
-        # A transform of a trimesh primitive does not change its vertices, so the primitive is
-        # converted first.
-        own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
-        own.apply_transform(np.linalg.solve(poses[k], T_0_mesh))
-        found.append(BodyMesh(k, own))
-    return tuple(found)
-
-
-def _base(skeleton: Skeleton, urdf: Any) -> str:
-    """Return the name of the link that is the base of the robot."""
     name = skeleton.bodies[0].name
-    return name if name in urdf.link_map else str(urdf.base_link)
+    base = drawn.poses[name if name in drawn.poses else drawn.base]
+    found = []
+    for node_link, T, surface in drawn.surfaces:
+        link: str | None = node_link
+        while link is not None and link not in index:
+            link = drawn.parents.get(link)
+        k = index[link] if link is not None else 0
+        surface.apply_transform(np.linalg.solve(poses[k], np.linalg.solve(base, T)))
+        found.append(BodyMesh(k, surface))
+    return tuple(found)
 
 
 def count_meshes(file: Path) -> int:
@@ -114,11 +127,33 @@ def _root(file: Path) -> Any:
     return root
 
 
-def _read(file: Path) -> Any:
+def _read(file: Path) -> Drawing:
+    """Return the drawing of a URDF file, read in a separate process."""
     with requires("chasles[view]"):
         import lxml  # noqa: F401, PLC0415
-        import yourdfpy  # noqa: PLC0415
-        from yourdfpy.urdf import filename_handler_magic  # noqa: PLC0415
+        import yourdfpy  # noqa: F401, PLC0415
+    try:
+        drawn = isolated(partial(drawing, file), READING)
+    except IsolatedWorkError as error:
+        raise InputValueError(f"{file}: cannot read the meshes ({error})") from None
+    if drawn.missing:
+        warnings.warn(
+            f"{file}: {drawn.missing} of {drawn.meshes} meshes were not found; their links are "
+            "drawn as rods",
+            stacklevel=3,
+        )
+    return drawn
+
+
+def drawing(file: Path) -> Drawing:
+    """Return the drawing of a URDF file.
+
+    Raises:
+        InputValueError: A file cannot be read, or a mesh is outside the ROS package of the file.
+    """
+    import yourdfpy  # noqa: PLC0415
+    from yourdfpy.urdf import filename_handler_magic  # noqa: PLC0415
+
     folder = input_folder(file)
     is_file: dict[str, bool] = {}
 
@@ -136,17 +171,29 @@ def _read(file: Path) -> Any:
         _root(file)
         with _missing_files_unlogged():
             urdf = yourdfpy.URDF.load(str(file), filename_handler=found)
-    except InputValueError:
+    except (InputValueError, MemoryError):
         raise
-    except (OSError, SyntaxError, ValueError, KeyError) as error:
-        raise InputValueError(f"{file}: cannot read the meshes ({error})") from error
-    if missing := len(is_file) - sum(is_file.values()):
-        warnings.warn(
-            f"{file}: {missing} of {len(is_file)} meshes were not found; their links are drawn as "
-            "rods",
-            stacklevel=3,
-        )
-    return urdf
+    except Exception as error:
+        # The readers of the mesh formats raise errors of many types.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputValueError(f"{file}: cannot read the meshes ({reason})") from error
+    graph = urdf.scene.graph
+    surfaces = []
+    for node in graph.nodes_geometry:
+        T, geometry = graph.get(node)
+        surface = urdf.scene.geometry[geometry]
+        # A transform of a trimesh primitive does not change its vertices, so the primitive is
+        # converted first.
+        own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
+        surfaces.append((str(graph.transforms.parents[node]), T, own))
+    return Drawing(
+        tuple(surfaces),
+        {joint.child: joint.parent for joint in urdf.robot.joints},
+        {link: graph.get(link)[0] for link in urdf.link_map},
+        str(urdf.base_link),
+        len(is_file),
+        len(is_file) - sum(is_file.values()),
+    )
 
 
 @contextmanager

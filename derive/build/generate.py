@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from chasles.contract import SUPPORT, as_path, is_inside, make_folder, write_files
+from chasles.contract.forking import run_in_fork
 
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
-from ..forking import run_in_fork
 from ..model.errors import InputValueError
 from ..model.mechanism import Described
 from ..program.programs import NO_PROGRAMS, Programs, programs

@@ -4,8 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from chasles.contract.forking import run_in_fork
+
 from ..derivation import Derivation
-from ..forking import run_in_fork
 from ..inverse.mechanisms import leg_inverse
 from ..inverse.mechanisms.mode_check import LEGS
 from ..loops.modes.platforms import is_platform, triad_of

@@ -14,8 +14,10 @@ from collections.abc import Callable
 from contextlib import chdir
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import chasles
 from chasles.calibration import read_measurements
@@ -28,6 +30,7 @@ from chasles.derive.description.importers.srdf import group_ends
 from chasles.derive.model.exact import NotExact
 from chasles.study import Workspace, workspace
 from chasles.study.motion import MotionSequence, Trajectory
+from chasles.view.meshes import drawing
 from tests.support.derivations import GENERATED
 from tests.support.generators.mutated_data import mutated_archive, mutated_bytes, mutated_json_text
 from tests.support.generators.mutated_texts import mutated
@@ -42,6 +45,8 @@ KEPT = Path(__file__).parents[2] / "build" / "readers"
 """Folder that receives the file of each failure."""
 BYTEWISE = 0.3
 """Fraction of files with mutated bytes; the other mutations keep words, values or arrays."""
+ARM = """<robot name="drawn"><link name="base"><visual><geometry><mesh filename="{}"/></geometry>
+</visual></link></robot>"""
 Mutation = Callable[[bytes, random.Random], bytes]
 
 
@@ -89,7 +94,7 @@ def trial(number: int) -> Outcome:
 
 def readers() -> tuple[Reader, ...]:
     """Returns all readers."""
-    return (*_robot_readers(), *_tree_readers(), *_data_readers())
+    return (*_robot_readers(), *_tree_readers(), *_mesh_readers(), *_data_readers())
 
 
 def _robot_readers() -> tuple[Reader, ...]:
@@ -119,6 +124,31 @@ def _tree_readers() -> tuple[Reader, ...]:
         ),
         Reader("srdf", 1800, "arm.srdf", _files("*.srdf"), lambda file: _groups(file, tree), _text),
     )
+
+
+def _mesh_readers() -> tuple[Reader, ...]:
+    trimesh = import_module("trimesh")
+    box = trimesh.creation.box((1, 1, 1))
+    kinds = {"stl": None, "obj": _text, "ply": None, "dae": _text, "glb": None}
+    return tuple(
+        Reader(kind, 100, f"part.{kind}", (_exported(box, kind),), _drawn, mutation or _bytes)
+        for kind, mutation in kinds.items()
+    )
+
+
+def _exported(surface: Any, kind: str) -> bytes:
+    found = surface.export(file_type=kind)
+    return found.encode() if isinstance(found, str) else bytes(found)
+
+
+def _drawn(file: Path) -> object:
+    arm = file.with_name("drawn.urdf")
+    arm.write_text(ARM.format(file.name), encoding="utf-8")
+    return drawing(arm)
+
+
+def _bytes(content: bytes, dice: random.Random) -> bytes:
+    return mutated_bytes(content, dice, content)
 
 
 def _data_readers() -> tuple[Reader, ...]:

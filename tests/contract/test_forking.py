@@ -7,8 +7,8 @@ import threading
 
 import pytest
 
+from chasles.contract.forking import run_in_fork
 from chasles.derive import DescriptionError
-from chasles.derive.forking import run_in_fork
 
 is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked only on Linux")
 

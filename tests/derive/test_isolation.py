@@ -5,10 +5,11 @@ from functools import partial
 
 import pytest
 
-from chasles.derive import DescriptionError, isolation, read, read_text
+from chasles.contract import isolation
+from chasles.contract.isolation import IsolatedWorkError, Limits, isolated
+from chasles.derive import DescriptionError, read, read_text
 from chasles.derive.build.freshness import Job, source_files
 from chasles.derive.description.importers import chains
-from chasles.derive.isolation import IsolatedWorkError, Limits, isolated
 
 ENDLESS = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="value" value="${factorial(10**7)}"/><link name="a${value}"/></robot>"""

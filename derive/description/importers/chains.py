@@ -5,7 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from ...isolation import IsolatedWorkError, Limits, isolated
+from chasles.contract.isolation import IsolatedWorkError, Limits, isolated
+
 from ...model.errors import DescriptionError
 from ...model.exact import NotExact
 from ...model.mechanism import Described

@@ -2,14 +2,16 @@
 
 import re
 import shutil
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
 
 import chasles
+from chasles.contract.isolation import Limits
 from chasles.drawing import skeleton
 from chasles.errors import InputValueError
-from chasles.view import LiveView
+from chasles.view import LiveView, meshes
 from chasles.view.meshes import body_meshes
 from tests.support.command_line import run
 from tests.support.optional import OptionalPackage
@@ -164,6 +166,22 @@ def test_mesh_in_the_package_is_read(meshed, tmp_path, name):
     file.write_text(ARM.replace("part.stl", name), encoding="utf-8")
     (tmp_path / "arm" / "package.xml").write_text("<package><name>arm</name></package>")
     assert len(body_meshes(file, skeleton(chasles.load(meshed)))) == 4
+
+
+@pytest.mark.parametrize("suffix", ["zip", "obj"])
+def test_mesh_that_exceeds_limits_is_one_sentence(meshed, tmp_path, monkeypatch, suffix):
+    pytest.importorskip("trimesh")
+    robot = chasles.load(meshed)
+    file = tmp_path / "meshed.urdf"
+    file.write_text(ARM.replace("part.stl", f"part.{suffix}"), encoding="utf-8")
+    line = b"v 0 0 0\n"
+    with ZipFile(tmp_path / "part.zip", "w", ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("part.obj", line * (1 << 25))
+    (tmp_path / "part.obj").write_bytes(line * (1 << 22))
+    monkeypatch.setattr(meshes, "READING", Limits(seconds=10, memory=1 << 27))
+    with pytest.raises(InputValueError, match=r"cannot read the meshes \(.*\)$") as caught:
+        body_meshes(file, skeleton(robot))
+    assert str(file) in str(caught.value)
 
 
 def test_entities_are_refused(meshed, tmp_path):
