@@ -23,6 +23,7 @@ from .origins import is_described, with_origins, with_values
 from .printed_table import csv_table, latex_table
 from .robot_toml import robot_toml
 from .robot_urdf import robot_urdf, urdf_names, with_split_helical_joints
+from .urdf_drives import urdf_drives
 
 Format = Literal["toml", "urdf", "dh", "mdh", "poe"]
 FORMATS: tuple[str, ...] = get_args(Format)
@@ -156,7 +157,13 @@ def _error(
     expected = [joint.name for joint in robot.coordinates]
     assert isinstance(found, SerialRobot)
     notes: tuple[str, ...] = ()
-    if [joint.name for joint in found.coordinates] != expected:
+    names_read = [joint.name for joint in found.coordinates]
+    if names_read != expected and sorted(names_read) == sorted(expected):
+        raise InputValueError(
+            f"{robot.name}: URDF would change the order of the coordinates to "
+            f"{', '.join(names_read)}, because joint 1 of a four-bar linkage follows joint 2"
+        )
+    if names_read != expected:
         # The reader omits joints with the names of fingers or wheels.
         names = urdf_names(robot)
         found = cleaned(UrdfFile(f"{robot.name}.urdf", text).robot(names.base, names.tool, None))
@@ -175,7 +182,7 @@ def _error(
 def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
     """Yields sentences about changes, and about facts that the format cannot express."""
     if to == "urdf":
-        yield from _urdf_notes(robot)
+        yield from _urdf_notes(robot, written)
     for joint in robot.joints:
         if joint.limits.count(None) == 1:
             yield f"joint {joint.name} has one limit; the format needs two, so it has none"
@@ -188,17 +195,25 @@ def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str
         yield from _long_rows(written)
 
 
-def _urdf_notes(robot: SerialRobot) -> Iterator[str]:
+def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
     for joint in robot.joints:
         if joint.kind == "helical":
             yield f"helical joint {joint.name}: a revolute and a prismatic joint that mimics it"
     left_out = {
         "masses": robot.load,
         "springs": robot.springs,
-        "transmissions": robot.transmissions,
+        "errors of transmissions": robot.transmissions,
     }
     if any(left_out.values()):
         yield f"URDF has no {', '.join(word for word, value in left_out.items() if value)}"
+    if urdf_drives(written)[1]:
+        yield "the hardware of <ros2_control> is a simulation"
+    limited = [m.name for m in robot.motors if m.limits != (None, None)]
+    if limited:
+        yield f"URDF has no limits of motors: {', '.join(limited)}"
+    sliding = [motor.name for motor in robot.motors if motor.kind == "prismatic"]
+    if sliding:
+        yield f"motors are read as revolute: {', '.join(sliding)}"
     yield "effort and velocity limits are placeholders"
 
 

@@ -13,12 +13,12 @@ from lxml import etree
 from ..description.conventions import urdf
 from ..description.importers.identifiers import identifier
 from ..model.convention import Convention
-from ..model.errors import InputValueError
 from ..model.placements import Placement, Vector
 from ..model.robot import Coupling, Joint, SerialRobot
 from ..model.tolerances import UNLIMITED
 from .number_text import nearest
 from .origins import fields_of, placed
+from .urdf_drives import Mimic, urdf_drives, write_gears
 
 _EFFORT = "1000"
 """Effort and velocity limits; URDF requires these limits, but robot descriptions do not contain
@@ -42,16 +42,9 @@ def robot_urdf(robot: SerialRobot) -> str:
         robot: The robot; each joint has the convention `urdf`, without parameters.
 
     Raises:
-        InputValueError: A coupled joint does not follow exactly one leader.
+        InputValueError: The couplings are neither mimic joints nor transmissions.
     """
-    rules = {rule.joint: rule for rule in robot.couplings}
-    names_of_joints = {joint.name for joint in robot.joints}
-    for rule in robot.couplings:
-        if len(rule.ratios) != 1 or rule.has_own or rule.ratios[0][0] not in names_of_joints:
-            raise InputValueError(
-                f"{robot.name}: URDF cannot express the coupling of {rule.joint}; <mimic> has one "
-                "joint as leader"
-            )
+    mimics, gears = urdf_drives(robot)
     root = etree.Element("robot", name=robot.name)
     names = urdf_names(robot)
     has_tool = names.tool != robot.link_names[-1]
@@ -66,8 +59,10 @@ def robot_urdf(robot: SerialRobot) -> str:
     parent = names.base
     for joint in joints:
         etree.SubElement(root, "link", name=joint.link)
-        _write(root, joint, parent, rules.get(joint.name))
+        _write(root, joint, parent, mimics.get(joint.name))
         parent = joint.link
+    if gears:
+        write_gears(root, robot.name, gears)
     etree.indent(root)
     return f'<?xml version="1.0"?>\n{etree.tostring(root, encoding="unicode")}\n'
 
@@ -129,7 +124,7 @@ def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
     return replace(robot, joints=tuple(joints), couplings=tuple(couplings))
 
 
-def _write(root: etree._Element, joint: Joint, parent: str, rule: Coupling | None) -> None:
+def _write(root: etree._Element, joint: Joint, parent: str, mimic: Mimic | None) -> None:
     """Appends the element of a joint."""
     convention: Convention = urdf
     fields = fields_of(joint, convention)
@@ -146,14 +141,13 @@ def _write(root: etree._Element, joint: Joint, parent: str, rule: Coupling | Non
     etree.SubElement(element, "axis", xyz=_row((x, y, z)))
     if kind != "continuous":
         etree.SubElement(element, "limit", _limits(joint))
-    if rule is not None:
-        leader, multiplier = rule.ratios[0]
+    if mimic is not None:
         etree.SubElement(
             element,
             "mimic",
-            joint=leader,
-            multiplier=nearest(multiplier),
-            offset=nearest(rule.offset),
+            joint=mimic.leader,
+            multiplier=nearest(mimic.multiplier),
+            offset=nearest(mimic.offset),
         )
 
 

@@ -27,6 +27,7 @@ from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .importers.limits import without_limits
 from .importers.robot_xml import parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
+from .importers.urdf_transmissions import DrivenJoints, TransmissionReader
 from .plausibility import questioned
 from .toml_file import file_error
 
@@ -127,6 +128,7 @@ class UrdfFile:
         elements = [self.joint_to[joint.child] for joint in self.tree.path(base, tip) or ()]
         self._check_leaders(elements, ends)
         joints = outwards(map(self._joint, elements), _identifier(base))
+        driven = self._driven(elements)
         try:
             robot = SerialRobot(
                 name=prefix(name or self._attribute(self.root, "name")),
@@ -135,7 +137,8 @@ class UrdfFile:
                 source=f"URDF {Path(self.file).name}, {base} to {tip}",
                 base_frame=_identifier(base),
                 tool_frame=_identifier(tip),
-                couplings=tuple(self._couplings(elements)),
+                couplings=tuple(self._couplings(elements, driven)),
+                motors=driven.motors,
             )
         except DescriptionError as error:
             if error.file:
@@ -153,7 +156,8 @@ class UrdfFile:
             for element in elements
             if KINDS[element.get("type", "")] != "fixed" and element.find("axis") is None
         ]
-        notes = (*ends.notes, *assumed, *without_limits(unlimited), *questioned(robot))
+        found = (*without_limits(unlimited), *driven.notes, *questioned(robot))
+        notes = (*ends.notes, *assumed, *found)
         return replace(robot, notes=notes)
 
     # --- the tree of joints ---
@@ -245,17 +249,31 @@ class UrdfFile:
             self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")
         return lower, upper
 
-    def _couplings(self, elements: Iterable[etree._Element]) -> Iterator[Coupling]:
-        """Yields the couplings of joints to the joint at the end of their chain of leaders."""
+    def _driven(self, elements: Iterable[etree._Element]) -> DrivenJoints:
+        """Returns the joints of a chain that transmissions move."""
+        names = [
+            self._attribute(element, "name")
+            for element in elements
+            if element.get("type") != "fixed" and element.find("mimic") is None
+        ]
+        return TransmissionReader(self.root, self._number, self._fail).driven(names)
+
+    def _couplings(
+        self, elements: Iterable[etree._Element], driven: DrivenJoints
+    ) -> Iterator[Coupling]:
+        """Yields the couplings of joints to actuators, or to the last of their leaders."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             multiplier, offset = sp.Integer(1), sp.Integer(0)
             laws, leader = self._followed(element)
             for mimic in laws:
                 offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
                 multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
-            if laws:
-                name, own = (_identifier(self._attribute(e, "name")) for e in (leader, element))
-                yield Coupling(own, ((name, multiplier),), offset)
+            name = self._attribute(leader, "name")
+            ratios, shift = driven.rows.get(name, (((_identifier(name), sp.S.One),), sp.S.Zero))
+            if laws or name in driven.rows:
+                scaled = tuple((motor, multiplier * ratio) for motor, ratio in ratios)
+                own = _identifier(self._attribute(element, "name"))
+                yield Coupling(own, scaled, offset + multiplier * shift)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
         """Returns the chain of <mimic> elements of a joint, and the last leader joint."""

@@ -5,13 +5,14 @@ from random import Random
 
 import sympy as sp
 
-from chasles.derive import Coupling, Joint, SerialRobot, Translation
+from chasles.derive import Coupling, Joint, Motor, SerialRobot, Translation
 
 from .drawn_arms import random_arm
 from .geometric_errors import displaced
 
-HELICAL, REVERSED, COUPLED = 0.15, 0.2, 0.3
-"""Fractions of helical and reversed joints, and of arms with a coupled joint."""
+HELICAL, REVERSED, COUPLED, DRIVEN = 0.15, 0.2, 0.3, 0.5
+"""Fractions of helical and reversed joints, and of arms with a coupled joint; of the other arms,
+the fraction with a differential or a four-bar linkage."""
 
 
 def convertible_arm(seed: int) -> SerialRobot:
@@ -28,8 +29,25 @@ def convertible_arm(seed: int) -> SerialRobot:
         leader, follower = draw.sample(turning, 2)
         ratio = sp.Rational(draw.randint(-9, 9) or 1, 4)
         couplings = (Coupling(follower.name, ((leader.name, ratio),), sp.Rational(1, 8)),)
+    motors: tuple[Motor, ...] = ()
+    if len(turning) > 1 and not couplings and draw.random() < DRIVEN:
+        chosen = sorted(draw.sample(range(len(turning)), 2))
+        couplings = _driven([turning[k] for k in chosen], draw)
+        motors = (Motor("left"), Motor("right"))
     base = (Translation((sp.Rational(draw.randint(-9, 9), 10), sp.S.Zero, sp.S.Zero)), *arm.base)
-    return replace(arm, joints=tuple(joints), base=base, couplings=couplings)
+    return replace(arm, joints=tuple(joints), base=base, couplings=couplings, motors=motors)
+
+
+def _driven(joints: list[Joint], draw: Random) -> tuple[Coupling, ...]:
+    """Returns the couplings of two joints with motors, in the order of the chain."""
+    a, b, c = (sp.Rational(draw.choice((-1, 1)), draw.randint(1, 60)) for _ in range(3))
+    first = (a, sp.S.Zero) if draw.random() < 1 / 2 else (a, b)
+    second = (c, b) if first[1] == 0 else (c, -b * c / a)
+    offsets = (sp.Rational(1, 8), sp.Rational(-1, 5))
+    return tuple(
+        Coupling(joint.name, (("left", row[0]), ("right", row[1])), offset)
+        for joint, row, offset in zip(joints, (first, second), offsets, strict=True)
+    )
 
 
 def _changed(joint: Joint, draw: Random) -> Joint:

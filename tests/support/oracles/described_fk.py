@@ -36,7 +36,14 @@ def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
     with mpmath.workdps(DIGITS):
         base, *rows, tool = csv.DictReader(text.splitlines())
         moving = [row for row in rows if row["type"] != "fixed"]
-        names = [row["name"] for row in moving if not row.get("coupling")]
+        joints = {row["name"] for row in moving}
+        # A motor has the position of the first joint that it moves.
+        names = dict.fromkeys(
+            name
+            for row in moving
+            for name in (_leaders(row["coupling"]) if row.get("coupling") else [row["name"]])
+            if name not in joints or not row.get("coupling")
+        )
         coordinates = dict(zip(names, map(mpmath.mpf, q), strict=True))
         T = _pose_row(base)
         for row in rows:
@@ -53,6 +60,11 @@ def _coupled(equation: str, coordinates: Mapping[str, mpmath.mpf]) -> mpmath.mpf
         ratio, _, name = term.partition(" * ")
         total += mpmath.mpf(ratio) * (coordinates.get(name, mpmath.mpf(0)) if name else 1)
     return total
+
+
+def _leaders(equation: str) -> list[str]:
+    """Returns the names in the equation of a joint."""
+    return [name for term in equation.split(" + ") if (name := term.partition(" * ")[2])]
 
 
 def distance(one: Matrix, other: Matrix) -> float:
