@@ -1,4 +1,4 @@
-"""Tests arms with prismatic joints: decoupled joints, intersecting axes, planar arms and cranes.
+"""Tests arms with prismatic joints: decoupled, with intersecting axes, planar, and cranes.
 
 Axes and lengths are random in even trials. In odd trials, lengths are round, and many are 0.
 """
@@ -22,7 +22,12 @@ def arms_of(number: int) -> list[SerialRobot]:
     arms += [decoupled(MEETING[number % len(MEETING)], number + 2, meeting=True)]
     arms += [planar(PLANAR[number % len(PLANAR)], number)]
     order, hand = ORDERS[number % len(ORDERS)], number // 2 % 2 == 1
-    return [*arms, crane(order, hand=hand, round_numbers=number % 2 == 1, seed=number)]
+    for wrist in (False, True):
+        round_numbers, has_hand = number % 2 == 1, hand and not wrist
+        arms.append(
+            crane(order, hand=has_hand, round_numbers=round_numbers, seed=number, wrist=wrist)
+        )
+    return arms
 
 
 def trial(number: int) -> Outcome:

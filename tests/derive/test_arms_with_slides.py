@@ -20,6 +20,7 @@ ROW = "joints that a pose determines one by one"
 PLANE = "parallel axes"
 POSITION = "three joints that position the tool"
 CRANE = "a turntable with two parallel axes and a slide across them"
+TELESCOPIC = "a telescope with two parallel axes among 2, 3, 4, and intersecting axes 5, 6"
 
 
 def lost_of(cases):
@@ -94,3 +95,10 @@ def test_random_cranes_solve_every_pose(order, hand, round_numbers):
     titles = {case.inverses.classification.found.title for case in cases}
     assert [str(loss) for case in cases for loss in losses_of(case, 0)] == []
     assert round_numbers or titles == {CRANE}
+
+
+@pytest.mark.parametrize("order", ["RRP", "RPR", "PRR"])
+def test_telescopic_arms_with_two_intersecting_axes_solve_every_pose(order):
+    (case,) = cases_of(crane(order, hand=False, round_numbers=False, seed=1, wrist=True))
+    assert case.inverses.classification.found.title == TELESCOPIC
+    assert [str(loss) for loss in losses_of(case, 0)] == []

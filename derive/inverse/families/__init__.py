@@ -13,6 +13,7 @@ from .planar import PLANAR
 from .position import POSITION
 from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
+from .telescopic_arm import TELESCOPIC_ARM
 from .three_parallel import THREE_PARALLEL
 from .turned_hand import TURNED_HAND
 from .turning_hand import TURNING_HAND
@@ -36,6 +37,7 @@ FAMILIES: tuple[Family, ...] = (
     MACHINE_TOOL,
     ORIENTED_SLIDES,
     TURNING_HAND,
+    TELESCOPIC_ARM,
 )
 """All families of axis structures, in the order in which they are tested on a chain."""
 LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)

@@ -66,8 +66,18 @@ def _direction(draw: random.Random) -> list[float]:
     return [round(draw.uniform(-1, 1), 2) for _ in range(3)]
 
 
-def crane(order: str, *, hand: bool, round_numbers: bool, seed: int) -> SerialRobot:
-    """Returns an arm of random geometry, with its tool on or off the last axis."""
+def crane(
+    order: str, *, hand: bool, round_numbers: bool, seed: int, wrist: bool = False
+) -> SerialRobot:
+    """Returns an arm of random geometry, with its tool on or off the last axis.
+
+    Args:
+        order: The joints that move in a plane.
+        hand: Whether a fifth axis follows in this plane.
+        round_numbers: Whether lengths are round.
+        seed: Number of the arm.
+        wrist: Whether two intersecting axes of any direction follow.
+    """
     draw = random.Random(seed)
 
     def length(share: float) -> float:
@@ -84,10 +94,12 @@ def crane(order: str, *, hand: bool, round_numbers: bool, seed: int) -> SerialRo
         axes.append((f"plane_{k}", kind, (0, 1, 0) if letter == "R" else draw.choice(IN_PLANE)))
     if hand:
         axes.append(("hand", "revolute", draw.choice(IN_PLANE)))
+    axes += [(name, "revolute", _direction(draw)) for name in ("bend", "roll") if wrist]
     lines = [HEAD]
     for name, kind, axis in axes:
         lines += ["[[joints]]", f'name = "{name}"', f'type = "{kind}"']
-        lines += [f"xyz = {point(500)}", f"axis = {list(axis)}"]
+        xyz = [0, 0, 0] if name == "roll" else point(500)
+        lines += [f"xyz = {xyz}", f"axis = {list(axis)}"]
     on_axis = draw.random() < 0.5
     tool = f"xyz = {point(300)}" if not on_axis else "xyz = [0, 0, 0]"
     return read_text("\n".join([*lines[:1], f"tool = {{ {tool} }}", *lines[1:]]))

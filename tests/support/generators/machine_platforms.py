@@ -2,13 +2,13 @@
 
 A Par4 has four arms with pairs of rods, and a platform of two parts and two bars; the bars rotate
 the tool. A telescopic Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a
-pentapod: four legs rotate about the spindle, and the fifth leg keeps the platform from rotating. A
-Tricept carries a wrist.
+pentapod: four legs rotate about the spindle, and the fifth leg keeps the platform from rotating. An
+Exechon carries a head with two axes, and a Tricept carries a wrist.
 """
 
 import numpy as np
 
-from .leg_platforms import FREE, around, chain, closure, whole
+from .leg_platforms import FREE, around, chain, closure, exechon, whole
 
 SHAFT = ("z", "x", "y", "telescope", "y", "x")
 ORIGIN = (0, 0, 0)
@@ -134,6 +134,20 @@ def _pentapod(rng):
     return names, text, reference
 
 
+def _exechon_with_head(rng):
+    """Returns an Exechon with two axes behind its platform, as in a machine with five axes."""
+    names, text, reference = exechon(rng)
+    text += chain(
+        [
+            ("swivel", "revolute", (0, 0, -60), AXES["z"]),
+            ("tilt", "revolute", ORIGIN, AXES["x"]),
+            ("spindle", "fixed", ORIGIN, AXES["z"]),
+        ],
+        "platform",
+    )
+    return [*names, "swivel", "tilt"], text, reference | {"tilt": 30, "tool": "spindle"}
+
+
 def _tricept(rng):
     """Returns a tube on a universal joint, three UPS legs that move it, and a wrist."""
     base, top, depth = rng.integers(280, 340), rng.integers(80, 120), 700
@@ -167,6 +181,7 @@ MACHINE_KINDS = {
     "Par4": _par4,
     "delta with a shaft": _delta_with_shaft,
     "pentapod": _pentapod,
+    "Exechon with a head": _exechon_with_head,
     "Tricept with a wrist": _tricept,
 }
 """Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""

@@ -1,0 +1,92 @@
+"""A telescopic arm: two parallel axes and a prismatic joint, and intersecting axes 5, 6.
+
+Joint 1 is revolute. Among joints 2, 3 and 4, one joint is prismatic, and perpendicular to the
+parallel axes of the other two. The chain of an Exechon with a head has this structure: a universal
+joint, a telescope, and three revolute joints. Maximum number of solutions: 8.
+"""
+
+import numpy as np
+
+from ...terms.vectors import cross
+from ..steps.parallel_slides import telescope
+from ..steps.plane import turn_to_plane
+from ..steps.rotations import last_turn
+from ..steps.target import Target
+from ..steps.triangle import remaining
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, across, meeting, parallel, revolute
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.turns import rotated
+from .family import Family
+
+_ARM = (1, 2, 3)
+"""Indices of the joints that move in a plane."""
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    pair = [k for k in _ARM if lines.axes[k].turns]
+    slides = [k for k in _ARM if k not in pair]
+    count = Requirement("one of joints 2, 3, 4 slides", 0.0 if len(slides) == 1 else np.inf)
+    others = [k for k in range(len(lines.axes)) if k not in slides]
+    if len(slides) != 1:
+        return [count]
+    return [
+        count,
+        revolute(lines, others),
+        parallel(lines, *pair),
+        across(lines, slides[0], pair[0]),
+        meeting(lines, 4, 5),
+    ]
+
+
+def _solve(work: Work, lines: Lines, target: Target) -> None:
+    terms = work.terms
+    a1, *arm, a5, a6 = lines.axes
+    pair = tuple(axis for axis in arm if axis.turns)
+    second, centre = pair[0], lines.meeting(5, 4)
+
+    # 1. Joints 5 and 6 do not move the intersection of their axes, and joints 2 to 4 move it
+    # perpendicular to the parallel axes.
+    meaning = "the common point of axes 5 and 6"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    reason = f"only this joint moves the common point of axes 5 and 6 along axis {second.name}"
+    U, q1 = turn_to_plane(work, a1, second, centre, wanted, reason)
+
+    # 2. Joint 6 does not rotate its axis. 3. Each solution of step 2 has one matching angle sum.
+    v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
+    found, _ = sp2(terms, second.h, a5.h, a6.h, v, work.sign())
+    total = work.step(
+        pair,
+        "subproblem 2",
+        f"joint 6 does not turn its own axis, and {pair[0].name} and {pair[1].name} turn it as one",
+        found,
+        f"with axis 6 parallel to axis {second.name} the sum is arbitrary and taken as 0",
+    )
+    seen = rotated(terms, second.h, total.back, v)
+    q5 = work.step(
+        [a5],
+        "subproblem 1",
+        "the rest of the rotation of axis 6, behind joints 1 to 4",
+        sp1(terms, a5.h, a6.h, seen, sure=found.margin is None),
+    )
+
+    # 4. The remaining rotation.
+    e = cross(terms, a6.h, a5.h)
+    before = (a1, q1), (second, total), (a5, q5)
+    last = target.turned(terms, e)
+    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", sure=True)
+
+    # 5. The prismatic joint sets the length of one side of a triangle.
+    telescope(work, tuple(arm), centre, U, total)
+    remaining(work, pair, total)
+
+
+TELESCOPIC_ARM = Family(
+    "a telescope with two parallel axes among 2, 3, 4, and intersecting axes 5, 6",
+    (6,),
+    _requires,
+    _solve,
+    rather_gives=True,
+)
