@@ -86,6 +86,8 @@ def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
         return _of_joints(derivation, names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
         given = function.role.fixed
+        if len(given) != len(names):
+            return None  # a swivel angle without the function that computes it
         return [
             f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
         ]
