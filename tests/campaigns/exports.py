@@ -1,4 +1,4 @@
-"""Compares the exported C++ header and CUDA kernels of shipped robots with the C of the robots.
+"""Compares the exported C++, CUDA kernels and plugins of MoveIt with the C of shipped robots.
 
 The C is called pose by pose, because the batch code sums in another order.
 """
@@ -15,10 +15,11 @@ import chasles
 from chasles.contract.manifest import FunctionInfo
 from chasles.derive import write
 from chasles.library.compiler import FLAGS
+from tests.support import moveit
 from tests.support.cpp_driver import FUNCTIONS, compiled_functions, driver, inputs_of
 from tests.support.cuda_shim import KINDS, Shim, differing, incomplete
 from tests.support.derivations import robot_of
-from tests.support.exports import configurations
+from tests.support.exports import apart, configurations, expected, inverse_of, regular_slots
 
 from .campaign import Campaign, Outcome
 
@@ -27,6 +28,8 @@ ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
 IN_CUDA = ROBOTS[:4]
 """Robots whose inverse has no iterative solver."""
 RIGHT_ANGLES = 2_000
+PLUGINS = ("ur5e", "panda", "puma560")
+"""Robots whose plugin of MoveIt is compared."""
 ROWS = 10_000
 EXACT = "-O1 -ffp-contract=off"
 """Compiler flags in addition to the default flags.
@@ -56,6 +59,11 @@ def trial(number: int) -> Outcome:
                 failures.append(f"{robot.name}, {info.name}: differs by {worst:.1e}")
         if robot.name in IN_CUDA:
             failures += in_cuda(robot.name, Path(folder) / "cuda", rng)
+        if robot.name in PLUGINS:
+            worst, solutions = plugin_difference(robot, Path(folder) / "moveit", rng)
+            finite, largest = finite + solutions, max(largest, worst)
+            if worst > TOLERANCE:
+                failures.append(f"{robot.name}, plugin of MoveIt: differs by {worst:.1e}")
     counts = {"functions": len(compiled_functions(robot)), "finite values": finite}
     return Outcome(counts, tuple(failures), {"difference": largest})
 
@@ -69,6 +77,35 @@ def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
         failures += differing(shim, kind, q)
         failures += incomplete(shim, kind, poses) if shim.robot.reference is None else []
     return failures
+
+
+def plugin_difference(
+    robot: chasles.Robot, folder: Path, rng: np.random.Generator
+) -> tuple[float, int]:
+    """Compares all solutions away from singularities, and forward kinematics.
+
+    Returns the largest difference, infinite for a missing or further solution, and the number of
+    compared solutions.
+    """
+    package = moveit.exported(robot.name, folder)
+    library = moveit.compiled(package, robot.name, tuple(EXACT.split()))
+    plugin = moveit.Plugin(library, moveit.model_of(moveit.urdf_of(robot.name), False), robot.n)
+    if not plugin.initialize():
+        raise AssertionError(plugin.error)
+    info = inverse_of(robot)
+    q = rng.permutation(configurations(robot, 10 * ROWS))[:ROWS]
+    poses = np.array([moveit.to_pose(T) for T in robot.fk(q)])
+    T = np.array([moveit.to_transform(pose) for pose in poses])
+    exact, residual, _ = expected(robot, info, [T, *(q[:, [k]] for k in info.role.fixed)])
+    regular, worst = regular_slots(robot, info, exact, residual), 0.0
+    for k, pose in enumerate(poses):
+        found, _, _ = plugin.all_solutions(pose, q[k])
+        if len(found) != (residual[k] <= moveit.SOLVED).sum():
+            return np.inf, 0
+        distances = apart(found[:, None], exact[k][None, regular[k]]).max(axis=2)
+        forward = np.abs(plugin.forward("ee", q[k]) - robot.fk(q[k])).max()
+        worst = max(worst, forward, distances.min(axis=0).max(initial=0.0))
+    return float(worst), int(regular.sum())
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
@@ -110,6 +147,6 @@ def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray])
 
 CAMPAIGN = Campaign(
     "exports",
-    "The exported C++ header and CUDA kernels return what the C of a robot returns, to 1e-12.",
+    "The exported C++, CUDA kernels and plugins return what the C of a robot returns, to 1e-12.",
     trial,
 )

@@ -1,0 +1,152 @@
+"""Writes an ament package: the generated C, and a kinematics plugin of MoveIt 2."""
+
+from collections.abc import Collection, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from ...derivation import Derivation
+from ...model.errors import InputValueError
+from ...model.mechanism import Mechanism
+from ...model.robot import Joint
+from ...program.programs import Programs
+from ...terms.symbolic_function import Signature
+from ..c import language as c
+from ..c.nearest import seeded
+from ..templates import filled
+from .plugin import plugin_values
+
+SUPPORT = Path(__file__).parent / "support"
+TEMPLATES = {
+    "package.xml": "package.xml",
+    "CMakeLists.txt": "CMakeLists.txt",
+    "plugin.xml": "plugin.xml",
+    "README.md": "README.md",
+    "config/kinematics.yaml": "kinematics.yaml",
+    "src/plugin.cpp": "plugin.cpp.in",
+}
+SHARED = ("robot_state.hpp", "samples.hpp", "solver.hpp", "solver.cpp", "solver_setup.cpp")
+"""Files that are the same for every robot except for their namespace."""
+MAPS = ("chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain", "actuator_rates")
+"""Functions that convert between actuators and the joints of the chain."""
+
+
+def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
+    """Returns the files of the package by path.
+
+    Raises:
+        InputValueError: A function that the plugin calls is missing.
+    """
+    name = derivation.robot.name
+    inverse = _inverse(derivation)
+    every = c.files(derivation, programs)
+    in_c = {file: text for file, text in every.items() if "_batch." not in file}
+    package = f"chasles_{name}_moveit"
+    folders = {file: f"include/{package}" if file == f"{name}.h" else "src" for file in in_c}
+    maps = _map_files(derivation, inverse)
+    values = {
+        "robot": name,
+        "title": derivation.robot.title,
+        "version": version("chasles"),
+        "sources": " ".join(f"src/{file}" for file in in_c if file.endswith(".c")),
+        "base": derivation.robot.base_frame,
+        "tip": derivation.robot.tool_frame,
+        "maps": _listed_maps(package, maps),
+        **plugin_values(derivation, inverse, _joints(derivation)),
+    }
+    shared = {file: (SUPPORT / file).read_text(encoding="utf-8") for file in SHARED}
+    return {
+        **{f"{folders[file]}/{file}": text for file, text in in_c.items()},
+        **{file: filled(SUPPORT / template, values) for file, template in TEMPLATES.items()},
+        **{f"src/{f}": t.replace("chasles_robot_moveit", package) for f, t in shared.items()},
+        **maps,
+    }
+
+
+def _chain(derivation: Derivation) -> Sequence[Joint]:
+    """Returns the moving joints from the base to the tool."""
+    robot = derivation.robot
+    return robot.main_chain.moving if isinstance(robot, Mechanism) else robot.moving
+
+
+def _joints(derivation: Derivation) -> Sequence[Joint]:
+    """Returns the joints of the plugin: those of the chain, except joints that mimic others."""
+    robot = derivation.robot
+    if isinstance(robot, Mechanism) or not robot.couplings:
+        return _chain(derivation)
+    leaders = [c for c in robot.coordinates if isinstance(c, Joint)]
+    coupled = {rule.joint for rule in robot.couplings}
+    is_mimicry = len(leaders) == len(robot.coordinates) and coupled.isdisjoint(
+        joint.name for joint in leaders
+    )
+    return leaders if is_mimicry else _chain(derivation)
+
+
+def _names(derivation: Derivation) -> set[str]:
+    return {function.name for function in (*derivation.functions, *derivation.written)}
+
+
+def _has_maps(derivation: Derivation) -> bool:
+    further = {"configuration"} if derivation.hybrid else set()
+    return {*MAPS, *further} <= _names(derivation)
+
+
+def _inverse(derivation: Derivation) -> Signature:
+    """Returns the inverse of the plugin: the first for complete poses."""
+    found = (*derivation.functions, *derivation.written)
+    inverse = next((f for f in found if f.role.is_inverse and f.role.domain == "pose"), None)
+    needs_maps = list(_joints(derivation)) != list(derivation.robot.coordinates)
+    missing = [] if inverse else ["an inverse of poses"]
+    missing += [] if "fk" in _names(derivation) else ["fk"]
+    missing += [] if _has_maps(derivation) or not needs_maps else [", ".join(MAPS)]
+    if inverse is None or missing:
+        name = derivation.robot.name
+        raise InputValueError(f"{name}: a plugin of MoveIt needs {' and '.join(missing)}")
+    return inverse
+
+
+def _map_files(derivation: Derivation, inverse: Signature) -> dict[str, str]:
+    """Returns the header that converts actuators and joints, and its example; {} without maps."""
+    if not _has_maps(derivation):
+        return {}
+    robot, chain = derivation.robot, [joint.name for joint in _chain(derivation)]
+    hybrid = derivation.hybrid
+    # The maps of couplings are linear: their rates do not depend on the positions.
+    has_slope = hybrid is not None
+    all_joints = [v.name for v in hybrid.variables] if hybrid else chain
+    values = {
+        "robot": robot.name,
+        "guard": robot.name.upper(),
+        "title": robot.title,
+        "n": str(len(robot.coordinates)),
+        "m": str(len(chain)),
+        "z": str(len(all_joints)),
+        "actuator_names": _quoted([coordinate.name for coordinate in robot.coordinates]),
+        "chain_names": _quoted(chain),
+        "joint_names": _quoted(all_joints),
+        "all": "configuration" if hybrid else "chain",
+        "rates_q": "actuator.position.data(), " if has_slope else "",
+        "rates_theta": "joint.position.data(), " if has_slope else "",
+        "inverse": inverse.name,
+        "moved": str(len(robot.coordinates) - 1),
+    }
+    package = f"chasles_{robot.name}_moveit"
+    found = {f"include/{package}/joints.hpp": filled(SUPPORT / "joints.hpp.in", values)}
+    if hybrid is not None and inverse in seeded(derivation):
+        values["start"] = ", ".join(repr(round(x, 9)) for x in hybrid.q_at_reference.tolist())
+        found["examples/hardware.cpp"] = filled(SUPPORT / "hardware.cpp.in", values)
+    return found
+
+
+def _listed_maps(package: str, maps: Collection[str]) -> str:
+    lines = []
+    if any(file.endswith("joints.hpp") for file in maps):
+        lines.append(
+            f"- `include/{package}/joints.hpp`: actuators to joints and back, and `/joint_states`."
+        )
+    if "examples/hardware.cpp" in maps:
+        lines.append("- `examples/hardware.cpp`: actuators behind the joints of ros2_control.")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _quoted(names: Sequence[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)

@@ -1,0 +1,351 @@
+#include "solver.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace chasles_robot_moveit
+{
+namespace
+{
+
+/** Largest residual of a solution (m or rad), as in the generated C. */
+constexpr double SOLVED = 1e-9;
+/** Limit violation of a joint that is treated as rounding (rad or m), as in the generated C. */
+constexpr double AT_LIMIT = 1e-12;
+
+using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+Eigen::Isometry3d toIsometry(const Pose &pose)
+{
+    const auto &at = pose.position;
+    const auto &turn = pose.orientation;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = Eigen::Quaterniond(turn.w, turn.x, turn.y, turn.z).normalized().toRotationMatrix();
+    T.translation() << at.x, at.y, at.z;
+    return T;
+}
+
+Pose toPose(const Eigen::Isometry3d &T)
+{
+    const Eigen::Quaterniond turn(T.linear());
+    Pose pose;
+    pose.position.x = T.translation().x();
+    pose.position.y = T.translation().y();
+    pose.position.z = T.translation().z();
+    pose.orientation.x = turn.x();
+    pose.orientation.y = turn.y();
+    pose.orientation.z = turn.z();
+    pose.orientation.w = turn.w();
+    return pose;
+}
+
+/** Returns the largest displacement of a joint, the distance of chasles. */
+double distance(const Values &theta, const Values &seed)
+{
+    double largest = 0;
+    for (std::size_t joint = 0; joint < theta.size(); ++joint) {
+        largest = std::max(largest, std::abs(theta[joint] - seed[joint]));
+    }
+    return largest;
+}
+
+bool areFinite(const Values &values)
+{
+    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+} // namespace
+
+Eigen::Isometry3d Solver::tipPose(const Values &theta) const
+{
+    RowMajor T;
+    robot_.forward(theta.data(), T.data());
+    return base_.inverse() * Eigen::Isometry3d(Eigen::Matrix4d(T)) * tip_.inverse();
+}
+
+bool Solver::accepts(const Values &seed, const Values &limits) const
+{
+    if (!group_) {
+        return fail("the plugin is not initialized");
+    }
+    if (seed.size() != joint_names_.size() || !areFinite(seed)) {
+        return fail("the seed needs one finite position for each joint");
+    }
+    if (!limits.empty() && limits.size() != seed.size()) {
+        return fail("the consistency limits need one value for each joint");
+    }
+    return true;
+}
+
+Samples Solver::samples(const Values &seed, const Values &limits, const Options &options) const
+{
+    const bool is_random =
+        options.discretization_method == kinematics::DiscretizationMethods::ALL_RANDOM_SAMPLED;
+    Values values(robot_.inputs.size());
+    robot_.inputs_at(seed.data(), values.data());
+    std::vector<Samples::Axis> axes;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        const int joint = robot_.inputs[k];
+        Samples::Axis axis{values[k], values[k] - FULL_TURN / 2, values[k] + FULL_TURN / 2, step_,
+                           is_random};
+        if (options.lock_redundant_joints) {
+            axis.lower = axis.upper = values[k];
+        } else if (joint >= 0) {
+            const auto j = static_cast<std::size_t>(joint);
+            const double reach = limits.empty() ? UNLIMITED : limits[j];
+            const bool is_bounded = std::isfinite(lower_[j]) && std::isfinite(upper_[j]);
+            axis.lower = std::max(is_bounded ? lower_[j] : axis.lower, values[k] - reach);
+            axis.upper = std::min(is_bounded ? upper_[j] : axis.upper, values[k] + reach);
+            axis.step = getSearchDiscretization(joint);
+        }
+        axes.push_back(axis);
+    }
+    return Samples(std::move(axes));
+}
+
+bool Solver::isWithinLimits(Values &theta, const Values &seed, const Values &limits) const
+{
+    for (std::size_t j = 0; j < theta.size(); ++j) {
+        const double turn = robot_.periods[j];
+        const double low = lower_[j] - AT_LIMIT, high = upper_[j] + AT_LIMIT;
+        double &at = theta[j];
+        if (turn > 0) {
+            at -= turn * std::round((at - seed[j]) / turn);
+            at += at < low ? turn * std::ceil((low - at) / turn) : 0;
+            at -= at > high ? turn * std::ceil((at - high) / turn) : 0;
+        }
+        if (!(at >= low && at <= high)) {
+            return false;
+        }
+        at = std::min(std::max(at, lower_[j]), upper_[j]);
+        if (!limits.empty() && !(std::abs(at - seed[j]) <= limits[j])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+std::vector<Values> Solver::solutions(const Pose &pose, const Values &seed, const Values &inputs,
+                                      const Values &limits) const
+{
+    const std::size_t n = seed.size();
+    const RowMajor T = (base_ * toIsometry(pose) * tip_).matrix();
+    Values slots(robot_.slots * n), residual(robot_.slots);
+    robot_.inverse(T.data(), inputs.data(), slots.data(), residual.data());
+    std::vector<std::pair<double, Values>> found;
+    for (std::size_t slot = 0; slot < robot_.slots; ++slot) {
+        const auto first = slots.begin() + static_cast<std::ptrdiff_t>(slot * n);
+        Values theta(first, first + static_cast<std::ptrdiff_t>(n));
+        if (residual[slot] <= SOLVED && isWithinLimits(theta, seed, limits)) {
+            const double far = distance(theta, seed);
+            found.emplace_back(far, std::move(theta));
+        }
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto &a, const auto &b) { return a.first < b.first; });
+    std::vector<Values> sorted;
+    for (auto &[far, theta] : found) {
+        sorted.push_back(std::move(theta));
+    }
+    return sorted;
+}
+
+bool Solver::search(const Pose &pose, const Values &seed, double timeout, const Values &limits,
+                    Values &solution, const Callback &callback, ErrorCode &code,
+                    const Options &options) const
+{
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout);
+    code.val = ErrorCode::NO_IK_SOLUTION;
+    if (!accepts(seed, limits)) {
+        return false;
+    }
+    Samples sample = samples(seed, limits, options);
+    for (bool exists = sample.exists(); exists; exists = sample.next()) {
+        for (const Values &theta : solutions(pose, seed, sample.values(), limits)) {
+            code.val = ErrorCode::SUCCESS;
+            if (callback) {
+                callback(pose, theta, code);
+            }
+            if (code.val == ErrorCode::SUCCESS) {
+                solution = theta;
+                return true;
+            }
+        }
+        code.val = ErrorCode::TIMED_OUT;
+        if (std::chrono::steady_clock::now() >= end) {
+            return false;
+        }
+    }
+    code.val = ErrorCode::NO_IK_SOLUTION;
+    return false;
+}
+
+bool Solver::getPositionIK(const Pose &ik_pose, const Values &ik_seed_state, Values &solution,
+                           ErrorCode &error_code, const Options &options) const
+{
+    Options locked = options;
+    locked.lock_redundant_joints = true;
+    return search(ik_pose, ik_seed_state, UNLIMITED, {}, solution, Callback(), error_code, locked);
+}
+
+bool Solver::getPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
+                           std::vector<Values> &solutions, kinematics::KinematicsResult &result,
+                           const Options &options) const
+{
+    namespace Errors = kinematics::KinematicErrors;
+    const auto failed = [&](kinematics::KinematicError error) {
+        result.kinematic_error = error;
+        return false;
+    };
+    const auto method = options.discretization_method;
+    solutions.clear();
+    result.solution_percentage = 0;
+    if (ik_poses.empty()) {
+        return failed(Errors::EMPTY_TIP_POSES);
+    }
+    if (ik_poses.size() != 1) {
+        return failed(Errors::MULTIPLE_TIPS_NOT_SUPPORTED);
+    }
+    if (std::find(supported_methods_.begin(), supported_methods_.end(), method) ==
+        supported_methods_.end()) {
+        return failed(Errors::UNSUPORTED_DISCRETIZATION_REQUESTED);
+    }
+    if (!accepts(ik_seed_state, {})) {
+        return failed(Errors::SOLVER_NOT_ACTIVE);
+    }
+    Options sampled = options;
+    sampled.lock_redundant_joints |= method == kinematics::DiscretizationMethods::NO_DISCRETIZATION;
+    Samples sample = samples(ik_seed_state, {}, sampled);
+    std::size_t searched = 0;
+    for (bool exists = sample.exists(); exists; exists = sample.next()) {
+        for (Values &theta : this->solutions(ik_poses[0], ik_seed_state, sample.values(), {})) {
+            solutions.push_back(std::move(theta));
+        }
+        searched += robot_.slots;
+    }
+    if (solutions.empty()) {
+        return failed(Errors::NO_SOLUTION);
+    }
+    result.kinematic_error = Errors::OK;
+    result.solution_percentage =
+        static_cast<double>(solutions.size()) / static_cast<double>(searched);
+    return true;
+}
+
+bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
+                              Values &solution, ErrorCode &error_code, const Options &options) const
+{
+    return search(ik_pose, ik_seed_state, timeout, {}, solution, Callback(), error_code, options);
+}
+
+bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
+                              const Values &consistency_limits, Values &solution,
+                              ErrorCode &error_code, const Options &options) const
+{
+    return search(ik_pose, ik_seed_state, timeout, consistency_limits, solution, Callback(),
+                  error_code, options);
+}
+
+bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
+                              Values &solution, const Callback &solution_callback,
+                              ErrorCode &error_code, const Options &options) const
+{
+    return search(ik_pose, ik_seed_state, timeout, {}, solution, solution_callback, error_code,
+                  options);
+}
+
+bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
+                              const Values &consistency_limits, Values &solution,
+                              const Callback &solution_callback, ErrorCode &error_code,
+                              const Options &options) const
+{
+    return search(ik_pose, ik_seed_state, timeout, consistency_limits, solution, solution_callback,
+                  error_code, options);
+}
+
+bool Solver::searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
+                              double timeout, const Values &consistency_limits, Values &solution,
+                              const Callback &solution_callback, ErrorCode &error_code,
+                              const Options &options, const moveit::core::RobotState *) const
+{
+    if (ik_poses.size() != 1) {
+        error_code.val = ErrorCode::NO_IK_SOLUTION;
+        return fail("the plugin needs one pose");
+    }
+    return search(ik_poses[0], ik_seed_state, timeout, consistency_limits, solution,
+                  solution_callback, error_code, options);
+}
+
+bool Solver::searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
+                              double timeout, const Values &consistency_limits, Values &solution,
+                              const Callback &solution_callback, PassedCost cost_function,
+                              ErrorCode &error_code, const Options &options,
+                              const moveit::core::RobotState *context_state) const
+{
+    if (!cost_function || ik_poses.size() != 1) {
+        return searchPositionIK(ik_poses, ik_seed_state, timeout, consistency_limits, solution,
+                                solution_callback, error_code, options, context_state);
+    }
+    moveit::core::RobotState state(robot_model_);
+    state.setToDefaultValues();
+    if (context_state) {
+        state = *context_state;
+    }
+    // Up to Humble, cost functions take a group that is not const.
+    auto *group = const_cast<moveit::core::JointModelGroup *>(group_);
+    double lowest = UNLIMITED;
+    // Each acceptable solution is compared and then rejected, so that the search goes on.
+    const auto compared = [&](const Pose &pose, const Values &theta, ErrorCode &code) {
+        if (solution_callback) {
+            solution_callback(pose, theta, code);
+        }
+        if (code.val == ErrorCode::SUCCESS) {
+            state.setVariablePositions(joint_names_, theta);
+            state.update();
+            const double cost = cost_function(pose, state, group, ik_seed_state);
+            if (cost < lowest) {
+                lowest = cost;
+                solution = theta;
+            }
+        }
+        code.val = ErrorCode::NO_IK_SOLUTION;
+    };
+    Values rejected;
+    search(ik_poses[0], ik_seed_state, timeout, consistency_limits, rejected, compared, error_code,
+           options);
+    if (lowest < UNLIMITED) {
+        error_code.val = ErrorCode::SUCCESS;
+        return true;
+    }
+    return false;
+}
+
+bool Solver::getPositionFK(const std::vector<std::string> &link_names, const Values &joint_angles,
+                           std::vector<Pose> &poses) const
+{
+    if (!accepts(joint_angles, {})) {
+        return false;
+    }
+    moveit::core::RobotState state(robot_model_);
+    state.setToDefaultValues();
+    state.setVariablePositions(joint_names_, joint_angles);
+    state.update();
+    const auto *base = robot_model_->getLinkModel(base_frame_);
+    poses.clear();
+    for (const std::string &name : link_names) {
+        if (!robot_model_->hasLinkModel(name)) {
+            return fail("the robot model has no link " + name);
+        }
+        const auto *link = robot_model_->getLinkModel(name);
+        // With loops, the pose in C belongs to the assembly of the robot, not to these joints.
+        const bool is_exported = name == tip_frames_[0] && robot_.reference.empty();
+        const Eigen::Isometry3d in_model =
+            state.getGlobalLinkTransform(base).inverse() * state.getGlobalLinkTransform(link);
+        poses.push_back(toPose(is_exported ? tipPose(joint_angles) : in_model));
+    }
+    return true;
+}
+
+} // namespace chasles_robot_moveit
