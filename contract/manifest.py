@@ -136,15 +136,15 @@ class GeometryParameter:
         name: Name that joins a joint, closure or strut, "base" or "tool" with the quantity, such as
             "elbow_alpha"; or the name of a parameter of the description.
         value: Nominal value.
-        unit: "m", "rad", "m/rad" for a pitch, "rad/(N m)" or "m/N" for a compliance, or "1" for a
-            gain.
+        unit: "m", "rad", "m/rad" for a pitch or a ratio, "rad/m" for a ratio, "rad/(N m)" or "m/N"
+            for a compliance, or "1" for a gain or a ratio.
         joint: Name of the joint, closure or strut, or "base" or "tool"; "" for a parameter of the
             description.
         part: The group: "parameter" for a parameter of the description, "joint" for the joint's
             own description, "offset" for its coordinate offset, "axis" for axis corrections,
-            "transmission" for gain and waves of its drive, "compliance" for deflection under
-            gravity, "loop" for end positions and strut lengths, "base" or "tool" for corrections
-            of these frames.
+            "transmission" for gain and waves of its drive, "coupling" for the ratios of its
+            coupling, "compliance" for deflection under gravity, "loop" for end positions and strut
+            lengths, "base" or "tool" for corrections of these frames.
         meaning: Meaning of the parameter, in a few words.
     """
 

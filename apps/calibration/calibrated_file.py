@@ -51,26 +51,27 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
     Raises:
         InputValueError: A coordinate moves several joints.
     """
-    laws = [g.part in ("transmission", "compliance") for g in robot.geometry]
+    laws = [g.part in ("transmission", "coupling", "compliance") for g in robot.geometry]
     straight = np.where(laws, nominal_of(robot), p)
     if robot.kind != "serial":
         text = mechanism_text(robot, straight, name, source, nominal)
         return text + transmissions_text(robot, p, math.degrees(1))
     head, joints = _chain_text(robot, straight, name, source)
     gravity, springs = springs_text(robot, p)
-    return head + gravity + joints + springs + transmissions_text(robot, p, 1.0)
+    couplings = couplings_text(robot, p) if robot.manifest.loops.coupling else ""
+    return head + gravity + joints + couplings + springs + transmissions_text(robot, p, 1.0)
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
     """Return the top-level keys and the tables of the file of a serial robot with exact drives."""
-    joints, couplings, zero, L = robot.chain_joints, "", np.zeros(robot.n), np.eye(robot.n)
+    joints, zero, L = robot.chain_joints, np.zeros(robot.n), np.eye(robot.n)
     if robot.manifest.loops.coupling:
         if len(joints) != robot.n:
             raise InputValueError(
                 f"{robot.name}: a joint follows others; write the identified parameters into the "
                 "file of the nominal robot"
             )
-        couplings, zero = couplings_text(robot), robot.actuators(np.zeros(robot.n))
+        zero = robot.actuators(np.zeros(robot.n))
         L = robot.actuators_D_chain(np.zeros(robot.n))
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p) @ L
     head = [
@@ -89,16 +90,30 @@ def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[st
     for coordinate, column in zip(joints, J.T, strict=True):
         lines += ["", "[[joints]]", f"name = {json.dumps(coordinate.name)}"]
         lines += _screw(coordinate, column, T[:3, 3]) + _limits(coordinate)
-    return "\n".join(head) + "\n", "\n".join(lines) + "\n" + couplings
+    return "\n".join(head) + "\n", "\n".join(lines) + "\n"
 
 
-def couplings_text(robot: Robot) -> str:
-    """Return the tables of the couplings and motors of a robot."""
+def couplings_text(robot: Robot, p: FloatArray) -> str:
+    """Return the tables of the couplings and motors of a robot.
+
+    Args:
+        robot: The nominal robot, with parametric functions.
+        p: The identified geometry, with the ratios of the couplings.
+    """
+    identified = {
+        (item.joint, item.name): float(value)
+        for item, value in zip(robot.geometry, p, strict=True)
+        if item.part == "coupling"
+    }
     names, offsets = robot.coordinate_names, robot.chain(np.zeros(robot.n))
     lines, motors = ["", "[couplings]"], ["", "[motors]"]
     rows = zip(robot.chain_joints, robot.manifest.loops.coupling, offsets, strict=True)
     for joint, row, offset in rows:
-        parts = {name: ratio for name, ratio in zip(names, row, strict=True) if ratio != 0}
+        parts = {
+            name: identified.get((joint.name, f"{joint.name}_per_{name}"), ratio)
+            for name, ratio in zip(names, row, strict=True)
+            if ratio != 0
+        }
         if parts != {joint.name: 1.0} or offset != 0:
             parts |= {"offset": float(offset)} if offset else {}
             lines.append(

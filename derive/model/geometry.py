@@ -37,11 +37,20 @@ from .placements import Placement, Rotation, Translation, inverse, rotation, tra
 from .robot import Joint, Motor, SerialRobot
 
 Part = Literal[
-    "parameter", "joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"
+    "parameter",
+    "joint",
+    "offset",
+    "axis",
+    "transmission",
+    "coupling",
+    "compliance",
+    "loop",
+    "base",
+    "tool",
 ]
 """Groups of parameters: named parameters of the description; values and coordinate offset of a
-joint; corrections of its axis; gain and waves of its drive; its compliance under gravity; end
-positions and strut lengths of loops; corrections of the base and tool frames."""
+joint; corrections of its axis; gain and waves of its drive; ratios of its coupling; its compliance
+under gravity; end positions and strut lengths of loops; corrections of the base and tool frames."""
 _PARAMETER = "_parameter"
 """Suffix of a named parameter if its name is already used by a group or a different parameter."""
 _UNIT_OF_KIND = {"length": "m", "angle": "rad"}
@@ -74,7 +83,7 @@ class GeometryParameter:
             ``elbow_alpha``.
         symbol: The symbol in the equations.
         value: The nominal value (metre, radian or 1).
-        unit: "m", "rad", or "1" for a gain.
+        unit: "m", "rad", "1" for a gain, or "m/rad" and the like for a ratio.
         joint: The joint, "base" or "tool".
         part: The group of the parameter.
         meaning: Meaning of the parameter, in a few words.
@@ -262,7 +271,7 @@ def _values(
     ]
     for k, (joint, torque) in enumerate(zip(robot.coordinates, torques, strict=False)):
         driven_q[k] += _compliance(joint, made) * torque
-    theta = robot.linear_map.at(driven_q) if robot.couplings else driven_q
+    theta = _coupled(robot, made, driven_q) if robot.couplings else driven_q
     values = {}
     for joint, followed in zip(robot.moving, theta, strict=True):
         offset = sp.S.Zero
@@ -270,6 +279,22 @@ def _values(
             offset = made.new(joint.name, "offset", joint.unit, "offset", part="offset")
         values[joint.name] = joint.direction * followed + offset
     return values
+
+
+def _coupled(
+    robot: SerialRobot, made: Parameters, driven_q: Sequence[sp.Expr]
+) -> tuple[sp.Expr, ...]:
+    """Returns the joint values, with a parameter for each ratio of a coupled joint."""
+    own, C = robot.linear_map, robot.linear_map.C.as_mutable()
+    for j, joint in enumerate(robot.moving):
+        if not robot.is_coupled(joint.name):
+            continue
+        for k, coordinate in enumerate(robot.coordinates):
+            if C[j, k] != 0:
+                unit = "1" if joint.unit == coordinate.unit else f"{joint.unit}/{coordinate.unit}"
+                name, words = f"per_{coordinate.name}", f"motion per unit of {coordinate.name}"
+                C[j, k] = made.new(joint.name, name, unit, words, C[j, k], "coupling")
+    return replace(own, C=sp.ImmutableMatrix(C)).at(driven_q)
 
 
 def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:

@@ -36,6 +36,7 @@ _BY_PART = {
     " column is the difference of both screws.",
     "transmission": "The column of a gain is the joint's screw times the coordinate; of a wave,"
     " times its sine or cosine.",
+    "coupling": "The column of a ratio is the joint's screw times the output of the drive.",
     "compliance": "A compliance's column is the joint's screw times the gravity torque.",
     "tool": "A correction of the tool moves only the tool.",
 }

@@ -119,3 +119,40 @@ def test_names_of_groups_and_corrections_stay_unique():
     names = [item.name for item in derived.geometry.parameters]
     assert len(set(names)) == len(names)
     assert {"base_parameter", "shoulder_gain_parameter", "shoulder_gain"} <= {*names}
+
+
+PALLETIZER = """\
+name = "palletizer"
+convention = "dh"
+units = { length = "m", angle = "rad" }
+joints = [
+  { name = "j1", d = "0.4", alpha = "pi/2" },
+  { name = "j2", a = "0.6" },
+  { name = "j3", a = "0.5" },
+]
+[couplings]
+j2 = { motor2 = "1/60" }
+j3 = { motor3 = "1/50", motor2 = "-1/60" }
+"""
+WORN = {"j2_per_motor2": 1 / 60.1, "j3_per_motor2": -1 / 60.2, "j3_per_motor3": 1 / 49.9}
+
+
+def test_identified_ratios_of_couplings_are_within_their_intervals(tmp_path):
+    changed = {'j2 = { motor2 = "1/60" }': 'j2 = { motor2 = "1/60.1" }'}
+    changed |= {'motor3 = "1/50", motor2 = "-1/60"': 'motor3 = "1/49.9", motor2 = "-1/60.2"'}
+    nominal, built = robots(PALLETIZER, changed, tmp_path)
+    ratios = [item.name for item in nominal.geometry if item.part == "coupling"]
+    assert ratios == list(WORN)
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-1, 1, (40, 3)) * [2, 60, 60]
+    p = np.tile(geometry(nominal, WORN), (40, 1))
+    np.testing.assert_allclose(nominal.fk_p(q, p), built.fk(q), atol=1e-13)
+    measured = built.fk(q)[:, None, :3, 3] + rng.normal(0, NOISE, (40, 1, 3))
+    found = identify(nominal, q, Positions(measured), vary="coupling", T_W_base=np.eye(4))
+    rows = [found.names.index(name) for name in WORN]
+    low, high = found.confidence_intervals[rows].T
+    true = np.array([*WORN.values()])
+    assert ((low <= true) & (true <= high)).all()
+    # The intervals exclude the nominal ratios, so that the wear is seen.
+    at = np.array([1 / 60, -1 / 60, 1 / 50])
+    assert ((at < low) | (at > high)).all()

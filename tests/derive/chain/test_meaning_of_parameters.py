@@ -111,7 +111,8 @@ def of_chain(robot, at, q):
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
     followed = {
         rule.joint: lambda laws, rule=rule: (
-            sum(float(ratio) * laws[name] for name, ratio in rule.ratios) + float(rule.offset)
+            sum(at[rule.joint, f"per_{name}"] * laws[name] for name, _ in rule.ratios)
+            + float(rule.offset)
         )
         for rule in robot.couplings
     }

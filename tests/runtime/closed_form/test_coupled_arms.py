@@ -27,6 +27,7 @@ roll = { left = "1/2", right = "-1/2" }
 left = { limits = [-9, 9] }
 right = { limits = [-9, 9] }
 """
+VARIED = {"joint", "axis", "transmission", "coupling"}
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
     write(read_text(WRIST), nominal, parametric=True, languages=("c", "python"))
     arm = chasles.load(nominal)
     p = np.array([g.value for g in arm.geometry])
-    varied = np.array([g.part in ("joint", "axis", "transmission") for g in arm.geometry])
+    varied = np.array([g.part in VARIED for g in arm.geometry])
     rng = np.random.default_rng(5)
     p += np.where(varied, rng.normal(0, 1e-4, len(p)), 0)
     text = robot_file(arm, p, "calibrated", "test")
