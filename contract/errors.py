@@ -54,17 +54,18 @@ class LoopError(DescriptionError):
     """The loops of a description do not close at the reference.
 
     Attributes:
-        gap: Smallest distance between the frames of the open loop, or between the length of a strut
-            and the distance of its ends (metre); None if no distance was found.
+        closure_error: Smallest distance between the frames of the open loop (metre); for a strut,
+            the smallest difference between its length and the distance of its ends. None if no
+            distance was found.
         remedies: Lengths, angles and coordinates that can each close the loop alone, with the
             interval of suitable values; the smallest change comes first.
     """
 
     def __init__(
-        self, message: str, *, gap: float | None = None, remedies: tuple[object, ...] = ()
+        self, message: str, *, closure_error: float | None = None, remedies: tuple[object, ...] = ()
     ) -> None:
         super().__init__(message)
-        self.gap, self.remedies = gap, remedies
+        self.closure_error, self.remedies = closure_error, remedies
 
 
 class DerivationError(ChaslesError):

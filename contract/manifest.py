@@ -201,14 +201,14 @@ class InverseFacts:
     """The status of the robot's inverse kinematics.
 
     Attributes:
-        tier: solution method. "exact" for a closed form. "snapped" for iteration from the closed
+        method: solution method. "exact" for a closed form. "snapped" for iteration from the closed
             form of a nearby nominal arm. "general" for the roots of a determinant. "none" if there
             is no inverse.
         missing: The reason why there is no inverse; "" if there is an inverse, or if no reason is
             stated.
     """
 
-    tier: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
+    method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
     missing: str = ""
 
 

@@ -31,7 +31,7 @@ from .loops.solve.solved_loops import SolvedLoops, solved_loops
 from .model.errors import InputValueError
 from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
-from .terms.symbolic_function import SymbolicFunction, WrittenFunction
+from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
@@ -65,7 +65,7 @@ class Derivation:
     functions: tuple[SymbolicFunction, ...]
     hybrid: SolvedLoops | None = None
     inverse: Inverses | None = None
-    written: tuple[WrittenFunction, ...] = ()
+    written: tuple[NativeSolverFunction, ...] = ()
     families: tuple[Family, ...] = FAMILIES
     closure: LoopClosure | None = None
     geometry: Geometry | MechanismGeometry | None = None
@@ -82,7 +82,7 @@ class Derivation:
             actuated = [joint.name for joint in robot.moving]
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
-    def signature(self, name: str) -> SymbolicFunction | WrittenFunction:
+    def signature(self, name: str) -> SymbolicFunction | NativeSolverFunction:
         """Returns the function with the given name, derived or handwritten.
 
         Raises:
@@ -264,7 +264,9 @@ def _iteration(closure: LoopClosure | None) -> Iteration | None:
     return Iteration(closure)
 
 
-def _unguarded_without(function: WrittenFunction, chosen: Collection[str]) -> WrittenFunction:
+def _unguarded_without(
+    function: NativeSolverFunction, chosen: Collection[str]
+) -> NativeSolverFunction:
     """Drops the margin function if it was not requested."""
     return function if function.margin in chosen else replace(function, margin="")
 

@@ -45,7 +45,7 @@ from .library import find_folder, options_of, shelf, shipped_folders
 from .robot import Robot
 from .velocity.manipulability import Ellipsoid, Manipulability
 from .velocity.rates import Accelerations, Rates
-from .velocity.singular_ways import Determinants, SingularityDistance
+from .velocity.singular_directions import Determinants, SingularityDistance
 from .velocity.singularity import Singularity
 from .velocity.track import Track
 

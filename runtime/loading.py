@@ -42,7 +42,7 @@ def load_functions(
     inverse = manifest.with_role("inverse", "pose")
     unit = 1.0
     for info in order:
-        if info.role.is_inverse and pose and manifest.inverse.tier != "snapped":
+        if info.role.is_inverse and pose and manifest.inverse.method != "snapped":
             unit = unit_length(functions[pose.name], manifest.coordinates, manifest.loops.reference)
         functions[info.name] = library.function(
             info.name,
@@ -85,7 +85,7 @@ def _poses(manifest: Manifest, info: FunctionInfo) -> int:
     """Return how C tests poses for rigidity; see PosesOf in operands.h."""
     if not _solves_poses(info):
         return 0
-    return 2 if manifest.inverse.tier == "general" else 1
+    return 2 if manifest.inverse.method == "general" else 1
 
 
 def _residual_unit(info: FunctionInfo, unit: float) -> float:

@@ -18,7 +18,7 @@ from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
-from .velocity.singular_ways import SingularWayMethods
+from .velocity.singular_directions import SingularDirectionMethods
 from .velocity.track import TrackMethods
 
 
@@ -27,7 +27,7 @@ class Robot(
     NearestMethods,
     NumericMethods,
     PlatformMethods,
-    SingularWayMethods,
+    SingularDirectionMethods,
     TrackMethods,
     VelocityMethods,
 ):

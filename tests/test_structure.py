@@ -212,7 +212,7 @@ def test_steps_of_a_mechanism_follow_the_plan():
     assert [*entered] == [*PLAN]
 
 
-def test_ends_of_closers_are_placed_by_the_loop_model_and_the_scene_only():
+def test_ends_of_loop_joints_are_placed_by_the_loop_model_and_the_scene_only():
     """Other files call one of these two functions for the position of a pin."""
     placing = {"placement_matrix", "matrix", "onward", "at_values", "_on", "_rotation"}
     found = set()

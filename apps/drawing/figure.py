@@ -109,18 +109,18 @@ def draw(
     chosen = bodies.q_drawn if q is None else _row(robot, q)
     poses = bodies.poses(chosen)
     pale, labels = _ghosts(bodies, chosen, ghosts)
-    way = None if path is None else _tool_path(bodies, path)
+    tool_path = None if path is None else _tool_path(bodies, path)
     found = views_of(bodies, poses, None if views is None else tuple(views))
     if views is None and ax is not None and len(found) > 1:
         found = [AXONOMETRIC]
     if ax is not None and len(found) != 1:
         raise InputValueError(f"draw: ax: expected one view, got {len(found)} views")
-    shown = scenes(bodies, poses, pale, way, found)
+    shown = scenes(bodies, poses, pale, tool_path, found)
     if ax is not None:
         _limit(ax, shown[0].box, None)
         _paint(ax, shown[0])
         return ax
-    figure = figure_of(shown, labels, has_path=way is not None)
+    figure = figure_of(shown, labels, has_path=path is not None)
     if file is not None:
         suffix = as_path("draw: file", file).suffix
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():

@@ -64,10 +64,10 @@ class Lettering:
         for frame in self.scene.frames:
             is_again = frame.tips is not base and np.allclose(frame.tips, base)
             for k, tip in enumerate(frame.tips):
-                way = tip - frame.origin
-                length = float(np.linalg.norm(way))
+                vector = tip - frame.origin
+                length = float(np.linalg.norm(vector))
                 if length > 2.6 * self.scene.unit and not is_again:
-                    ahead = tip + 1.1 * self.scene.unit * way / length
+                    ahead = tip + 1.1 * self.scene.unit * vector / length
                     found += self._near(ahead, "xyz"[k], colours[k])
         return found
 
@@ -121,10 +121,12 @@ class Lettering:
             for direction in _DIRECTIONS
         ]
         self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
-        way = np.array(text.get_position()) - point
-        length = float(np.linalg.norm(way)) / self.scene.unit
+        vector = np.array(text.get_position()) - point
+        length = float(np.linalg.norm(vector)) / self.scene.unit
         if length > _LEADER:
-            ends = np.array([point + 1.2 * way / length, point + (length - 2.2) / length * way])
+            ends = np.array(
+                [point + 1.2 * vector / length, point + (length - 2.2) / length * vector]
+            )
             self.ax.plot(*ends.T, color=colour, linewidth=0.4, zorder=990)
         return text
 
@@ -148,18 +150,18 @@ class Lettering:
 
     def _length(self, dimension: Dimension) -> list[Any]:
         a, b = dimension.a, dimension.b
-        way = b - a
+        vector = b - a
         pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
         text = self._text(f"{dimension.length:.4g} m", "#333333")
         x0, y0, x1, y1 = self._box(text)
         size = np.array([x1 - x0, y1 - y0])
-        angle = math.degrees(math.atan2(way[1], way[0]))
+        angle = math.degrees(math.atan2(vector[1], vector[0]))
         angle = (angle + 90) % 180 - 90
-        normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+        normal = np.array([-vector[1], vector[0]]) / np.linalg.norm(vector)
         tried = [
             (
                 10 * abs(part - 0.5) + 2 * step,
-                a + part * way + side * step * self.scene.unit * normal,
+                a + part * vector + side * step * self.scene.unit * normal,
             )
             for step in (1.6, 2.4, 3.4)
             for side in (1, -1)
@@ -225,9 +227,9 @@ class Lettering:
 
 def _distance(place: FloatArray, dimension: Dimension) -> float:
     """Return the distance of a position from the line of a dimension [m]."""
-    way = dimension.b - dimension.a
-    part = np.clip((place - dimension.a) @ way / (way @ way), 0, 1)
-    return float(np.linalg.norm(place - dimension.a - part * way))
+    vector = dimension.b - dimension.a
+    part = np.clip((place - dimension.a) @ vector / (vector @ vector), 0, 1)
+    return float(np.linalg.norm(place - dimension.a - part * vector))
 
 
 def _round_length(least: float) -> float:
@@ -238,11 +240,11 @@ def _round_length(least: float) -> float:
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
     """Return the total length inside a box of line segments from a (m, 2) to b (m, 2)."""
-    way = b - a
+    vector = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
-        parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
+        parts = np.stack([(np.array(box[:2]) - a) / vector, (np.array(box[2:]) - a) / vector])
     # If a line lies along a side of the box, the division 0 / 0 gives NaN.
     is_along = np.isnan(parts).any(axis=(0, 2))
     enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
     inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)
-    return float((inside * np.linalg.norm(way, axis=1)).sum())
+    return float((inside * np.linalg.norm(vector, axis=1)).sum())

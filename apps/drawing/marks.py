@@ -206,10 +206,10 @@ class _Marks:
         at = self.carriages.get(shape.name) if shape.kind == "guide" else None
         if at is None:
             return points
-        way = points[1] - points[0]
-        part = float((at - points[0]) @ way / (way @ way))
+        vector = points[1] - points[0]
+        part = float((at - points[0]) @ vector / (vector @ vector))
         reached = np.array([[min(part, 0.0)], [max(part, 1.0)]])
-        return np.asarray(points[0] + reached * way)
+        return np.asarray(points[0] + reached * vector)
 
     def _slide_style(self, shape: Shape) -> str:
         for body in self.skeleton.bodies:
@@ -281,12 +281,12 @@ class _Marks:
 
     def _barrel(self, shape: Shape, points: FloatArray) -> Iterator[Mark]:
         seen = self.view.project(points)
-        way = seen[1] - seen[0]
-        length = float(np.linalg.norm(way))
+        vector = seen[1] - seen[0]
+        length = float(np.linalg.norm(vector))
         style = "driven barrel" if shape.name in self.driven else "barrel"
         depth = self._depth(points, 2)
         if length > _EDGE_ON * self.unit:
-            side = SMALL * self.unit * np.array([-way[1], way[0]]) / length
+            side = SMALL * self.unit * np.array([-vector[1], vector[0]]) / length
             corners = np.array([seen[0] + side, seen[1] + side, seen[1] - side, seen[0] - side])
             yield Mark(style, corners, depth, shape.name, is_area=True)
         yield from self._strut_ends(shape, points[:1])
@@ -307,8 +307,8 @@ class _Marks:
         shapes = self.skeleton.bodies[0].shapes
         lines = [np.array(s.points) for s in shapes if s.kind == "link"]
         if lines and not self.is_planar:
-            way = lines[0][1] - lines[0][0]
-            yield from self._hatched(lines[0][0], -way / np.linalg.norm(way), 0.0)
+            vector = lines[0][1] - lines[0][0]
+            yield from self._hatched(lines[0][0], -vector / np.linalg.norm(vector), 0.0)
             return
         if not self.is_planar and any(s.kind in ("plate", "guide") for s in shapes):
             return
@@ -347,12 +347,12 @@ class _Marks:
     def _hatched_guide(self, points: FloatArray) -> Iterator[Mark]:
         """Yield hatching strokes along and below a guide on the ground."""
         seen = self.view.project(points)
-        way = seen[1] - seen[0]
-        length = float(np.linalg.norm(way))
+        vector = seen[1] - seen[0]
+        length = float(np.linalg.norm(vector))
         if length < self.unit:
             return
-        along = way / length * (1.0 if way[0] >= 0 else -1.0)
-        begin = seen[0] if way[0] >= 0 else seen[1]
+        along = vector / length * (1.0 if vector[0] >= 0 else -1.0)
+        begin = seen[0] if vector[0] >= 0 else seen[1]
         yield from self._strokes(begin, along, length, self._depth(points, -3))
 
     def _strokes(

@@ -267,13 +267,13 @@ class Display:
         """Return the configuration at the end of a straight path, by small steps on one branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
-        way = last.q + parts * (q - last.q)
-        found = self.robot.solve_loops_along(way, last.z)
+        path = last.q + parts * (q - last.q)
+        found = self.robot.solve_loops_along(path, last.z)
         reached = int(found.valid.sum())
         if reached == 0:
             return replace(last, closes=False, branches=None)
         k = reached - 1
-        return self._configuration(way[k], found.z[k], closes=reached == len(way))
+        return self._configuration(path[k], found.z[k], closes=reached == len(path))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
         """Return configurations (k, n_z) at coordinates (k, n), NaN for open loops."""

@@ -34,7 +34,7 @@ def run(robots: Sequence[str]) -> int:
     slow = 0
     for name in names:
         display = Display(chasles.load(name))
-        configurations = _way(display)
+        configurations = _path(display)
         by_slider = _least(lambda d=display, p=configurations: _slid(d, p))
         by_tool = _least(lambda d=display, p=configurations: _dragged(d, p))
         by_modes = f"{_least(lambda d=display, p=configurations: _in_all_modes(d, p)):.2f}"
@@ -48,7 +48,7 @@ def run(robots: Sequence[str]) -> int:
     return int(slow > 0)
 
 
-def _way(display: Display) -> list[Displayed]:
+def _path(display: Display) -> list[Displayed]:
     """Return consecutive configurations, beginning at the start configuration."""
     units = slider_units(display.robot, display.start.q)
     step = STEP * np.array([unit.upper - unit.lower for unit in units])

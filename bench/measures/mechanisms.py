@@ -171,7 +171,9 @@ def times(plan: Plan) -> list[Limit]:
             "Python": repeated(call, rows, repeats),
         }
         of = alternated(works, plan.rounds)
-        found += [_time(f"{name} {function}, {way}", of[way], len(many), "ns") for way in of]
+        found += [
+            _time(f"{name} {function}, {method}", of[method], len(many), "ns") for method in of
+        ]
     return found
 
 
@@ -194,8 +196,10 @@ def iterations(plan: Plan) -> list[Limit]:
         counts = {"C": len(many), "Python": len(inputs[0]), "in a batch": len(inputs[0])}
         of = alternated(works, plan.rounds)
         found += [
-            _time(f"{name} {function}, {way}", of[way], counts[way], "us", bars.get(way))
-            for way in of
+            _time(
+                f"{name} {function}, {method}", of[method], counts[method], "us", bars.get(method)
+            )
+            for method in of
         ]
     robot = chasles.load("planar_3rrr")
     q = closed(robot, ITERATED)

@@ -65,8 +65,8 @@ def run(samples: int) -> int:
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
     """Time a line with joint rates, the time-optimal scaling of the line, and a 49 s process."""
-    way = line(arm.fk(HOME), arm.fk(HOME + AWAY))
-    motion = Motion(arm, way, time_scaling("quintic", way.length, duration=1), HOME)
+    path = line(arm.fk(HOME), arm.fk(HOME + AWAY))
+    motion = Motion(arm, path, time_scaling("quintic", path.length, duration=1), HOME)
     motion.sample(LINED)
     own = _seconds(lambda: motion.sample(LINED)) / LINED
     _row(table, "line of ur5e: Robotics Toolbox ctraj, ik_LM, no rates", own, LINED, _lined())

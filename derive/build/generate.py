@@ -59,13 +59,13 @@ def _texts(
     *,
     parametric: bool,
 ) -> dict[str, str]:
-    with without_search_for_cycles():
+    with without_garbage_collection():
         derived = derive(description, functions=functions, fixed=fixed, parametric=parametric)
         return files_of(derived, emitters)
 
 
 @contextmanager
-def without_search_for_cycles() -> Iterator[None]:
+def without_garbage_collection() -> Iterator[None]:
     """Disables Python's cyclic garbage collector.
 
     A derivation creates millions of objects that live until its end. Repeated garbage collection

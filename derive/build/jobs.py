@@ -28,7 +28,7 @@ from .generate import (
     paths_of,
     put,
     strays,
-    without_search_for_cycles,
+    without_garbage_collection,
 )
 from .time_limit import at_most
 
@@ -136,7 +136,7 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
 
 def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     try:
-        with at_most(job.time_limit), without_search_for_cycles():
+        with at_most(job.time_limit), without_garbage_collection():
             return work(job)
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")

@@ -115,7 +115,9 @@ def _attached_bodies(rigid: RigidBodies) -> set[int]:
     """Returns the bodies attached to closures and struts."""
     if not isinstance(rigid.robot, Mechanism):
         return set()
-    frames = [frame for closer in rigid.robot.closers for frame in (closer.a, closer.b)]
+    frames = [
+        frame for loop_joint in rigid.robot.loop_joints for frame in (loop_joint.a, loop_joint.b)
+    ]
     return {rigid.index[frame.body] for frame in frames}
 
 
@@ -141,18 +143,18 @@ class _Shapes:
         self.attached = [_Attached() for _ in self.bodies]
         self.shapes: list[list[Shape]] = [[] for _ in self.bodies]
         self.row_of = {k: row for row in rows_of_joints(rigid, actuated) for k in row}
-        self.closers = rigid.robot.closers if isinstance(rigid.robot, Mechanism) else ()
+        self.loop_joints = rigid.robot.loop_joints if isinstance(rigid.robot, Mechanism) else ()
         self.size = rigid.size
         self.digits = DRAWN_DIGITS - math.ceil(math.log10(self.size))
 
     def all(self) -> Skeleton:
         for k in range(1, len(self.rigid.bodies)):
             self._joint(k)
-        for closer in self.closers:
-            if isinstance(closer, Closure):
-                self._closure(closer)
+        for loop_joint in self.loop_joints:
+            if isinstance(loop_joint, Closure):
+                self._closure(loop_joint)
             else:
-                self._strut(closer)
+                self._strut(loop_joint)
         self._attach(self.rigid.tip, self.rigid.tip_placement[:3, 3])
         for k in range(len(self.rigid.bodies)):
             self._body(k)
@@ -165,7 +167,7 @@ class _Shapes:
             self.rigid.tip_placement,
             drawn_configuration(self.rigid),
             self.size,
-            tuple(self.rigid.closure_frames(c) for c in self.closers if isinstance(c, Closure)),
+            tuple(self.rigid.closure_frames(c) for c in self.loop_joints if isinstance(c, Closure)),
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:
@@ -329,11 +331,11 @@ class _Shapes:
         if not lines:
             return 0.0
         near, far = (lines[0][-1], lines[0][-2]) if end else lines[0][:2]
-        way = np.array(far) - np.array(near)
-        length = float(np.linalg.norm(way))
-        if abs(abs(float(way @ axis)) - length) > SAME_VIEW * length:
+        displacement = np.array(far) - np.array(near)
+        length = float(np.linalg.norm(displacement))
+        if abs(abs(float(displacement @ axis)) - length) > SAME_VIEW * length:
             return 0.0
-        return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
+        return math.copysign(min(length / 2, APART * self.size), float(displacement @ axis))
 
     def _stub(self, k: int, joint: BodyJoint) -> None:
         """Adds a short line along the axis of a point-like body, with the symbol at its end."""
@@ -380,16 +382,16 @@ class _Shapes:
 
     @staticmethod
     def _are_in_line(points: Sequence[Array]) -> bool:
-        ways = np.array(points[1:]) - points[0]
-        values = np.linalg.svd(ways, compute_uv=False)
+        offsets = np.array(points[1:]) - points[0]
+        values = np.linalg.svd(offsets, compute_uv=False)
         return bool(len(values) < 2 or values[1] < SAME_VIEW * values[0])  # noqa: PLR2004
 
     @staticmethod
     def _in_order(points: Sequence[Array]) -> list[Array]:
         """Sorts collinear points along their line."""
-        ways = np.array(points) - points[0]
-        along = ways[int(np.argmax(np.linalg.norm(ways, axis=1)))]
-        return [points[k] for k in np.argsort(np.round(ways @ along, 12), kind="stable")]
+        offsets = np.array(points) - points[0]
+        along = offsets[int(np.argmax(np.linalg.norm(offsets, axis=1)))]
+        return [points[k] for k in np.argsort(np.round(offsets @ along, 12), kind="stable")]
 
     def _along_axes(self, own: _Attached) -> list[Array]:
         """Returns the path between two joints along first axis, common normal and second axis."""
@@ -399,9 +401,9 @@ class _Shapes:
             feet = _feet(p, u, q, v)
         elif u is not None:
             feet = [p + u * (u @ (q - p)), q]
-        way = [p, *self._distinct([p, q, *feet])[2:], q]
-        length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(way))
-        return way if length <= DETOUR * float(np.linalg.norm(q - p)) else [p, q]
+        displacement = [p, *self._distinct([p, q, *feet])[2:], q]
+        length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(displacement))
+        return displacement if length <= DETOUR * float(np.linalg.norm(q - p)) else [p, q]
 
 
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:

@@ -103,17 +103,17 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
 
 def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
     """Returns the largest distance from a revolute joint to each mass of the following links."""
-    reaches, way = [], 0.0
+    reaches, distance = [], 0.0
     at = np.zeros(3)
     for k, joint in enumerate(robot.joints[first:], first):
         if joint.kind == "prismatic":
-            way += _stroke(joint)
+            distance += _stroke(joint)
         else:
             place = np.array(placement_matrix(joint.before)[:3, 3], dtype=float).ravel()
-            way += float(np.linalg.norm(place - at)) if k > first else 0.0
+            distance += float(np.linalg.norm(place - at)) if k > first else 0.0
             at = place
         centre = np.array([float(x) for x in load.masses[k].at])
-        reaches.append(way + float(np.linalg.norm(centre - at)))
+        reaches.append(distance + float(np.linalg.norm(centre - at)))
     return reaches
 
 

@@ -142,9 +142,9 @@ class RigidBodies:
         points = [(self.poses[self.tip] @ self.tip_placement)[:3, 3]]
         for T, body in zip(self.poses, self.bodies, strict=True):
             points += [T[:3, 3], *([T[:3, :3] @ body.joint.at + T[:3, 3]] if body.joint else [])]
-        closers = self.robot.closers if isinstance(self.robot, Mechanism) else ()
-        for closer in closers:
-            ends = (self.end(frame) for frame in (closer.a, closer.b))
+        loop_joints = self.robot.loop_joints if isinstance(self.robot, Mechanism) else ()
+        for loop_joint in loop_joints:
+            ends = (self.end(frame) for frame in (loop_joint.a, loop_joint.b))
             points += [(self.poses[k] @ T)[:3, 3] for k, T in ends]
         found = float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
         return found if found > 0 else 1.0
@@ -172,12 +172,12 @@ class RigidBodies:
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
         """Returns the end points of a strut; pins align the y axis of the strut with their axis."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
-        way = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
-        parts = np.abs(self.poses[a][:3, :3].T @ way)
+        displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
+        parts = np.abs(self.poses[a][:3, :3].T @ displacement)
         # In planar mechanisms, an end frame may define only a point; its z axis is then in the
         # plane.
-        length = max(float(np.linalg.norm(way)), 1e-300)
-        along = abs(way @ self.poses[a][:3, :3] @ A[:3, 2]) / length
+        length = max(float(np.linalg.norm(displacement)), 1e-300)
+        along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
         across = A[:3, 2] if is_pin else self._aside(parts)
         ends = vector(A[:3, 3]), vector(B[:3, 3])

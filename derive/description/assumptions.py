@@ -9,7 +9,7 @@ from ..model.robot import Joint, Parameter
 def assumption(
     parameters: Sequence[Parameter],
     joints: Sequence[Joint],
-    closers: Sequence[Closure | Strut] = (),
+    loop_joints: Sequence[Closure | Strut] = (),
     drives: Sequence[Drive] = (),
 ) -> tuple[str, ...]:
     """Returns a note that lists all assumed limits and dimensions; () if there are none.
@@ -17,10 +17,10 @@ def assumption(
     Args:
         parameters: Named lengths, angles and ratios.
         joints: All joints.
-        closers: Closures, rods and cylinders of the description.
+        loop_joints: Closures, rods and cylinders of the description.
         drives: Motors with gears.
     """
-    struts = [closer for closer in closers if isinstance(closer, Strut)]
+    struts = [loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)]
     named: dict[str, list[str]] = {}
     members: tuple[Joint | Strut, ...] = (*joints, *struts)
     for member in members:
@@ -29,15 +29,15 @@ def assumption(
     parts = [f"{field} of {', '.join(names)}" for field, names in named.items()]
     parts += _list("parameters", (p.name for p in parameters if p.assumed))
     parts += _list("ratios of", (drive.name for drive in drives if drive.assumed))
-    parts += _list("points of", _assumed_sides(closers))
+    parts += _list("points of", _assumed_sides(loop_joints))
     return (f"assumed, not stated by the source: {'; '.join(parts)}",) if parts else ()
 
 
-def _assumed_sides(closers: Iterable[Closure | Strut]) -> Iterator[str]:
-    for closer in closers:
-        for side, frame in (("a", closer.a), ("b", closer.b)):
+def _assumed_sides(loop_joints: Iterable[Closure | Strut]) -> Iterator[str]:
+    for loop_joint in loop_joints:
+        for side, frame in (("a", loop_joint.a), ("b", loop_joint.b)):
             if frame.assumed:
-                yield f"{closer.name} on {frame.body} ({side})"
+                yield f"{loop_joint.name} on {frame.body} ({side})"
 
 
 def _list(word: str, names: Iterable[str]) -> list[str]:

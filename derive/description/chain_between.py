@@ -182,17 +182,17 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
     if start.body != base:
         mount = Joint(f"{base}_mount", "fixed", placed, link=start.body, parent=base)
         joints, placed = (mount, *joints), ()
-    kept, closers = _with_loops(joints, robot.closers, end.body)
-    members = {joint.name for joint in kept} | {closer.name for closer in closers}
+    kept, loop_joints = _with_loops(joints, robot.loop_joints, end.body)
+    members = {joint.name for joint in kept} | {loop_joint.name for loop_joint in loop_joints}
     drives = tuple(drive for drive in robot.drives if drive.joint in members)
     known = members | {drive.name for drive in drives}
-    known |= {c.swing_name for c in closers if isinstance(c, Strut)}
+    known |= {c.swing_name for c in loop_joints if isinstance(c, Strut)}
     found = replace(
         robot,
         joints=kept,
         actuated=tuple(name for name in robot.actuated if name in known),
-        closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
-        struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
+        closures=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Closure)),
+        struts=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)),
         drives=drives,
         tool_body=end.body,
         base=placed,
@@ -205,13 +205,13 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
     )
     chain = found.main_chain
     is_serial = {joint.name for joint in chain.moving} == {*found.actuated}
-    if closers or drives or not is_serial:
+    if loop_joints or drives or not is_serial:
         return found
     return replace(chain, notes=found.notes, transmissions=found.transmissions)
 
 
 def _with_loops(
-    joints: Sequence[Joint], closers: Sequence[Closure | Strut], tool_body: str
+    joints: Sequence[Joint], loop_joints: Sequence[Closure | Strut], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
     """Returns the joints of a chain and of its loops, and the members of these loops.
 
@@ -221,20 +221,23 @@ def _with_loops(
     carrying = {joint.link: joint for joint in joints}
     moving = {joint.name for joint in joints if joint.kind != "fixed"}
 
-    def way(body: str) -> set[str]:
+    def path(body: str) -> set[str]:
         names = set()
         while body in carrying:
             names.add(carrying[body].name)
             body = carrying[body].parent
         return names
 
-    kept, left = way(tool_body), list(closers)
-    ways = {closer.name: (way(closer.a.body), way(closer.b.body)) for closer in closers}
-    loops = {name: (a ^ b) & moving for name, (a, b) in ways.items()}
+    kept, left = path(tool_body), list(loop_joints)
+    paths = {
+        loop_joint.name: (path(loop_joint.a.body), path(loop_joint.b.body))
+        for loop_joint in loop_joints
+    }
+    loops = {name: (a ^ b) & moving for name, (a, b) in paths.items()}
     around = kept & moving
-    while meeting := [closer for closer in left if loops[closer.name] & around]:
-        left = [closer for closer in left if closer not in meeting]
-        around = around.union(*(loops[closer.name] for closer in meeting))
-        kept = kept.union(*(way for closer in meeting for way in ways[closer.name]))
-    found = [closer for closer in closers if closer not in left]
+    while meeting := [loop_joint for loop_joint in left if loops[loop_joint.name] & around]:
+        left = [loop_joint for loop_joint in left if loop_joint not in meeting]
+        around = around.union(*(loops[loop_joint.name] for loop_joint in meeting))
+        kept = kept.union(*(path for loop_joint in meeting for path in paths[loop_joint.name]))
+    found = [loop_joint for loop_joint in loop_joints if loop_joint not in left]
     return tuple(joint for joint in joints if joint.name in kept), found

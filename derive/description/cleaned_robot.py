@@ -124,9 +124,9 @@ def _strut(work: ExactNumbers, strut: Strut, distances: Distances) -> Strut:
     return replace(strut, a=a, b=b, length=work.length(strut.name, strut.length, distances))
 
 
-def _frame(work: ExactNumbers, closer: Closure | Strut, end: str) -> Frame:
-    frame: Frame = getattr(closer, end)
-    return replace(frame, placement=work.placement(f"{closer.name}.{end}", frame.placement))
+def _frame(work: ExactNumbers, loop_joint: Closure | Strut, end: str) -> Frame:
+    frame: Frame = getattr(loop_joint, end)
+    return replace(frame, placement=work.placement(f"{loop_joint.name}.{end}", frame.placement))
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:

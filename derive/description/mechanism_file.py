@@ -101,7 +101,7 @@ class MechanismFile(RobotFile):
         transmissions = tuple(map(self._transmission, self._each("transmissions")))
         parameters = tuple(self.parameter(name) for name in self.symbols)
         reference = self._reference(kinds, struts, drives)
-        closers: tuple[Closure | Strut, ...] = (*closures, *struts)
+        loop_joints: tuple[Closure | Strut, ...] = (*closures, *struts)
         try:
             return Mechanism(
                 name=name,
@@ -120,7 +120,7 @@ class MechanismFile(RobotFile):
                 reference=reference,
                 closure=self.option(("closure",), CLOSURE_MODES, "exact"),
                 parameters=parameters,
-                notes=assumption(parameters, joints, closers, drives),
+                notes=assumption(parameters, joints, loop_joints, drives),
                 transmissions=transmissions,
             )
         except DescriptionError as error:

@@ -117,10 +117,10 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
             x, y, z = (_listed(work, at, n, T[i, 3], base) for i, n in enumerate("xyz"))
         return from_xyz_rpy((x, y, z), (roll, pitch, yaw))
 
-    def frame(closer: Closure | Strut, end: str, of: Frame) -> Frame:
+    def frame(loop_joint: Closure | Strut, end: str, of: Frame) -> Frame:
         if of.body != mechanism.base_frame:
             return of
-        return replace(of, placement=placed(f"{closer.name}.{end}", of.placement))
+        return replace(of, placement=placed(f"{loop_joint.name}.{end}", of.placement))
 
     def joint(of: Joint) -> Joint:
         if of.parent != mechanism.base_frame:

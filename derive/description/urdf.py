@@ -86,14 +86,14 @@ class UrdfFile:
         """Raises an error for cyclic joints, which are not connected to the base."""
         based: set[str] = set()
         for child in self.joint_to:
-            way: list[str] = []
+            path: list[str] = []
             link = child
             while link in self.joint_to and link not in based:
-                if link in way:
-                    self._circle(way[way.index(link) :])
-                way.append(link)
+                if link in path:
+                    self._circle(path[path.index(link) :])
+                path.append(link)
                 link = self._link_of(self.joint_to[link], "parent")
-            based.update(way)
+            based.update(path)
 
     def _circle(self, links: list[str]) -> NoReturn:
         """Raises the error for a cycle of the parent joints of the listed links."""

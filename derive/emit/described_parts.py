@@ -37,7 +37,7 @@ def robot_template(hybrid: SolvedLoops) -> str:
 
 def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     mechanism = hybrid.mechanism
-    count = 1 + len(mechanism.joints) + 2 * len(mechanism.closers)
+    count = 1 + len(mechanism.joints) + 2 * len(mechanism.loop_joints)
     yield "closure = $closure"
     yield f"actuated = {json.dumps(list(mechanism.actuated))}"
     yield f"base = {{ name = {json.dumps(mechanism.base_frame)}, {_frame(0)} }}"
@@ -46,8 +46,8 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     for k, joint in enumerate(mechanism.joints, 1):
         yield from _joint(joint, k)
     first = 1 + len(mechanism.joints)
-    for k, closer in enumerate(mechanism.closers):
-        yield from _closer(mechanism, closer, first + 2 * k)
+    for k, loop_joint in enumerate(mechanism.loop_joints):
+        yield from _loop_joint(mechanism, loop_joint, first + 2 * k)
     # Iterated loops support no dependent motors.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
@@ -70,21 +70,21 @@ def _joint(joint: Joint, k: int) -> Iterator[str]:
         yield from _limits(joint)
 
 
-def _closer(mechanism: Mechanism, closer: Closure | Strut, k: int) -> Iterator[str]:
-    ends = [f"a = {_end(closer.a, k)}", f"b = {_end(closer.b, k + 1)}"]
-    name = f"name = {json.dumps(closer.name)}"
-    if isinstance(closer, Closure):
-        yield from ("", "[[closures]]", name, f'kind = "{closer.kind}"', *ends)
+def _loop_joint(mechanism: Mechanism, loop_joint: Closure | Strut, k: int) -> Iterator[str]:
+    ends = [f"a = {_end(loop_joint.a, k)}", f"b = {_end(loop_joint.b, k + 1)}"]
+    name = f"name = {json.dumps(loop_joint.name)}"
+    if isinstance(loop_joint, Closure):
+        yield from ("", "[[closures]]", name, f'kind = "{loop_joint.kind}"', *ends)
         return
-    tool = 1 + len(mechanism.joints) + 2 * len(mechanism.closers)
-    place = f"$x_{tool + 1 + mechanism.struts.index(closer)}"
-    if closer.is_cylinder:
-        yield from ("", "[[cylinders]]", name, f"retracted = {place}", *_limits(closer))
+    tool = 1 + len(mechanism.joints) + 2 * len(mechanism.loop_joints)
+    place = f"$x_{tool + 1 + mechanism.struts.index(loop_joint)}"
+    if loop_joint.is_cylinder:
+        yield from ("", "[[cylinders]]", name, f"retracted = {place}", *_limits(loop_joint))
     else:
         yield from ("", "[[rods]]", name, f"length = {place}")
-    yield f'ends = "{closer.ends}"'
-    if closer.ends == "pin":
-        yield f"swing = {json.dumps(closer.swing_name)}"
+    yield f'ends = "{loop_joint.ends}"'
+    if loop_joint.ends == "pin":
+        yield f"swing = {json.dumps(loop_joint.swing_name)}"
     yield from ends
 
 

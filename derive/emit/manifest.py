@@ -46,7 +46,7 @@ from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
 from ..program.programs import Programs
-from ..terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import Argument, NativeSolverFunction, Result, SymbolicFunction
 from .described_parts import robot_template
 from .described_springs import springs_template
 from .emitter import Files
@@ -174,8 +174,8 @@ def _robot_file(derivation: Derivation) -> str:
 
 def _inverse(inverse: Inverses) -> InverseFacts:
     """Returns the solution method of the inverse, or the reason for a missing inverse."""
-    tier = "general" if inverse.general else inverse.classification.tier
-    return InverseFacts(tier, inverse.missing)
+    method = "general" if inverse.general else inverse.classification.method
+    return InverseFacts(method, inverse.missing)
 
 
 def _loops(hybrid: SolvedLoops) -> LoopFacts:
@@ -190,7 +190,7 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
         chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
         passive=tuple(Variable(name, units.get(name, "rad")) for name in passive),
         configuration=tuple(Variable(name, units[name]) for name in names),
-        names=tuple(closer.name for closer in mechanism.closers),
+        names=tuple(loop_joint.name for loop_joint in mechanism.loop_joints),
         reference=Reference(
             tuple(_rounded(value) for value in hybrid.q_at_reference.tolist()),
             tuple(_rounded(at[name]) for name in names),
@@ -247,14 +247,14 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
     return _info(robot, function, counted)
 
 
-def _written(robot: Described, function: WrittenFunction) -> FunctionInfo:
+def _written(robot: Described, function: NativeSolverFunction) -> FunctionInfo:
     """Returns the entry of a handwritten function. Operation kinds vary with the pose."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 
 def _info(
     robot: Described,
-    function: SymbolicFunction | WrittenFunction,
+    function: SymbolicFunction | NativeSolverFunction,
     operations: Mapping[str, int],
 ) -> FunctionInfo:
     return FunctionInfo(

@@ -125,5 +125,5 @@ def _offered(
     for given in sets[:MAX_TRIED]:
         terms = Terms({p.symbol: p.value for p in robot.parameters})
         found = classify(robot, terms, None, families, given)
-        if found.tier == "exact" or found.near or general_tables(robot, given).arm:
+        if found.method == "exact" or found.near or general_tables(robot, given).arm:
             yield given

@@ -11,7 +11,7 @@ from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE, NEARLY_STRUC
 from ..terms.terms import Terms
 from .families import FAMILIES
 from .families.family import Family, Reading
-from .given_joints import ways_to_give
+from .given_joints import joint_sets_to_fix
 from .structure import rank
 from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
@@ -88,7 +88,7 @@ class Classification:
     give: tuple[int, ...] = ()
 
     @property
-    def tier(self) -> Literal["exact", "snapped", "none"]:
+    def method(self) -> Literal["exact", "snapped", "none"]:
         """Whether the axes fit a structure exactly, approximately ("snapped") or not at all."""
         if self.found is None:
             return "none"
@@ -158,7 +158,7 @@ def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
 
-def others_that_fit(
+def further_families(
     lines: Lines,
     found: Attempt,
     families: Sequence[Family] = FAMILIES,
@@ -216,7 +216,7 @@ def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
     if surplus <= 0:
         return [()]
     # Joints near the tool come first, because an operator can set them most easily.
-    choices = sorted(ways_to_give(lines, surplus), key=lambda given: given[::-1], reverse=True)
+    choices = sorted(joint_sets_to_fix(lines, surplus), key=lambda given: given[::-1], reverse=True)
     return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 
 

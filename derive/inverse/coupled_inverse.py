@@ -7,7 +7,7 @@ import sympy as sp
 
 from ..chain.kinematics import arguments_of, common_unit
 from ..model.robot import SerialRobot
-from ..terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import Argument, NativeSolverFunction, SymbolicFunction
 from ..terms.terms import Terms
 from .coupled_chain import CoupledChain
 from .mechanisms.substitution import substituted
@@ -77,9 +77,9 @@ def of_coordinates(
 def refined_in_coordinates(
     robot: SerialRobot,
     chain: CoupledChain,
-    refined: WrittenFunction,
+    refined: NativeSolverFunction,
     solved: Mapping[str, Solved],
-) -> WrittenFunction:
+) -> NativeSolverFunction:
     """Returns the inverse of a calibrated chain, refined in the coordinates of the robot.
 
     The general solver, which finds solutions of uncertain branches, knows the chain only.

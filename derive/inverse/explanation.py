@@ -86,7 +86,7 @@ class Explanation:
             return f"no closed-form inverse: {self.loops[:1].lower()}{self.loops[1:]}".rstrip(".")
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _with_added(classification) + _with_fixed(found, classification)
-        if classification.tier == "snapped":
+        if classification.method == "snapped":
             title = f"nearly {title}, refined from a nominal arm"
         most = _counted(self.max_solutions, "solution")
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
@@ -194,11 +194,11 @@ def _structure(classification: Classification, is_general: bool) -> str:
         return f"No structure gives a closed form: {classification.missing}."
     if found is None:
         return f"No closed-form inverse: {classification.missing}."
-    nearly = "" if classification.tier == "exact" else "nearly "
+    nearly = "" if classification.method == "exact" else "nearly "
     added = _with_added(classification)
     lines = [f"Structure: {nearly}{found.title}{added}{_with_fixed(found, classification)}."]
     lines += [f"  {_condition(r, classification)}" for r in found.requirements]
-    if classification.tier == "exact":
+    if classification.method == "exact":
         lines.append("Tier: exact; the closed form is that of the robot.")
     else:
         lines.append(
@@ -229,7 +229,7 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)
-    if classification.found is None or classification.tier == "exact":
+    if classification.found is None or classification.method == "exact":
         return ()
     near = (
         f"the structure of the axes ({classification.found.title}) is only approximate: "
@@ -345,7 +345,7 @@ def _general(general: GeneralInverse) -> str:
 def _of_loops(hybrid: SolvedLoops) -> str:
     """Describes how the actuator coordinates are computed from the main-chain joints."""
     mechanism = hybrid.mechanism
-    if not mechanism.closers:
+    if not mechanism.loop_joints:
         return "The actuators follow from the main chain by constant ratios."
     solution = hybrid.backward
     actuated = {c.moves for c in mechanism.coordinates}
@@ -384,7 +384,7 @@ def _counted(count: int, noun: str) -> str:
 def mechanism_in_words(h: SolvedLoops) -> str:
     """Reports three counts of the freedoms, the loops, and the solution of each loop."""
     paragraphs = [_freedoms(h)]
-    if h.mechanism.closers:
+    if h.mechanism.loop_joints:
         paragraphs += [_loops(h), _ways(h)]
     paragraphs += [[f"{line[0].upper()}{line[1:]}." for line in (*limits_of(h), *doubts_of(h))]]
     return "\n\n".join("\n".join(lines) for lines in paragraphs if lines)

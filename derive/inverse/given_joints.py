@@ -28,7 +28,7 @@ LONG = 12
 """Maximum number of joints in a chain whose inner prismatic joints are tried as fixed joints."""
 
 
-def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
+def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
     """Returns the joint sets that can be fixed: end joints, and prismatic joints anywhere.
 
     Args:
@@ -40,15 +40,15 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
         at the ends can be fixed.
     """
     joints = range(len(lines.axes))
-    ways = set()
+    sets = set()
     for first in range(count + 1):
         for last in range(count + 1 - first):
             inner = joints[first : len(joints) - last]
             slides = [k for k in inner if not lines.axes[k].turns and len(joints) <= LONG]
             ends = (*joints[:first], *joints[len(joints) - last :])
             between = combinations(slides, count - first - last)
-            ways |= {tuple(sorted(ends + some)) for some in between}
-    return {way for way in ways if len(way) < len(joints)}
+            sets |= {tuple(sorted(ends + some)) for some in between}
+    return {fixed for fixed in sets if len(fixed) < len(joints)}
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
@@ -58,7 +58,7 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
         lines: The chain.
         target: The target pose of the chain.
         given: The value of each fixed joint (radian or metre), keyed by its index in the chain; see
-            :func:`ways_to_give`.
+            :func:`joint_sets_to_fix`.
     """
     terms, axes = lines.terms, list(lines.axes)
     free = [k for k in range(len(axes)) if k not in given]

@@ -7,7 +7,7 @@ on the true arm (``chasles_polish.h``).
 from dataclasses import dataclass, replace
 
 from ..model.tolerances import ASKED_MOVE, ASKED_SEPARATION, NEARLY_STRUCTURE
-from ..terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
+from ..terms.symbolic_function import NativeSolverFunction, SymbolicFunction, Tables
 from .classify import Classification
 from .general.general_inverse import GeneralArm, GeneralTables
 from .structure.lines import Lines
@@ -49,7 +49,7 @@ def as_start(nominal: Solved) -> Solved:
 
 def polished_inverse(
     classification: Classification, nominal: SymbolicFunction, general: GeneralTables, move: float
-) -> WrittenFunction:
+) -> NativeSolverFunction:
     """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
@@ -106,7 +106,7 @@ class RefinedTables(Tables):
 
 def refined_inverse(
     nominal: SymbolicFunction, tables: RefinedTables, further: int = 0
-) -> WrittenFunction:
+) -> NativeSolverFunction:
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
     The first solution slots belong to the nominal branches. Extra solution slots contain further
@@ -121,7 +121,7 @@ def refined_inverse(
     n = q.shape[-1]
     slots = nominal.branches + further
     labels = tuple(f"further {k + 1}" for k in range(further))
-    return WrittenFunction(
+    return NativeSolverFunction(
         nominal.name,
         f"Every solution of the inverse kinematics, in {slots} slots.",
         nominal.identity,

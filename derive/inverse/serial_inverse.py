@@ -19,10 +19,10 @@ from ..model.tolerances import (
     MIN_CONVERGED,
     MIN_NEARBY,
 )
-from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task, solve_chain
-from .classify import Attempt, Classification, classify, others_that_fit
+from .classify import Attempt, Classification, classify, further_families
 from .coupled_chain import CoupledChain, coupled_chain
 from .coupled_inverse import (
     coordinates_at,
@@ -84,12 +84,12 @@ class Inverses:
     solved: dict[str, Solved]
     others: tuple[SymbolicFunction, ...] = ()
     general: GeneralInverse | None = None
-    polished: WrittenFunction | None = None
-    polished_tasks: tuple[WrittenFunction, ...] = ()
+    polished: NativeSolverFunction | None = None
+    polished_tasks: tuple[NativeSolverFunction, ...] = ()
     chain: CoupledChain | None = None
 
     @property
-    def written(self) -> tuple[WrittenFunction, ...]:
+    def written(self) -> tuple[NativeSolverFunction, ...]:
         """Functions with hand-written C that reads tables of the robot."""
         found = self.polished if self.general is None else self.general.function
         return () if found is None else (found, *self.polished_tasks)
@@ -132,7 +132,7 @@ def inverses(
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
-    ways: "Sequence[Way] | None" = None,
+    methods: "Sequence[Method] | None" = None,
 ) -> Inverses:
     """Derives the closed-form inverse of a serial robot for all tasks that its structure solves.
 
@@ -142,10 +142,13 @@ def inverses(
         coordinates: Number of coordinates that move the robot, if loops couple some joints.
         families: The families to try, in order.
         give: Indices of the joints to fix; () to select suitable joints automatically.
-        ways: Methods of :data:`WAYS` to try; all methods by default.
+        methods: Methods of :data:`METHODS` to try; all methods by default.
     """
     classification = classify(robot, terms, coordinates, families, give)
-    found = (way(robot, classification, families) for way in (WAYS if ways is None else ways))
+    found = (
+        method(robot, classification, families)
+        for method in (METHODS if methods is None else methods)
+    )
     return next((result for result in found if result), Inverses(classification, {}))
 
 
@@ -154,10 +157,10 @@ def _by_structure(
 ) -> Inverses | None:
     """Derives the tasks of the family that fits exactly."""
     found, lines = classification.found, classification.lines
-    if found is None or classification.tier != "exact":
+    if found is None or classification.method != "exact":
         return None
     if not found.is_whole:
-        further = others_that_fit(lines, found, families, classification.give)
+        further = further_families(lines, found, families, classification.give)
         attempt, whole = _losing_least(robot, lines, chain([found], further))
         others = {task.name: task.solved(robot, lines) for task in _tasks(robot, found, lines)}
         solved = {"ik": whole} | others
@@ -198,7 +201,7 @@ def _losing_least(
             break
     assert best is not None
     lost, attempt, task = best
-    return attempt, task.searching() if lost else task
+    return attempt, task.with_search() if lost else task
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
@@ -214,7 +217,7 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
         return task.is_known and lost_poses(arm, task.function) > 0
 
     solved = {
-        name: task.searching() if misses(task) else task for name, task in found.solved.items()
+        name: task.with_search() if misses(task) else task for name, task in found.solved.items()
     }
     return replace(found, solved=solved)
 
@@ -319,8 +322,8 @@ def _by_determinant(
     return None if general is None else Inverses(classification, {}, general=general)
 
 
-Way = Callable[[SerialRobot, Classification, Sequence[Family]], Inverses | None]
-WAYS: tuple[Way, ...] = (
+Method = Callable[[SerialRobot, Classification, Sequence[Family]], Inverses | None]
+METHODS: tuple[Method, ...] = (
     _by_couplings,
     _by_structure,
     _by_nominal,
@@ -329,7 +332,7 @@ WAYS: tuple[Way, ...] = (
     _by_determinant,
 )
 """Derivation methods of an inverse, in the order in which they are tried."""
-STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
+STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 """Derivation methods with printable solution steps; excludes the general arm."""
 
 

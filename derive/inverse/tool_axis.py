@@ -49,7 +49,7 @@ def by_tool_axis(
         return None
     lines = with_tool_axis(robot, classification.lines, stays=False)
     longer = of_lines(lines, families=families, give=give)
-    if longer.found is None or longer.tier != "exact" or longer.found.given != give:
+    if longer.found is None or longer.method != "exact" or longer.found.given != give:
         return None if give else _by_added_axis(robot, classification, families)
     still = with_tool_axis(robot, classification.lines, stays=True)
     solved = {"ik": pose_task(robot, still, longer.found)}
@@ -76,7 +76,7 @@ def with_still_axis(
     about_tool = with_tool_axis(robot, classification.lines, stays=True)
     for still in (about_tool, *_with_added_axis(classification.lines)):
         longer = of_lines(still, families=families)
-        if longer.found is not None and longer.tier == "exact" and not longer.found.given:
+        if longer.found is not None and longer.method == "exact" and not longer.found.given:
             return still, longer.found
     return None
 
@@ -93,7 +93,7 @@ def _by_added_axis(
     best: tuple[int, Classification, Solved] | None = None
     for still in _with_added_axis(classification.lines):
         longer = of_lines(still, families=families)
-        if longer.found is None or longer.tier != "exact" or longer.found.given:
+        if longer.found is None or longer.method != "exact" or longer.found.given:
             continue
         task = pose_task(robot, still, longer.found)
         lost = lost_poses(arm, task.function)

@@ -213,7 +213,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()
-        if (robot.closers or name not in _NEED_LOOPS)
+        if (robot.loop_joints or name not in _NEED_LOOPS)
         and (name != "platform" or is_platform(robot))
         and (name != _NEEDS_GEOMETRY or derivation.geometry is not None)
         and (name != "legs" or _has_legs(derivation))

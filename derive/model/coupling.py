@@ -156,10 +156,10 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
     return LinearMap(names, C, c)
 
 
-def _row(name: str, rules: Mapping[str, Coupling], way: tuple[str, ...]) -> Row:
-    """Returns the equation of a joint in coordinates; ``way`` are the joints that follow it."""
-    if name in way:
-        circle = " follows ".join((*way[way.index(name) :], name))
+def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
+    """Returns the equation of a joint in coordinates; ``path`` are the joints that follow it."""
+    if name in path:
+        circle = " follows ".join((*path[path.index(name) :], name))
         raise DescriptionError(f"couplings form a circle: {circle}")
     rule = rules.get(name)
     if rule is None:
@@ -169,7 +169,7 @@ def _row(name: str, rules: Mapping[str, Coupling], way: tuple[str, ...]) -> Row:
     for leader, ratio in rule.ratios:
         is_coordinate = leader not in rules or rules[leader].has_own
         ratios, shift = (
-            ({leader: sp.S.One}, sp.S.Zero) if is_coordinate else _row(leader, rules, (*way, name))
+            ({leader: sp.S.One}, sp.S.Zero) if is_coordinate else _row(leader, rules, (*path, name))
         )
         offset += ratio * shift
         for other, own in ratios.items():

@@ -231,7 +231,9 @@ class Mechanism:
             object.__setattr__(self, "tool_body", self.joints[-1].link)
         names = [joint.name for joint in self.joints] + [drive.name for drive in self.drives]
         swings = [strut.swing_name for strut in self.struts if strut.ends == "pin"]
-        check_unique("joint", [*names, *swings, *(closer.name for closer in self.closers)])
+        check_unique(
+            "joint", [*names, *swings, *(loop_joint.name for loop_joint in self.loop_joints)]
+        )
         check_unique("body", [self.base_frame, *(joint.link for joint in self.joints)])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         self._check_bodies()
@@ -249,7 +251,7 @@ class Mechanism:
         object.__setattr__(self, "reference", (*self.reference, *self._middles()))
 
     @property
-    def closers(self) -> tuple[Closure | Strut, ...]:
+    def loop_joints(self) -> tuple[Closure | Strut, ...]:
         """Closures and struts; each of them closes a loop."""
         return (*self.closures, *self.struts)
 
@@ -258,8 +260,8 @@ class Mechanism:
         """The placement of each joint and of each closure or strut frame, with its body."""
         for joint in self.joints:
             yield joint.parent, joint.before
-        for closer in self.closers:
-            for frame in (closer.a, closer.b):
+        for loop_joint in self.loop_joints:
+            for frame in (loop_joint.a, loop_joint.b):
                 yield frame.body, frame.placement
 
     @property
@@ -298,20 +300,20 @@ class Mechanism:
                 found.append(Coordinate(name, "revolute", limits, moves, gear, assumed))
         return tuple(found)
 
-    def way(self, body: str) -> list[Joint]:
+    def path_to(self, body: str) -> list[Joint]:
         """Returns the joints from the base to a body."""
-        way: list[Joint] = []
+        path: list[Joint] = []
         while body != self.base_frame:
-            way.append(self.joint_of[body])
-            body = way[-1].parent
-        return way[::-1]
+            path.append(self.joint_of[body])
+            body = path[-1].parent
+        return path[::-1]
 
     @cached_property
     def main_chain(self) -> SerialRobot:
         """The path from the base to the tool as a serial robot; its q is theta."""
         return SerialRobot(
             name=self.name,
-            joints=tuple(replace(joint, parent="") for joint in self.way(self.tool_body)),
+            joints=tuple(replace(joint, parent="") for joint in self.path_to(self.tool_body)),
             title=self.title,
             source=self.source,
             base=self.base,
@@ -353,8 +355,8 @@ class Mechanism:
     def placements(self) -> tuple[Placement, ...]:
         """All constant placements: base, joints, closures, struts and tool."""
         of_joints = [part for joint in self.joints for part in (joint.before, joint.after)]
-        of_closers = [frame.placement for c in self.closers for frame in (c.a, c.b)]
-        return (self.base, *of_joints, *of_closers, self.tool)
+        of_loop_joints = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
+        return (self.base, *of_joints, *of_loop_joints, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:
@@ -392,7 +394,7 @@ class Mechanism:
             self._check_known(f"parent of joint {joint.name!r}", [joint.parent], seen)
             seen.add(joint.link)
         self._check_known("tool", [self.tool_body], seen)
-        for item in self.closers:
+        for item in self.loop_joints:
             self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
             if item.a.body == item.b.body:
                 raise DescriptionError(f"{item.name!r} connects body {item.a.body!r} to itself")
@@ -423,7 +425,7 @@ class Mechanism:
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
-        placements = [frame.placement for c in self.closers for frame in (c.a, c.b)]
+        placements = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}

@@ -184,7 +184,7 @@ At larger distances, Newton's method may find a different assembly mode with dif
 freedom. The distance is large enough to detect singular values that vanish at the reference (4e-4
 if they grow quadratically).
 """
-GAP = 1e-7
+CLOSED_LOOP = 1e-7
 """Up to this closure error (relative to the size, or radian), a loop counts as closed in a
 numerical search. A search with finite differences ends about 1e-10 from closure. At a dead point,
 the closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""

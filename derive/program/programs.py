@@ -50,7 +50,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
         LoweringError: No rule converts an expression or an operation.
     """
     read = [
-        seeing_its_inputs(program) if f.role.finds_coordinates else program
+        with_input_check(program) if f.role.finds_coordinates else program
         for f, program in zip(functions, read_programs(lower(functions, prefix)), strict=True)
     ]
     branch = {f.name: program for f, program in zip(functions, read, strict=True) if f.signs}
@@ -61,7 +61,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
     return Programs(whole, branch)
 
 
-def seeing_its_inputs(program: Program) -> Program:
+def with_input_check(program: Program) -> Program:
     """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
     If a prismatic joint is parallel to a base axis, its part of the residual is x - x, which

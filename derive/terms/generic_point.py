@@ -86,4 +86,4 @@ def vanishes(terms: Terms, value: sp.Expr) -> bool:
         return bool(abs(generic.value(value)) < ZERO_COMPONENT)
 
     # The results are cached, because all branches of a robot's loops test the same lengths.
-    return terms.once(("vanishes", value), is_zero)
+    return terms.memoize(("vanishes", value), is_zero)

@@ -77,7 +77,7 @@ class Tables:
 
 
 @dataclass(frozen=True)
-class WrittenFunction(Signature):
+class NativeSolverFunction(Signature):
     """A function with a handwritten solver and numerical tables, and without result entries.
 
     Attributes:

@@ -86,7 +86,7 @@ class Terms:
             self._partials[key] = self.let(derivative(expression, symbol))
         return self._partials[key]
 
-    def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
+    def memoize(self, key: Hashable, made: Callable[[], Result]) -> Result:
         """Caches a result that is expressed in named terms and needed repeatedly, such as a pose.
 
         Args:

@@ -105,7 +105,7 @@ def model(printed: dict[str, Printed]) -> list[Row]:
     turned = np.repeat(q[None], 37, axis=0)
     turned[:, 4] = np.linspace(0, 2 * np.pi, 37)
     p = robot.fk(turned)[:, :3, 3]
-    way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
+    path = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
     names = ("d1", "a2", "a3", "d5")
 
     def by_rows(table: Printed) -> Any:
@@ -129,7 +129,7 @@ def model(printed: dict[str, Printed]) -> list[Row]:
         ),
         agrees(
             printed["roll"],
-            Finding(way < ROUNDING, f"a path of {1000 * way:.6f} mm"),
+            Finding(path < ROUNDING, f"a path of {1000 * path:.6f} mm"),
             "while theta5 rotates by 360 deg",
         ),
     ]

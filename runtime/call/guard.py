@@ -64,9 +64,9 @@ class Guard:
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
-            way = ", or not on a way without singularities from the reference configuration"
+            remark = ", or not reachable without a singularity from the reference configuration"
             raise OutOfReachError(
-                f"{self.label}: {loop} does not close at {position}{way * self.is_followed}"
+                f"{self.label}: {loop} does not close at {position}{remark * self.is_followed}"
             )
         if value <= self.dead_point:
             raise SingularityError(

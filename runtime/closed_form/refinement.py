@@ -39,7 +39,7 @@ _LONGEST = 1.0
 """Maximum distance of a start configuration from the saddle [rad or length]."""
 
 
-class Ways(NamedTuple):
+class DescentStarts(NamedTuple):
     """Start configurations q (M, n) on both sides of saddles, and the input row (M,) of each."""
 
     row: IntArray
@@ -194,11 +194,11 @@ class Refinement:
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
         missed = np.flatnonzero(_missed(slots, valid))
-        ways = ways_down(
+        starts = descent_starts(
             partial(self._gradients, target[missed]), found[missed], self._free(q.shape[-1])
         )
-        row = missed[ways.row]
-        self._tried(target[row], ways.q, _at(slots, row), fields, enough[row])
+        row = missed[starts.row]
+        self._tried(target[row], starts.q, _at(slots, row), fields, enough[row])
         rests = _missed(slots, valid) & (aside | (left <= AT_REST * self.judged))
         if self.is_determined and rests.any():
             best = _best_of_each(slots, np.where(rests, left, np.inf))
@@ -244,9 +244,9 @@ class Refinement:
         rows, error = self._measured(target, q)
         U, sizes, V = np.linalg.svd(rows[..., free])
         rank = (sizes > AT_REST_RATE).sum(-1)
-        way = np.zeros_like(q)
-        way[:, free] = BEND_STEP * V[:, -1]
-        ahead, behind = (self._measured(target, q + sign * way)[1] for sign in (1, -1))
+        step = np.zeros_like(q)
+        step[:, free] = BEND_STEP * V[:, -1]
+        ahead, behind = (self._measured(target, q + sign * step)[1] for sign in (1, -1))
         bend = (U.mT @ (ahead + behind - 2 * error)[..., None])[..., 0] / BEND_STEP**2
         bend[np.arange(U.shape[-1]) < rank[:, None]] = 0.0
         directions = len(free) - rank
@@ -254,7 +254,7 @@ class Refinement:
         turning = np.zeros(q.shape, dtype=bool)
         turning[:, free] = (directions > 1)[:, None]
         along = np.flatnonzero((directions == 1) & straight)
-        turning[along, np.abs(way[along]).argmax(-1)] = True
+        turning[along, np.abs(step[along]).argmax(-1)] = True
         return turning
 
     def _measured(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -393,7 +393,7 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(distance2, turned2 / 2 * unit**2)))
 
 
-def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
+def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> DescentStarts:
     """Return start configurations on both sides of saddles, with zero error to second order.
 
     Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them, at which Newton's
@@ -410,10 +410,10 @@ def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
     curvatures, directions = np.linalg.eigh(H)
     fall = -curvatures[:, 0] / error[row]
     down = fall > SADDLE_BEND
-    row, way = row[down], np.zeros((np.count_nonzero(down), q.shape[1]))
+    row, step = row[down], np.zeros((np.count_nonzero(down), q.shape[1]))
     length = np.minimum(np.sqrt(error[row] / fall[down]), _LONGEST)
-    way[:, free] = length[:, None] * directions[down, :, 0]
-    return Ways(np.tile(row, 2), np.concatenate([q[row] + way, q[row] - way]))
+    step[:, free] = length[:, None] * directions[down, :, 0]
+    return DescentStarts(np.tile(row, 2), np.concatenate([q[row] + step, q[row] - step]))
 
 
 def _hessian(gradients: Gradients, row: IntArray, q: FloatArray, free: list[int]) -> FloatArray:

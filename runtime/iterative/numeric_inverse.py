@@ -307,12 +307,12 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     variables = manifest.loops.configuration or manifest.coordinates
     moved = [j.name for j in (manifest.loops.configuration and manifest.loops.chain) or variables]
     names, bodies, rows = manifest.frames.links[: link + 1], manifest.skeleton.bodies, []
-    way = [next(body for body in bodies if body.name == names[-1])]
-    while parent := way[0].parent:
-        way.insert(0, bodies[parent])
+    carriers = [next(body for body in bodies if body.name == names[-1])]
+    while parent := carriers[0].parent:
+        carriers.insert(0, bodies[parent])
     # A joint that several coordinates move is a series of bodies, the last one the link.
-    for i, body in enumerate(way):
-        k, joint = sum(one.name in names for one in way[:i]), body.joint
+    for i, body in enumerate(carriers):
+        k, joint = sum(one.name in names for one in carriers[:i]), body.joint
         if joint is None or joint.kind == "fixed":
             continue
         mover = variables[joint.coordinate].name

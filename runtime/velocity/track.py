@@ -62,8 +62,8 @@ class Track:
             f"{self.max_angle_index}).",
             f"Smallest singular value {self.min_singular_value:.3g} at pose "
             f"{self.min_singular_value_index}.",
-            _held("its rate limit", self.at_rate_limit),
-            _held("a limit", self.at_limit),
+            _limit_remark("its rate limit", self.at_rate_limit),
+            _limit_remark("a limit", self.at_limit),
         ]
         if len(self.shortened_steps):
             steps = _steps(self.shortened_steps)
@@ -221,7 +221,7 @@ def _require(condition: bool, message: str) -> None:
         raise InputValueError(message)
 
 
-def _held(limit: str, by_name: Mapping[str, IntArray]) -> str:
+def _limit_remark(limit: str, by_name: Mapping[str, IntArray]) -> str:
     """Return a sentence about the coordinates at a limit, or "" if no coordinate is at a limit."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
     return f"Held at {limit}: {', '.join(parts)}." if parts else ""

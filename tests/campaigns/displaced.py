@@ -20,7 +20,7 @@ import numpy as np
 import chasles
 from chasles import InputValueError
 from chasles.derive import SerialRobot, read
-from chasles.derive.inverse.general.split_choice import slides_of
+from chasles.derive.inverse.general.elimination_choice import slides_of
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.generators.geometric_errors import displaced

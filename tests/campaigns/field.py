@@ -63,10 +63,10 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
         largest = max(largest, found.worst)
         if found.missed or found.wrong or (found.lost or 0) > MAX_LOST * found.poses:
             failures.append(
-                f"{arm.name}, {case.tier}, {poses.name}: {found.missed} missed, "
+                f"{arm.name}, {case.method}, {poses.name}: {found.missed} missed, "
                 f"{found.wrong} wrong, {found.lost or 0} lost of {found.poses}"
             )
-    counts = {f"{case.tier} arms": 1, "poses": random + right}
+    counts = {f"{case.method} arms": 1, "poses": random + right}
     return Outcome(counts, tuple(failures), {"residual": largest})
 
 

@@ -19,8 +19,8 @@ import chasles
 from chasles.derive import SerialRobot, derive
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import emitters_of
+from chasles.derive.inverse.general.elimination_choice import slides_of
 from chasles.derive.inverse.general.raghavan_roth import numbers
-from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.fixed import fixed_at
 from tests.support.generators.random_arms import long_arm, random_arm
 

@@ -20,9 +20,9 @@ from chasles.derive import SerialRobot
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.general.elimination_choice import Choice, slides_of
 from chasles.derive.inverse.general.general_inverse import GeneralArm, general_inverse
 from chasles.derive.inverse.general.raghavan_roth import JOINTS
-from chasles.derive.inverse.general.split_choice import Choice, slides_of
 from chasles.derive.terms.terms import Terms
 from tests.support.generators.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from tests.support.native import UNPACKED, Source, compiled
@@ -42,8 +42,8 @@ SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 radian) of a solution, and minimum singular value of a regular configuration."""
 
 
-class Split(ctypes.Structure):
-    """``chasles_general_split`` in C."""
+class EliminationOrder(ctypes.Structure):
+    """``chasles_general_order`` in C."""
 
     _fields_ = (
         ("joint", ctypes.c_int * 6),
@@ -62,8 +62,8 @@ class Arm(ctypes.Structure):
         ("direction", ctypes.c_double * 12),
         ("length", ctypes.c_double),
         ("placed", (ctypes.c_double * 12) * 13),
-        ("splits", ctypes.c_int),
-        ("split", Split * 4),
+        ("orders", ctypes.c_int),
+        ("order", EliminationOrder * 4),
     )
 
 
@@ -125,13 +125,13 @@ def _taken(robot: SerialRobot) -> Choice | None:
 
 def _arm_of(tables: GeneralArm) -> Arm:
     """Copies the tables of an arm to the C structure."""
-    arm = Arm(joints=tables.joints, length=tables.length, splits=tables.split_count)
+    arm = Arm(joints=tables.joints, length=tables.length, orders=tables.order_count)
     arm.kind[:] = tables.kinds
     arm.direction[: len(tables.directions)] = tables.directions
     for row, values in zip(arm.placed, tables.placed, strict=True):
         row[:] = values
-    for split, (order, sense, halved) in zip(arm.split, tables.splits, strict=False):
-        split.joint[:], split.sense, split.halved = order, sense, halved
+    for order, (joints, sense, halved) in zip(arm.order, tables.orders, strict=False):
+        order.joint[:], order.sense, order.halved = joints, sense, halved
     return arm
 
 

@@ -207,11 +207,11 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
     modes = numbers.modes(q, numbers.actuated)
-    back = apart < [half_way(numbers, modes[k], theta[k]) for k in range(len(theta))]
+    back = apart < [half_distance(numbers, modes[k], theta[k]) for k in range(len(theta))]
     verdict.faults["out of branch"] += int((back != robot.chain_closes(theta)).sum())
 
 
-def half_way(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
+def half_distance(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
     """Returns half the distance to the nearest other mode, at most the tolerance."""
     others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
     apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)

@@ -118,7 +118,7 @@ def classified(robot: SerialRobot) -> Classification:
 def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
     """Compares a mutant with the structure of its arm and with Pinocchio's poses."""
     found = classified(robot)
-    kept = (_name(found.found), found.tier) == (_name(wanted.found), wanted.tier)
+    kept = (_name(found.found), found.method) == (_name(wanted.found), wanted.method)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)
     return Finding(mutant, robot.cleaning.line, excess(robot, path), kept, missed)
 

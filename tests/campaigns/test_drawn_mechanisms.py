@@ -10,7 +10,7 @@ import chasles
 from chasles.derive import DescriptionError, derive, mobility, write
 from chasles.derive.loops.functions.maps import makers
 from chasles.derive.model.placements import Translation
-from tests.campaigns.mechanisms import FAULTS, Verdict, _compare, half_way
+from tests.campaigns.mechanisms import FAULTS, Verdict, _compare, half_distance
 from tests.support.generators.drawn_mechanisms import FAMILIES, drawn_mechanism
 from tests.support.loops.solved import solved
 from tests.support.oracles.multi_start import Multistart
@@ -61,7 +61,7 @@ def test_nearby_assembly_mode_is_kept_distinct():
     apart = sorted(abs(mode["a_bar"] - theta[0, 1]) for mode in modes)
     assert apart[0] < 1e-12
     assert 9e-5 < apart[1] < 1e-4
-    assert half_way(numbers, modes, theta[0]) == pytest.approx(apart[1] / 2)
+    assert half_distance(numbers, modes, theta[0]) == pytest.approx(apart[1] / 2)
 
 
 def test_multi_start_oracle_configurations_are_closed():

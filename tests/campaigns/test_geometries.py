@@ -88,12 +88,12 @@ def test_parallel_adjacent_prismatic_joints_are_rejected():
 def test_judge_detects_missed_configurations(monkeypatch):
     message = any_geometry._arm_of
 
-    def without_splits(tables):
+    def without_orders(tables):
         arm = message(tables)
-        arm.splits = 0
+        arm.orders = 0
         return arm
 
-    monkeypatch.setattr(any_geometry, "_arm_of", without_splits)
+    monkeypatch.setattr(any_geometry, "_arm_of", without_orders)
     random, _ = any_geometry.judged(random_arm(11), 60)
     assert random.lost > 0
 

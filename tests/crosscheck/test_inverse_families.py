@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.given_joints import ways_to_give
+from chasles.derive.inverse.given_joints import joint_sets_to_fix
 from chasles.derive.terms.terms import Terms
 from tests.support.fixed import fixed_at
 from tests.support.generators.poses import Case, PoseSet, nearly, right_angles
@@ -194,11 +194,11 @@ def test_unreachable_targets_give_finite_invalid_answers(chain):
 
 def test_inner_revolute_joints_cannot_be_fixed():
     lines = classify_of("R/R=R/RxrxR/R").lines
-    ends = [k for k in range(7) if (k,) in ways_to_give(lines, 1)]
+    ends = [k for k in range(7) if (k,) in joint_sets_to_fix(lines, 1)]
     assert ends == [0, 6]
-    assert ways_to_give(lines, 2) == {(0, 1), (0, 6), (5, 6)}
+    assert joint_sets_to_fix(lines, 2) == {(0, 1), (0, 6), (5, 6)}
     with_slide = classify_of("P/R/R=R/RxrxR").lines
-    assert (0,) in ways_to_give(with_slide, 1)
+    assert (0,) in joint_sets_to_fix(with_slide, 1)
 
 
 @pytest.mark.parametrize(

@@ -41,4 +41,4 @@ def test_mutations_are_deterministic_and_distinct(tmp_path):
     assert len({mutated(arm, seed).text for seed in range(20)}) == 20
     assert mutated(arm, 3) == mutated(arm, 3)
     wanted = classified(read_mutant(tmp_path / "panda.urdf", arm))
-    assert wanted.tier == "exact"
+    assert wanted.method == "exact"

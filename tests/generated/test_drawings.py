@@ -263,20 +263,20 @@ def test_closures_and_struts_are_drawn(name):
         return at(paper.at((rigid.poses[body] @ T)[:3, 3]))
 
     count = 0
-    for closer in robot.closers:
-        points = [place(end) for end in (closer.a, closer.b)]
-        if isinstance(closer, Strut):
-            style = "piston" if closer.is_cylinder else "rod"
+    for loop_joint in robot.loop_joints:
+        points = [place(end) for end in (loop_joint.a, loop_joint.b)]
+        if isinstance(loop_joint, Strut):
+            style = "piston" if loop_joint.is_cylinder else "rod"
             assert f"\\draw[{style}] {points[0]} -- {points[1]};" in text
             assert all(f"{point} circle" in text for point in points)
-        elif closer.kind in {"pin", "ball"}:
+        elif loop_joint.kind in {"pin", "ball"}:
             assert f"{points[0]} circle" in text
-        elif closer.kind == "weld":
+        elif loop_joint.kind == "weld":
             assert f"\\fill[weld,shift={{{points[0]}}}]" in text
         else:
             assert f"[pin] [shift={{{points[1]}}}" in text
         count += 1
-    assert count == len(robot.closers) > 0
+    assert count == len(robot.loop_joints) > 0
     assert len(re.findall(r"\\node\[loop\]", text)) == count
 
 

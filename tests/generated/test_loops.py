@@ -50,7 +50,7 @@ def test_fk_and_link_poses_match_independent_model(name):
     z = robot(name).configuration(q)
     np.testing.assert_allclose(robot(name).fk(q), m.tip(z), atol=CLOSED)
     poses = m.poses(z)
-    chain = [joint.link for joint in m.mechanism.way(m.mechanism.tool_body)]
+    chain = [joint.link for joint in m.mechanism.path_to(m.mechanism.tool_body)]
     expected = np.stack([poses[link] for link in chain], 1)
     np.testing.assert_allclose(robot(name).link_poses(q), expected, atol=CLOSED)
 

@@ -136,7 +136,7 @@ def _whole(
         measurements=start.measurements,
         T_W_base=start.T_W_base,
         start_geometry=p,
-        held_unknowns=start.unknowns,
+        fixed_unknowns=start.unknowns,
         sought=sought,
         open_unknowns=np.arange(len(start.unknowns)),
         x0=np.concatenate([p[sought], start.unknowns]),
@@ -227,7 +227,7 @@ class Problem:
         measurements: The measurements.
         T_W_base: (4, 4) base frame in the device frame W.
         start_geometry: Geometry parameters before the identification.
-        held_unknowns: Unknowns of the measurements before identification.
+        fixed_unknowns: Unknowns of the measurements before identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
@@ -242,7 +242,7 @@ class Problem:
     measurements: Measurements
     T_W_base: FloatArray
     start_geometry: FloatArray
-    held_unknowns: FloatArray
+    fixed_unknowns: FloatArray
     sought: IntArray
     open_unknowns: IntArray
     x0: FloatArray
@@ -276,7 +276,7 @@ class Problem:
 
     def unknowns(self, x: FloatArray) -> FloatArray:
         """Return the unknowns of the measurements at variables x."""
-        found = self.held_unknowns.copy()
+        found = self.fixed_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
 

@@ -76,7 +76,7 @@ class ConicArc:
         t = np.interp(s, self.table, np.linspace(0, 1, pieces + 1))
         for _ in range(_NEWTON):
             k = np.clip((t * pieces).astype(int), 0, pieces - 1)
-            missing = s - self.table[k] - _way(self.controls, k / pieces, t)
+            missing = s - self.table[k] - _arc_length(self.controls, k / pieces, t)
             t = t + missing / np.linalg.norm(_point(self.controls, t)[1], axis=1)
         return t
 
@@ -109,9 +109,9 @@ def conic(poses: ArrayLike) -> ConicArc:
         [size * controls[:, :2] @ plane + controls[:, 2:] * middle, controls[:, 2]]
     )
     ends = np.linspace(0, 1, _PIECES + 1)
-    table = np.r_[0, np.cumsum(_way(in_space, ends[:-1], ends[1:]))]
+    table = np.r_[0, np.cumsum(_arc_length(in_space, ends[:-1], ends[1:]))]
     k = np.clip((t * _PIECES).astype(int), 0, _PIECES - 1)
-    s = table[k] + _way(in_space, ends[k], t)
+    s = table[k] + _arc_length(in_space, ends[k], t)
     return ConicArc(in_space, weight, turns_through(T, s), table, float(table[-1]))
 
 
@@ -172,7 +172,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
     return p, p_t, (x_tt[:3] - w_tt * p - 2 * w_t * p_t) / w
 
 
-def _way(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+def _arc_length(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return arc lengths (m,) between parameters (m,) that belong to the same piece [m]."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2

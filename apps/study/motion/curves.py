@@ -138,10 +138,10 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     if a.shape != (count,) or b.shape != (count,):
         raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
     places = 2 if task == "planar" else 3
-    way = _way(finite("task_line: start", a)[:places], finite("task_line: end", b)[:places])
-    length = float(np.linalg.norm(way)) or float(np.linalg.norm((b - a)[places:]))
-    _require_way("task_line", length)
-    return TaskLine(a, np.r_[a[:places] + way, b[places:]], task, length)
+    vector = _vector(finite("task_line: start", a)[:places], finite("task_line: end", b)[:places])
+    length = float(np.linalg.norm(vector)) or float(np.linalg.norm((b - a)[places:]))
+    _require_long("task_line", length)
+    return TaskLine(a, np.r_[a[:places] + vector, b[places:]], task, length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,9 +273,9 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
         InputValueError: A pose is not rigid or not finite, or both poses are equal.
     """
     a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
-    step, turn = _way(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
+    step, turn = _vector(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
     length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
-    _require_way("line", length)
+    _require_long("line", length)
     return Line(a[:3, 3], step, _Turning(a[:3, :3], turn, length), length)
 
 
@@ -294,9 +294,9 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     """
     a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
-    if not _way(p, e).any():
+    if not _vector(p, e).any():
         raise InputValueError("arc: start and end are equal; compose a circle of two arcs")
-    if not (_way(p, m).any() and _way(m, e).any()):
+    if not (_vector(p, m).any() and _vector(m, e).any()):
         raise InputValueError("arc: via is at the start or the end; use `line`, or another via")
     chord, other = e - p, m - p
     normal = np.cross(other, chord)
@@ -339,14 +339,14 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
     return rigid(name, pose)
 
 
-def _way(a: FloatArray, b: FloatArray) -> FloatArray:
+def _vector(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the displacement between two positions [m]; a rounding error counts as 0."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
 
 
-def _require_way(name: str, length: float) -> None:
+def _require_long(name: str, length: float) -> None:
     if not length > IN_PLACE:
         raise InputValueError(
             f"{name}: start and end are equal, so nothing moves; use `MotionSequence.pause` to wait"

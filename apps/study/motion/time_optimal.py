@@ -164,8 +164,8 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
     orders = list(motion.on_curve(s))
     if tool_speed is not None:
         twist = motion.robot.twist_mixed(orders[0], orders[1])
-        way = np.linalg.norm(twist[:, :3], axis=1)
-        orders = [np.column_stack([x, y]) for x, y in zip(orders, (s, way, 0 * s), strict=True)]
+        length = np.linalg.norm(twist[:, :3], axis=1)
+        orders = [np.column_stack([x, y]) for x, y in zip(orders, (s, length, 0 * s), strict=True)]
 
     class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
         dof = orders[0].shape[1]

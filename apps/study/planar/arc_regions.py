@@ -79,10 +79,10 @@ class ArcRegion:
         with np.errstate(invalid="ignore"):
             half = np.sqrt(middle**2 - (step**2).sum(-1) + radii**2)
             crossings = np.zeros(len(points), dtype=np.int64)
-            for way in (-middle - half, -middle + half):
-                x, y = np.moveaxis(step + way[..., None] * along, -1, 0)
+            for distance in (-middle - half, -middle + half):
+                x, y = np.moveaxis(step + distance[..., None] * along, -1, 0)
                 on_arc = (np.arctan2(y, x) - starts) % _TURN <= widths
-                crossings += ((way > 0) & on_arc).sum(1)
+                crossings += ((distance > 0) & on_arc).sum(1)
         return np.asarray(crossings % 2 == 1)
 
     @cached_property

@@ -94,11 +94,11 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
     curves = []
     # The lines start with open curves, at one end of each open curve.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
-        way = [start]
-        while neighbors[way[-1]]:
-            following = neighbors[way[-1]].pop()
-            neighbors[following].remove(way[-1])
-            way.append(following)
-        if len(way) > 1:
-            curves.append(points[way])
+        path = [start]
+        while neighbors[path[-1]]:
+            following = neighbors[path[-1]].pop()
+            neighbors[following].remove(path[-1])
+            path.append(following)
+        if len(path) > 1:
+            curves.append(points[path])
     return tuple(curves)

@@ -140,10 +140,12 @@ class Hulls:
         levers = np.linalg.norm(np.cross(points - at[:, None], axes[:, None]), axis=-1)
         steps = np.abs(joints.ratios) * w[joints.coordinates]
         turned = steps * joints.turns
-        ways = self._carried * (turned[:, None] * levers + (steps * joints.slides)[:, None])
+        displacements = self._carried * (
+            turned[:, None] * levers + (steps * joints.slides)[:, None]
+        )
         # Row j contains the motion caused by joint j and the joints after it; the last row is 0.
         beyond = np.zeros((len(steps) + 1, len(points)))
-        beyond[:-1] = np.cumsum(ways[::-1], axis=0)[::-1]
+        beyond[:-1] = np.cumsum(displacements[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
         found = np.zeros((len(self.skeleton.bodies), len(self.hulls)))
         found[0], found[self._moving] = most[0], most[1:]

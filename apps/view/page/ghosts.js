@@ -23,9 +23,9 @@ class Ghosts {
   follow(z) {
     const { kinematics } = this.inverse, goal = kinematics.toolPose(kinematics.frames(z));
     if (this.isShown) {
-      const ways = this.found.map((own) => this.inverse.follow(own, goal, "position", false, SEEN));
-      const isThere = ways.map(({ position, turn }) => Math.max(position, turn) < SAME);
-      this.found = this.found.map((own, i) => (isThere[i] ? ways[i].z : own));
+      const results = this.found.map((own) => this.inverse.follow(own, goal, "position", false, SEEN));
+      const isThere = results.map(({ position, turn }) => Math.max(position, turn) < SAME);
+      this.found = this.found.map((own, i) => (isThere[i] ? results[i].z : own));
       this.show(this.found.filter((own, i) => isThere[i] && !this.inverse.areSame(own, z)));
     }
     clearTimeout(this.timer);

@@ -179,8 +179,8 @@ class Inverse {
   // A configuration with the tool at the goal, from a random start; null if the iteration fails. If
   // the tool is fixed, the joints that move the tool stay, and the others close the loops.
   fromAnywhere(z, goal, random, isHeld) {
-    const { driven, free, robot, ways } = this.kinematics, start = z.slice();
-    const carrying = ways[robot.tool.body].map((k) => robot.bodies[k].joint.coordinate);
+    const { driven, free, robot, paths } = this.kinematics, start = z.slice();
+    const carrying = paths[robot.tool.body].map((k) => robot.bodies[k].joint.coordinate);
     const drawn = [...driven, ...free].filter((k) => !(isHeld && carrying.includes(k)));
     for (const k of drawn) start[k] = this.anywhere(k, z[k], random());
     if (free.length === 0) return this.reaching(start, goal);

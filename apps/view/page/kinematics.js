@@ -75,17 +75,17 @@ class Kinematics {
       .map((part) => (part ? part.coordinate : -1))
       .filter((k) => k >= 0 && !this.driven.includes(k));
     this.free = robot.closures.length + robot.struts.length ? [...new Set(used)] : [];
-    this.ways = this.waysFromTheGround();
+    this.paths = this.pathsFromTheGround();
   }
 
   // For each body, the bodies whose joints move it.
-  waysFromTheGround() {
-    const ways = [];
+  pathsFromTheGround() {
+    const paths = [];
     this.robot.bodies.forEach(({ joint, parent }, k) => {
-      const before = joint === null ? [] : ways[parent];
-      ways.push(joint !== null && joint.coordinate >= 0 ? [...before, k] : before);
+      const before = joint === null ? [] : paths[parent];
+      paths.push(joint !== null && joint.coordinate >= 0 ? [...before, k] : before);
     });
-    return ways;
+    return paths;
   }
 
   // The poses of all bodies; struts lie between their end points.
@@ -239,7 +239,7 @@ class Kinematics {
 // Rows of equations: a value and its derivative with respect to z for each row.
 class Rows {
   constructor(kinematics, T, twists) {
-    Object.assign(this, { ways: kinematics.ways, bodies: kinematics.robot.bodies, T, twists });
+    Object.assign(this, { paths: kinematics.paths, bodies: kinematics.robot.bodies, T, twists });
     this.count = kinematics.z.length;
     this.values = [];
     this.by = [];
@@ -257,7 +257,7 @@ class Rows {
   // Adds the velocity of a body point along a direction to the last row.
   moving(body, point, direction, factor) {
     const moment = cross(point, direction);
-    for (const k of this.ways[body]) {
+    for (const k of this.paths[body]) {
       const { w, m } = this.twists[k];
       this.last[this.bodies[k].joint.coordinate] += factor * (dot(w, moment) + dot(m, direction));
     }
@@ -265,7 +265,7 @@ class Rows {
 
   // Adds the angular velocity of a body about a direction to the last row.
   turning(body, direction, factor) {
-    for (const k of this.ways[body]) {
+    for (const k of this.paths[body]) {
       this.last[this.bodies[k].joint.coordinate] += factor * dot(this.twists[k].w, direction);
     }
   }

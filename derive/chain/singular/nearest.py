@@ -124,15 +124,15 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
     U, _, Vt = np.linalg.svd(J)
     y = Vt[:, -1] if is_tall else U[..., -1]
     ended = np.full(q.shape, np.nan)
-    on_way = np.arange(len(q))
+    running = np.arange(len(q))
     for _ in range(STEPS):
         value, slope = _equations(J, y, is_tall=is_tall)
         step = _least_step(slope, value)
         far = np.linalg.norm(step, axis=1)
         is_there = (np.abs(value).max(axis=1) <= NO_WORK) & (far <= LAST_STEP)
-        ended[on_way[is_there]] = q[is_there]
-        on_way, q, y, step, far = (part[~is_there] for part in (on_way, q, y, step, far))
-        if not len(on_way):
+        ended[running[is_there]] = q[is_there]
+        running, q, y, step, far = (part[~is_there] for part in (running, q, y, step, far))
+        if not len(running):
             break
         step = step / np.maximum(1.0, far)[:, None]
         q, y = q - step[:, : q.shape[1]] * scale, y - step[:, q.shape[1] :]

@@ -99,8 +99,8 @@ def minors(
     if count >= fewest:
         found = (_best(views, columns) for columns in combinations(range(count), fewest))
         return tuple(minor for minor in found if minor)
-    ways = [_without_rows(view, count) for view in views]
-    return min(ways, key=lambda way: max((m.cost for m in way), default=(count + 1, 0)))
+    choices = [_without_rows(view, count) for view in views]
+    return min(choices, key=lambda choice: max((m.cost for m in choice), default=(count + 1, 0)))
 
 
 def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:

@@ -48,7 +48,7 @@ TOOL_NAMES = (
 LONGEST_FINGER = 4
 JOINTS_OF_AN_ARM = 4
 FREEDOMS_OF_A_BALL = 3
-Way = tuple[TreeJoint, ...]
+TreePath = tuple[TreeJoint, ...]
 EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 
@@ -64,32 +64,32 @@ class EndPart:
 class Arms:
     """Chains of moving joints from a base link, and the excluded end parts."""
 
-    ways: tuple[Way, ...]
+    paths: tuple[TreePath, ...]
     left_out: tuple[EndPart, ...]
 
 
 def arms_of(tree: KinematicTree, base: str) -> Arms:
     """Returns the chains of moving joints from a base link, without end parts."""
     heights = _heights(tree, base)
-    ways: list[Way] = []
+    paths: list[TreePath] = []
     left_out: list[EndPart] = []
-    waiting: list[tuple[str, Way]] = [(base, ())]
+    waiting: list[tuple[str, TreePath]] = [(base, ())]
     while waiting:
-        link, way = waiting.pop()
-        if way:
-            ways.append(way)
+        link, path = waiting.pop()
+        if path:
+            paths.append(path)
         moved = tree.moved(link)
-        kinds = [_end_part(tree, joint, moved, way, heights) for joint in moved]
+        kinds = [_end_part(tree, joint, moved, path, heights) for joint in moved]
         pairs = list(zip(moved, kinds, strict=True))
         left_out += [EndPart(kind, joint) for joint, kind in pairs if kind is not None]
         arms = [joint for joint, kind in reversed(pairs) if kind is None]
-        waiting += [(joint.child, (*way, joint)) for joint in arms]
-    return Arms(tuple(ways), tuple(left_out))
+        waiting += [(joint.child, (*path, joint)) for joint in arms]
+    return Arms(tuple(paths), tuple(left_out))
 
 
-def freedom(way: Sequence[TreeJoint]) -> int:
+def freedom(path: Sequence[TreeJoint]) -> int:
     """Returns the number of coordinates of a chain after its last floating or planar joint."""
-    behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
+    behind = takewhile(lambda joint: joint.kind != "free", reversed(path))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
 
@@ -112,18 +112,18 @@ def _end_part(
     tree: KinematicTree,
     joint: TreeJoint,
     moved: Sequence[TreeJoint],
-    way: Way,
+    path: TreePath,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
     """Returns the kind of end part that starts at a joint, or None for an arm joint."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
-    if _is_wheel(joint) or (not freedom(way) and _steers_wheels(tree, joint)):
+    if _is_wheel(joint) or (not freedom(path) and _steers_wheels(tree, joint)):
         return "wheels"
     is_behind = has_a_word(joint.parent, FINGER_WORDS) or _is_jaw(tree, joint, moved, heights)
-    if _is_finger(joint) or (way and is_behind):
+    if _is_finger(joint) or (path and is_behind):
         return "fingers"
-    if len(moved) < 2 or freedom(way) < JOINTS_OF_AN_ARM:  # noqa: PLR2004
+    if len(moved) < 2 or freedom(path) < JOINTS_OF_AN_ARM:  # noqa: PLR2004
         return None
     if any(map(_is_finger, moved)):
         return "fingers"

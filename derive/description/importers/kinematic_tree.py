@@ -62,7 +62,7 @@ class KinematicTree:
         """The links without a parent joint."""
         return tuple(link for link in self.links if link not in self.joint_to)
 
-    def way(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
+    def path_down(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
         """Returns the joints from a link to a descendant, or None if it is not a descendant."""
         joints: list[TreeJoint] = []
         link = tip
@@ -79,7 +79,7 @@ class KinematicTree:
         The result is None if no joints connect the two links.
         """
         root = self.root_of(base)
-        up, down = self.way(root, base), self.way(root, tip)
+        up, down = self.path_down(root, base), self.path_down(root, tip)
         if up is None or down is None:
             return None
         shared = sum(
@@ -90,12 +90,12 @@ class KinematicTree:
     def common_ancestor(self, links: Iterable[str]) -> str:
         """Returns the lowest link that is an ancestor of all links."""
         first, *others = links
-        above = self.way(self.root_of(first), first) or ()
+        above = self.path_down(self.root_of(first), first) or ()
         candidates = (first, *(joint.parent for joint in reversed(above)))
         return next(
             link
             for link in candidates
-            if all(self.way(link, other) is not None for other in others)
+            if all(self.path_down(link, other) is not None for other in others)
         )
 
     def root_of(self, link: str) -> str:

@@ -71,7 +71,7 @@ class _Srdf:
         chains = element.findall("chain")
         if len(chains) == 1:
             base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
-            if {base, tip} <= set(self.tree.links) and self.tree.way(base, tip):
+            if {base, tip} <= set(self.tree.links) and self.tree.path_down(base, tip):
                 self._check_joints(element, [(base, tip)])
                 return base, tip
             self._fail(chains[0], f"{base} to {tip}", "a chain between links of the robot")
@@ -83,8 +83,8 @@ class _Srdf:
 
     def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
         """Raises an error for moving joints of a group outside its chains."""
-        ways = [joint for base, tip in pairs for joint in self.tree.way(base, tip) or ()]
-        kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in ways}
+        joints = [joint for base, tip in pairs for joint in self.tree.path_down(base, tip) or ()]
+        kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in joints}
         for joint in element.findall("joint"):
             if kinds.get(str(joint.get("name")), "fixed") != "fixed":
                 expected = "a joint of the chain or the groups that the group names"

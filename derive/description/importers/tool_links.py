@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from ...model.errors import DescriptionError
-from .end_parts import EndPart, Way, arms_of, freedom, has_a_word, named_parts, tool_rank
+from .end_parts import EndPart, TreePath, arms_of, freedom, has_a_word, named_parts, tool_rank
 from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
@@ -115,12 +115,12 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
     if tip is None:
         return _guessed_ends(tree, base)
     root = base or tree.root_of(tip)
-    way = tree.path(root, tip)
-    if way is None:
+    path = tree.path(root, tip)
+    if path is None:
         raise NoChain("tip", tip, f"a link that joints connect to {root}")
-    if not way:
+    if not path:
         raise NoChain("tip", tip, "a link other than the base")
-    return (_ends(way, base, root, tip),)
+    return (_ends(path, base, root, tip),)
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
@@ -139,14 +139,14 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
     return found[0]
 
 
-def _check_joints(way: Sequence[TreeJoint], base: str) -> None:
+def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
     """Raises an error for multi-DOF joints between base and tip.
 
     Raises:
         NoChain: The chain has a multi-DOF joint; the message suggests other ends.
     """
     before = base
-    for joint in way:
+    for joint in path:
         behind = joint.child if joint.parent == before else joint.parent
         if joint.kind in ("ball", "free"):
             kind = "a ball joint" if joint.kind == "ball" else "a floating or planar joint"
@@ -184,7 +184,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
             "tip", None, f"a tip link, because the file is not a tree of at most {MAX_LINKS} links"
         )
     arms = arms_of(tree, root)
-    longest = _longest(arms.ways)
+    longest = _longest(arms.paths)
     leaves = [link for link in tree.outwards(root) if not tree.below[link]]
     if not longest:
         return (_without_motion(root, leaves, arms.left_out),)
@@ -211,26 +211,26 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
     raise NoChain("tip", None, "a joint that moves, or a choice of the tip link")
 
 
-def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
+def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
     """Returns the ends of a chain; by default it starts after a floating or planar joint."""
-    free = [k for k, joint in enumerate(way) if joint.kind == "free"]
+    free = [k for k, joint in enumerate(path) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)
-    before = [joint.name for joint in way[: free[-1] + 1] if joint.kind != "fixed"]
-    return Ends(way[free[-1]].child, tip, before=tuple(before))
+    before = [joint.name for joint in path[: free[-1] + 1] if joint.kind != "fixed"]
+    return Ends(path[free[-1]].child, tip, before=tuple(before))
 
 
-def _longest(ways: Sequence[Way]) -> list[Way]:
+def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
     """Returns the chains with the most coordinates, one chain per last joint with a coordinate.
 
     A chain also includes the mimic joints after this last joint, unless they branch.
     """
-    most = max(map(freedom, ways), default=0)
-    by_last: dict[str, list[Way]] = {}
-    for way in ways:
-        if most and freedom(way) == most:
-            last = [joint.name for joint in way if joint.kind in ("moving", "ball")][-1]
-            by_last.setdefault(last, []).append(way)
+    most = max(map(freedom, paths), default=0)
+    by_last: dict[str, list[TreePath]] = {}
+    for path in paths:
+        if most and freedom(path) == most:
+            last = [joint.name for joint in path if joint.kind in ("moving", "ball")][-1]
+            by_last.setdefault(last, []).append(path)
     return [
         group[0] if any(len(a) == len(b) for a, b in pairwise(group)) else group[-1]
         for group in (sorted(found, key=len) for found in by_last.values())

@@ -13,7 +13,7 @@ from ...program.counting import count_operations
 from ...program.operations import Program
 from ...program.programs import Programs
 from ...program.strength import reduced
-from ...terms.symbolic_function import Signature, SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import NativeSolverFunction, Signature, SymbolicFunction
 from .expressions import naming
 from .header import notice, support
 from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
@@ -36,7 +36,7 @@ def files(
     robot: Described,
     functions: Sequence[SymbolicFunction],
     programs: Programs,
-    written: Sequence[WrittenFunction] = (),
+    written: Sequence[NativeSolverFunction] = (),
 ) -> dict[str, str]:
     """Returns the header, source, lane and support files of batches, by file name."""
     vector = [function for function in functions if has_lanes(function)]

@@ -11,7 +11,7 @@ from ...inverse.polished_inverse import SOLVER as POLISHED
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ...model.mechanism import Described
-from ...terms.symbolic_function import WrittenFunction, systems_of
+from ...terms.symbolic_function import NativeSolverFunction, systems_of
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 from .written import written_file
@@ -65,7 +65,7 @@ def loops_file(robot: Described, system: str) -> str:
     return f"{robot.name}_{system}.h"
 
 
-def _modes(robot: Described, function: WrittenFunction) -> str:
+def _modes(robot: Described, function: NativeSolverFunction) -> str:
     """Prints the leg-by-leg inverse. Forward kinematics gives the residual of each slot."""
     (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)

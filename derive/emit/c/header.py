@@ -13,10 +13,10 @@ from ...program.counting import count_operations
 from ...program.programs import Programs
 from ...terms.symbolic_function import (
     Argument,
+    NativeSolverFunction,
     Result,
     Signature,
     SymbolicFunction,
-    WrittenFunction,
 )
 from .expressions import WIDTH
 from .sections import iteration_count, summary
@@ -24,7 +24,7 @@ from .sections import iteration_count, summary
 
 def header(
     robot: Described,
-    functions: Sequence[SymbolicFunction | WrittenFunction],
+    functions: Sequence[SymbolicFunction | NativeSolverFunction],
     programs: Programs,
     further: Sequence[str] = (),
 ) -> str:
@@ -114,13 +114,13 @@ def signature(prefix: str, function: Signature) -> str:
     return f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
 
 
-def _operations(function: SymbolicFunction | WrittenFunction, programs: Programs) -> str:
-    if isinstance(function, WrittenFunction):
+def _operations(function: SymbolicFunction | NativeSolverFunction, programs: Programs) -> str:
+    if isinstance(function, NativeSolverFunction):
         return f"About {function.operations} operations"
     return f"{summary(count_operations(programs.whole[function.name]))}{iteration_count(function)}"
 
 
-def description(function: SymbolicFunction | WrittenFunction, programs: Programs) -> list[str]:
+def description(function: SymbolicFunction | NativeSolverFunction, programs: Programs) -> list[str]:
     """Returns the lines of a comment: meaning, identity, operations, inputs and outputs."""
     operations = _operations(function, programs)
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4), f"{operations}."]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...program.programs import Programs
-from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from . import (
     batch,
     branch_lanes,
@@ -40,7 +40,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     }
 
 
-def _for_poses(functions: Sequence[SymbolicFunction | WrittenFunction]) -> dict[str, str]:
+def _for_poses(functions: Sequence[SymbolicFunction | NativeSolverFunction]) -> dict[str, str]:
     """Returns the C file of the pose projection, or {} without a function of a pose."""
     takes_pose = any(item.shape == (4, 4) for f in functions for item in f.inputs)
     return {RIGID: support(RIGID)} if takes_pose else {}

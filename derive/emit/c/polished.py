@@ -11,7 +11,7 @@ from ...inverse.tasks.slots import POSE_SYMBOLS
 from ...model.mechanism import Described
 from ...program.counting import count_operations
 from ...program.programs import Programs
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import Argument, NativeSolverFunction, Result, SymbolicFunction
 from .batch import loads
 from .expressions import WIDTH, number
 from .header import notice, signature, support
@@ -36,7 +36,7 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
     return own | {name: support(name) for name in ((*SUPPORTS, *general) if own else ())}
 
 
-def _source(derivation: Derivation, function: WrittenFunction, programs: Programs) -> str:
+def _source(derivation: Derivation, function: NativeSolverFunction, programs: Programs) -> str:
     """Returns the robot constants as macros, and the function after its callees."""
     robot = derivation.robot
     start, posed = function.calls
@@ -132,12 +132,12 @@ def _seeded(
     ]
 
 
-def _tables(function: WrittenFunction) -> RefinedTables:
+def _tables(function: NativeSolverFunction) -> RefinedTables:
     assert isinstance(function.tables, RefinedTables)
     return function.tables
 
 
-def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[str]:
+def _general_lines(derivation: Derivation, function: NativeSolverFunction) -> list[str]:
     """Prints the macros of the general solver."""
     robot, tables = derivation.robot, _tables(function)
     if tables.general is None:
@@ -158,12 +158,12 @@ def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
     return [f"{array} + {k}" if k else array for k in first]
 
 
-def _is_position(function: WrittenFunction) -> bool:
+def _is_position(function: NativeSolverFunction) -> bool:
     """Whether the target is a position only."""
     return function.role.components == ("position",)
 
 
-def _call(own: str, function: WrittenFunction) -> list[str]:
+def _call(own: str, function: NativeSolverFunction) -> list[str]:
     """Returns lines that copy the inputs, because results may overlap them, and call the solver.
 
     A position target fills the position entries of a pose; the other entries are unused.

@@ -13,9 +13,9 @@ from ...terms.branches import branch
 from ...terms.symbolic_function import (
     Argument,
     Call,
+    NativeSolverFunction,
     Result,
     SymbolicFunction,
-    WrittenFunction,
     systems_of,
 )
 from .closed_loops import loops_file
@@ -32,7 +32,7 @@ def source(
     robot: Described,
     functions: Sequence[SymbolicFunction],
     programs: Programs,
-    written: Sequence[WrittenFunction] = (),
+    written: Sequence[NativeSolverFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
     """Returns the C99 file of all functions of a robot; it depends on libm alone.

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from ...model.mechanism import Described
-from ...terms.symbolic_function import Tables, WrittenFunction
+from ...terms.symbolic_function import NativeSolverFunction, Tables
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 
@@ -37,7 +37,7 @@ SUPPORTS = {
 """Files of each table-driven solver; a generated file includes the first of these files."""
 
 
-def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
+def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:
     """Returns the files of functions with handwritten solvers, and the solver files, by name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
@@ -45,12 +45,12 @@ def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[
     return own | {name: support(name) for name in sorted(names)}
 
 
-def written_file(robot: Described, function: WrittenFunction) -> str:
+def written_file(robot: Described, function: NativeSolverFunction) -> str:
     """Returns the file name of a function with a handwritten solver."""
     return f"{robot.name}_{function.name}.h"
 
 
-def _source(robot: Described, function: WrittenFunction) -> str:
+def _source(robot: Described, function: NativeSolverFunction) -> str:
     """Prints the tables of a function, and the function that passes these tables to the solver.
 
     The file is included after the functions that the solver calls.

@@ -9,10 +9,10 @@ from ...model.robot import Joint, Motor
 from ...program.programs import Programs
 from ...terms.symbolic_function import (
     Argument,
+    NativeSolverFunction,
     Result,
     Signature,
     SymbolicFunction,
-    WrittenFunction,
 )
 from ..c.expressions import WIDTH, number
 from ..c.header import description, notice
@@ -37,7 +37,7 @@ def header(derivation: Derivation, programs: Programs) -> str:
     """Returns the C++ header of a robot."""
     robot = derivation.robot
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_HPP"
-    functions: Sequence[SymbolicFunction | WrittenFunction] = (
+    functions: Sequence[SymbolicFunction | NativeSolverFunction] = (
         *derivation.functions,
         *derivation.written,
     )

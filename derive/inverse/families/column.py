@@ -75,7 +75,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, a5.h, a6.h, seen),
     )
     e = cross(terms, a6.h, a5.h)
-    last_turn(work, a6, e, target.turned(terms, e), ((a1, q14_turn), (a5, q5)), sure=True)
+    last_turn(work, a6, e, target.turned(terms, e), ((a1, q14_turn), (a5, q5)), is_regular=True)
 
     # 4. The column rotates the plane of the prismatic joints to the wrist's target position.
     lever = rotated(terms, a1.h, q14_turn, reach)
@@ -96,8 +96,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     work.remainder((a1, a4))
 
     # 5, 6. Joints 2 and 3 are prismatic and move the wrist in their plane.
-    way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
-    two_slides(work, a2, a3, way)
+    displacement = subtracted(
+        terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p)
+    )
+    two_slides(work, a2, a3, displacement)
 
 
 def _far_from_the_column(

@@ -96,10 +96,10 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
         lever = subtracted(terms, position, axis.p)
         back = rotated(terms, axis.h, work.turns[axis.joint].back, lever)
         position = added(terms, axis.p, back)
-    way = work.name_vector(
+    displacement = work.name_vector(
         ("W", "V"), "the displacement along the slides", subtracted(terms, position, carried)
     )
-    slides(work, sliding, way, "the tool")
+    slides(work, sliding, displacement, "the tool")
 
 
 def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:

@@ -102,7 +102,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     e = any_across(terms, a6.h)
     before = (a1, q1), (a2, q234), (a5, q5)
     wanted = target.turned(terms, e)
-    last_turn(work, a6, e, wanted, before, behind=", behind joints 1 to 5", sure=True)
+    last_turn(work, a6, e, wanted, before, behind=", behind joints 1 to 5", is_regular=True)
 
     # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, h, q234, subtracted(terms, hand, a4.p))

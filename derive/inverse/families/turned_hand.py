@@ -48,7 +48,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         [a2, a3],
         "subproblem 1",
         f"the direction of axis {a4.name}, which the parallel joints turn as one",
-        sp1(terms, a2.h, a4.h, seen, sure=True),
+        sp1(terms, a2.h, a4.h, seen, is_regular=True),
     )
     # 3. The target pose determines the elbow position.
     fore = rotated(terms, a2.h, q23, subtracted(terms, a4.p, a3.p))

@@ -76,12 +76,12 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     to its value at angle 0 is selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
-    fore, hand, upper, way = (
+    fore, hand, upper, displacement = (
         perpendicular(terms, a2.h, v)
         for v in (subtracted(terms, a4.p, a3.p), lever, subtracted(terms, a3.p, a2.p), U)
     )
     r, a, straight = (
-        let(sp.sqrt(dot(terms, v, v))) for v in (way, upper, added(terms, fore, hand))
+        let(sp.sqrt(dot(terms, v, v))) for v in (displacement, upper, added(terms, fore, hand))
     )
     least, most = let(sp.Abs(let(r - a))), let(r + a)
     length = let(sp.Max(least, sp.Min(straight, most, evaluate=False), evaluate=False))

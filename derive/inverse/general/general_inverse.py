@@ -11,13 +11,13 @@ import numpy as np
 from ...chain.kinematics import arguments_of, common_unit
 from ...model.robot import SerialRobot
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
+from ...terms.symbolic_function import Argument, NativeSolverFunction, Result, Tables
 from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
 from ..tasks.slots import given_argument, pose_argument
+from .elimination_choice import MAX_JOINTS, Choice, choice_at, choose, length, slides_of
 from .line_quantities import Array
 from .raghavan_roth import JOINTS, is_fit, numbers
-from .split_choice import MAX_JOINTS, Choice, choice_at, choose, length, slides_of
 
 FIVE, SIX = "general_tool", "general"
 """Names of the solvers for five and for six free joints."""
@@ -40,8 +40,8 @@ class GeneralArm(Tables):
         directions: 1 or -1 for each joint.
         length: The arm length (metre).
         placed: The rows of the constant placements of the joints and the tool.
-        split_count: Number of elimination orders.
-        splits: Joint order, direction and half-angle joint of each elimination order.
+        order_count: Number of elimination orders.
+        orders: Joint order, direction and half-angle joint of each elimination order.
     """
 
     joints: int
@@ -49,8 +49,8 @@ class GeneralArm(Tables):
     directions: tuple[float, ...]
     length: float
     placed: tuple[tuple[float, ...], ...]
-    split_count: int
-    splits: tuple[tuple[tuple[int, ...], int, int], ...]
+    order_count: int
+    orders: tuple[tuple[tuple[int, ...], int, int], ...]
 
     @classmethod
     def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
@@ -66,8 +66,8 @@ class GeneralArm(Tables):
             directions + (0.0,) * unused,
             length(constants),
             placed + ((0.0,) * 12,) * unused,
-            len(choice.splits),
-            tuple((split.joints, split.sense, split.halved) for split in choice.splits),
+            len(choice.orders),
+            tuple((order.joints, order.sense, order.halved) for order in choice.orders),
         )
 
 
@@ -109,7 +109,7 @@ class GeneralInverse:
     title: str
     method: str
     choice: Choice
-    function: WrittenFunction
+    function: NativeSolverFunction
     steps: tuple[str, ...]
     given: tuple[str, ...] = ()
 
@@ -204,8 +204,8 @@ def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:
     left = [k for k in range(len(robot.moving)) if k not in choice.given]
     free = [robot.moving[k].name for k in left] + [TOOL_AXIS] * (JOINTS - len(left))
     sliding = [robot.moving[k].name for k in left if k in slides]
-    one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
-    half, other = (w, v) if choice.splits[0].halved else (v, w)
+    one, two, suppressed, v, w, last = (free[k] for k in choice.orders[0].joints)
+    half, other = (w, v) if choice.orders[0].halved else (v, w)
     steps = (
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
         f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}."
@@ -256,7 +256,7 @@ def _squares(sliding: list[str]) -> str:
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
     """Describes the alternative elimination orders of the joints."""
-    first, *others = (free[split.joints[2]] for split in choice.splits)
+    first, *others = (free[order.joints[2]] for order in choice.orders)
     names = [name for name in dict.fromkeys(others) if name != first]
     if not names:
         return ()
@@ -291,7 +291,7 @@ def with_tool_joint(
         if choice is None:
             continue
         # All solutions of a pose have the same angle 6, so angle 6 cannot distinguish them.
-        kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
+        kept = tuple(r for r in choice.ratings if r.order.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
     return max(found, key=lambda arm: (arm.choice.good, arm.choice.ratings[0].key), default=None)
@@ -308,7 +308,7 @@ def _placement(z: Array, p: Array) -> Array:
 
 def solver_function(
     robot: SerialRobot, choice: Choice, constants: Sequence[Array]
-) -> WrittenFunction:
+) -> NativeSolverFunction:
     """Returns the function ``ik``: every solution of a pose, in sixteen solution slots.
 
     Solutions come first, sorted by the suppressed joint. Without a solution, the solution slots
@@ -337,9 +337,9 @@ def solver_function(
         ),
     )
     free = [joint for k, joint in enumerate(robot.moving) if k not in given]
-    suppressed = free[choice.splits[0].joints[2]].name
+    suppressed = free[choice.orders[0].joints[2]].name
     labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
-    return WrittenFunction(
+    return NativeSolverFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
         "fk(q[k]) = T wherever residual[k] is rounding",

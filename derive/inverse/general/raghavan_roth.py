@@ -19,7 +19,7 @@ are linear in the cosine and sine of each joint:
 
 and the matrix A (14, 8) depends only on the pose and B only on theta_3. Six linear combinations of
 the equations eliminate y. The generated C finds the angles theta_3 at which these six equations
-have a solution. Accuracy depends on the suppressed joint (:mod:`.split_choice`).
+have a solution. Accuracy depends on the suppressed joint (:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta), and 1, d, d^2 instead of 1,
 cosine, sine. A prismatic joint may be joint 1 or 2, or the joint among 4 and 5 without a half
@@ -47,7 +47,7 @@ Parts = Callable[[int], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True)
-class Split:
+class EliminationOrder:
     """A numbering of the loop's joints, which defines an elimination order.
 
     Attributes:
@@ -79,15 +79,15 @@ class LineEquations:
     right: Array
 
 
-def splits(slides: Collection[int] = ()) -> list[Split]:
+def elimination_orders(slides: Collection[int] = ()) -> list[EliminationOrder]:
     """Returns every elimination order of a loop with six joints."""
     every = (
-        Split(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
+        EliminationOrder(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
         for first in range(JOINTS)
         for halved in (0, 1)
     )
-    return [split for split in every if split.turning.isdisjoint(slides)]
+    return [order for order in every if order.turning.isdisjoint(slides)]
 
 
 def placements(robot: SerialRobot) -> list[Array]:
@@ -119,18 +119,18 @@ def numbers(robot: SerialRobot) -> list[Array]:
 
 
 def equations(
-    constants: Sequence[Array], split: Split, T: Array, slides: Collection[int] = ()
+    constants: Sequence[Array], order: EliminationOrder, T: Array, slides: Collection[int] = ()
 ) -> LineEquations:
     """Returns the fourteen equations for one elimination order.
 
     Args:
         constants: The seven constant placements of the arm, as expressions or floats.
-        split: The elimination order of the joints.
+        order: The elimination order of the joints.
         T: The pose (4, 4), as expressions or floats.
         slides: Indices of the prismatic joints among the six joints.
     """
-    inverses = _inverses(constants, split, T)
-    parts = [slide if k in slides else turn for k in split.joints]
+    inverses = _inverses(constants, order, T)
+    parts = [slide if k in slides else turn for k in order.joints]
     return LineEquations(_left(inverses, parts), _right(inverses, parts))
 
 
@@ -145,7 +145,7 @@ def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) 
     others = [joint for k, joint in enumerate(robot.moving) if k not in given]
     slides = [k for k, joint in enumerate(others) if joint.kind == "prismatic"]
     is_free = not robot.couplings and all(map(_is_free, robot.moving))
-    return len(others) == joints and is_free and bool(splits(slides))
+    return len(others) == joints and is_free and bool(elimination_orders(slides))
 
 
 def _is_free(joint: Joint) -> bool:
@@ -215,14 +215,14 @@ def _raised(height: float) -> Array:
     return T
 
 
-def _inverses(constants: Sequence[Array], split: Split, T: Array) -> list[Array]:
+def _inverses(constants: Sequence[Array], order: EliminationOrder, T: Array) -> list[Array]:
     """Returns the inverses of the transforms C_1 ... C_6, in the elimination order."""
     before, *between, behind = constants
-    if split.sense > 0:
+    if order.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]
-        return [closing[k] for k in split.joints]
+        return [closing[k] for k in order.joints]
     closing = [*between, behind @ _inverse(T) @ before]
-    return [closing[(k - 1) % JOINTS] for k in split.joints]
+    return [closing[(k - 1) % JOINTS] for k in order.joints]
 
 
 def _inverse(T: Array) -> Array:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...model.tolerances import ALMOST_REAL, DISTINCT_SOLUTION, SOLVED_POSE
+from .elimination_choice import length
 from .line_quantities import Array
-from .raghavan_roth import Split, equations, forward, moved, suppressed
-from .split_choice import length
+from .raghavan_roth import EliminationOrder, equations, forward, moved, suppressed
 
 NEWTON = 30
 TURNS = 12
@@ -23,7 +23,7 @@ used."""
 
 def real_solutions(
     constants: Sequence[Array],
-    splits: Sequence[Split],
+    orders: Sequence[EliminationOrder],
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
@@ -31,7 +31,7 @@ def real_solutions(
 
     Args:
         constants: The seven constant placements of the arm, as floats.
-        splits: Elimination orders; the solutions of all orders are merged.
+        orders: Elimination orders; the solutions of all orders are merged.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 
@@ -42,8 +42,8 @@ def real_solutions(
     scaled = [np.vstack([np.hstack([E[:3, :3], E[:3, 3:] / size]), E[3:]]) for E in (*constants, T)]
     arm, target = _Six(tuple(scaled[:-1]), frozenset(slides)), scaled[-1]
     found: list[Array] = []
-    for split in splits:
-        for start in _starts(arm, split, target):
+    for order in orders:
+        for start in _starts(arm, order, target):
             q = _refined(arm, start, target)
             if q is not None and all(arm.apart(q, p) > DISTINCT_SOLUTION for p in found):
                 found.append(q)
@@ -89,23 +89,23 @@ class _Six:
         return np.where(self.turns, (q + np.pi) % (2 * np.pi) - np.pi, q)
 
 
-def _starts(arm: _Six, split: Split, target: Array) -> Iterator[Array]:
+def _starts(arm: _Six, order: EliminationOrder, target: Array) -> Iterator[Array]:
     """Yields the solutions for one elimination order, before their refinement."""
-    found = equations(arm.constants, split, target, arm.slides)
-    M = suppressed(found, split.halved)
+    found = equations(arm.constants, order, target, arm.slides)
+    M = suppressed(found, order.halved)
     for angle in _roots(M):
         at = np.tensordot(_harmonics(angle), M, 1)
         U, _, Vt = np.linalg.svd(np.linalg.svd(at)[2][-1].reshape(4, 3))
         half = 2 * np.arctan2(U[3, 0], U[2, 0])
         other = Vt[0] / Vt[0, 0]
-        two = (other, _harmonics(half)) if split.halved else (_harmonics(half), other)
+        two = (other, _harmonics(half)) if order.halved else (_harmonics(half), other)
         right = np.tensordot(_harmonics(angle), found.right, 1) @ np.outer(*two).ravel()
         y = np.linalg.lstsq(found.left[:, 1:], right - found.left[:, 0], rcond=None)[0]
         powers = [[1.0, y[2], y[5]], [1.0, y[0], y[1]], _harmonics(angle), *two]
         q = np.zeros(6)
-        for joint, (_, x, square) in zip(split.joints[:5], powers, strict=True):
-            q[joint] = split.sense * (x if joint in arm.slides else np.arctan2(square, x))
-        yield _with_last(q, split.joints[5], arm, target)
+        for joint, (_, x, square) in zip(order.joints[:5], powers, strict=True):
+            q[joint] = order.sense * (x if joint in arm.slides else np.arctan2(square, x))
+        yield _with_last(q, order.joints[5], arm, target)
 
 
 def _harmonics(angle: float) -> Array:

@@ -84,7 +84,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
     if found is None:
         longer = with_still_axis(h.robot, classification, FAMILIES)
         return None if longer is None else MovingChain.of(h.robot, *longer)
-    if classification.tier != "exact" or found.given or found.family.inputs:
+    if classification.method != "exact" or found.given or found.family.inputs:
         return None
     return MovingChain.of(h.robot, classification.lines, found)
 
@@ -122,7 +122,7 @@ def _settled(
 ) -> frozenset[int]:
     """Returns the indices of the branch signs that do not affect the result."""
     unused = _unused(h, function, work)
-    if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
+    if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
         # Several joint vectors of the platform chain describe the same pose and the same legs.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
         return unused | _idle_in_legs(h, function, given) if has_legs else unused
@@ -164,13 +164,13 @@ def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset
     )
 
 
-def _is_held_at_its_end(mechanism: Mechanism) -> bool:
+def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
     """Whether the loops constrain only the last body of an unactuated main chain."""
     chain = {joint.name for joint in mechanism.main_chain.moving}
-    ends = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
-    ways = [chain & {joint.name for joint in mechanism.way(frame.body)} for frame in ends]
+    ends = [frame for loop_joint in mechanism.loop_joints for frame in (loop_joint.a, loop_joint.b)]
+    paths = [chain & {joint.name for joint in mechanism.path_to(frame.body)} for frame in ends]
     actuated = {coordinate.moves for coordinate in mechanism.coordinates}
-    return not chain & actuated and all(way in (set(), chain) for way in ways)
+    return not chain & actuated and all(path in (set(), chain) for path in paths)
 
 
 def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
@@ -202,18 +202,18 @@ def _solved(
     moves = [c for c in h.mechanism.coordinates if c.moves not in h.backward.open]
     driven = substituted(terms, h.driven(named(h, loops, [c.moves for c in moves]), moves), theta)
     q = dict(zip([c.name for c in moves], driven, strict=True))
-    gaps = []
+    residuals = []
     for leg in legs:
-        found, gap = leg.solved(h, work, dict(zip(known, z, strict=True)))
+        found, residual = leg.solved(h, work, dict(zip(known, z, strict=True)))
         q |= found
-        gaps.append(gap)
+        residuals.append(residual)
     of_legs = {leg.closure for leg in legs}
     open_ = [e for loop in equations(h) if loop.name not in of_legs for e in loop.residual]
     closing = substituted(terms, open_, at_theta)
     moved, turned = pose_errors(tool_of(terms, h.robot, values), POSE_SYMBOLS)
     distance2 = squares(terms, [*moved, *closing])
-    for gap in gaps:
-        distance2 = terms.let(distance2 + gap)
+    for residual in residuals:
+        distance2 = terms.let(distance2 + residual)
     residual = larger(terms, distance2, terms.let(squares(terms, turned) / 2))
     unit = common_unit([c.unit for c in h.mechanism.coordinates])
     function = function_of(

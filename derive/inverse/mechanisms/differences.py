@@ -74,7 +74,7 @@ def _configuration(
 ) -> dict[str, list[Feature]]:
     """Returns the features of each body for given coordinates, with the loops closed."""
     m = bodies.mechanism
-    at = bodies.nearest(values, bodies.unknown, [closer.name for closer in m.closers])
+    at = bodies.nearest(values, bodies.unknown, [loop_joint.name for loop_joint in m.loop_joints])
     poses = bodies.poses(at)
     found: dict[str, list[Feature]] = {body: [] for body in poses}
     found[m.base_frame].append(_pose(np.asarray(np.linalg.inv(bodies.matrix(m.base)))))
@@ -83,11 +83,13 @@ def _configuration(
         feature = _of_joint(joint, poses[joint.parent] @ bodies.matrix(joint.before))
         for body in (joint.parent, joint.link):
             found[body].append(feature)
-    for closer in m.closers:
-        normal = bodies.normal(closer, poses)
-        ends = zip((closer.a.body, closer.b.body), bodies.frames(poses, closer), strict=True)
+    for loop_joint in m.loop_joints:
+        normal = bodies.normal(loop_joint, poses)
+        ends = zip(
+            (loop_joint.a.body, loop_joint.b.body), bodies.frames(poses, loop_joint), strict=True
+        )
         for body, T in ends:
-            found[body].append(_of_closer(closer, T, normal))
+            found[body].append(_of_loop_joint(loop_joint, T, normal))
     return found
 
 
@@ -99,11 +101,13 @@ def _of_joint(joint: Joint, T: FloatArray) -> Feature:
     return Feature(T[:3, 3], n[None], np.zeros((3, 3)) if is_slide else np.eye(3) - np.outer(n, n))
 
 
-def _of_closer(closer: Closure | Strut, T: FloatArray, normal: FloatArray | None) -> Feature:
-    if isinstance(closer, Strut) or closer.kind == "ball":
+def _of_loop_joint(
+    loop_joint: Closure | Strut, T: FloatArray, normal: FloatArray | None
+) -> Feature:
+    if isinstance(loop_joint, Strut) or loop_joint.kind == "ball":
         across = np.eye(3) if normal is None else np.eye(3) - np.outer(normal, normal)
         return Feature(T[:3, 3], np.zeros((0, 3)), across)
-    if closer.kind == "weld":
+    if loop_joint.kind == "weld":
         return _pose(T)
     n = T[:3, 2]
     return Feature(T[:3, 3], n[None], np.eye(3) - np.outer(n, n))

@@ -51,8 +51,8 @@ class Followed:
         start, unknown = self.closure.start, self.closure.unknown
         w = np.repeat(start.w[None], len(q), 0)
         for k in range(1, STATIONS + 1):
-            way = start.q + k / STATIONS * (q - start.q)
-            w[:, self.closure.given] = way * self.closure.ratios
+            station = start.q + k / STATIONS * (q - start.q)
+            w[:, self.closure.given] = station * self.closure.ratios
             for _ in range(STEPS if k < STATIONS else LAST_STEPS):
                 c, D = self._evaluated(w)
                 w[:, unknown] -= _solved(D[..., unknown], c[..., None])[..., 0]

@@ -20,7 +20,7 @@ from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.solve.solved_loops import SolvedLoops, named, solved_loops
 from ...model.errors import DescriptionError
 from ...model.tolerances import MIN_CONVERGED, NEARLY_STRUCTURE
-from ...terms.symbolic_function import Argument, WrittenFunction
+from ...terms.symbolic_function import Argument, NativeSolverFunction
 from ...terms.vectors import Basis, Vector
 from ..chain_solution import solve_chain
 from ..classify import Attempt, Classification, classify, of_lines, unfit
@@ -178,7 +178,7 @@ def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]
         why = f"no inverse of the nominal robot {nominal.name!r} can be refined to this robot"
     elif (
         not give
-        and hybrid.mechanism.closers
+        and hybrid.mechanism.loop_joints
         and missing
         and (could_fit or len(hybrid.theta) > len(hybrid.q))
     ):
@@ -218,7 +218,7 @@ def _of_nominal(
     )
     nearly = replace(found, requirements=(*found.requirements, missed))
     tables = RefinedTables(turns_of(hybrid), length, convergence.deviation)
-    tasks: tuple[WrittenFunction, ...] = ()
+    tasks: tuple[NativeSolverFunction, ...] = ()
     if axes is not None:
         near = replace(tables, deviation=converge(is_position=True).deviation)
         tasks = (position_task(refined_inverse(start, near)),)

@@ -109,7 +109,7 @@ class LegChain:
             choices=work.choices,
             hidden=self._hidden(h),
         )
-        found, gap = self._solution(own, entries)
+        found, residual = self._solution(own, entries)
         work.choices = own.choices
         self._name_sides(work, own, first)
         passive = set(own.passive)
@@ -123,7 +123,7 @@ class LegChain:
             for c in h.mechanism.coordinates
             if c.moves in found
         }
-        return coordinates, _least(h.terms, gap, own.passive)
+        return coordinates, _least(h.terms, residual, own.passive)
 
     def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
         """Names both branches of the signs from a first one by the leg and the solved joints."""
@@ -152,8 +152,8 @@ class LegChain:
         joints = zip(robot.moving, values, strict=True)
         found = {joint.name: joint.direction * value for joint, value in joints}
         names = [joint.name for joint in self.unknown]
-        gap = terms.let(squares(terms, moved) + squares(terms, turned) / 2)
-        return {name: found[name] for name in names}, gap
+        residual = terms.let(squares(terms, moved) + squares(terms, turned) / 2)
+        return {name: found[name] for name in names}, residual
 
     def _wanted(self, h: SolvedLoops, values: Values) -> list[sp.Expr]:
         """Returns the entries of the pose of the closure's other frame, seen from the leg."""
@@ -191,10 +191,13 @@ def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
 
 def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
     """Returns the leg of a loop, or None if it is not a serial arm of a known structure."""
-    closer = loop.closer
-    if not isinstance(closer, Closure) or closer.kind not in FREEDOMS:
+    loop_joint = loop.loop_joint
+    if not isinstance(loop_joint, Closure) or loop_joint.kind not in FREEDOMS:
         return None
-    sides = ((loop.to_a, loop.to_b, closer.a, closer.b), (loop.to_b, loop.to_a, closer.b, closer.a))
+    sides = (
+        (loop.to_a, loop.to_b, loop_joint.a, loop_joint.b),
+        (loop.to_b, loop.to_a, loop_joint.b, loop_joint.a),
+    )
     legs = [side for side in sides if any(joint.name in open_ for joint in side[0])]
     if len(legs) != 1:
         return None
@@ -205,7 +208,7 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
     if any(joint.name not in open_ for joint in unknown):
         return None
     joints = [replace(joint, parent="") for joint in leg]
-    freedom = FREEDOMS[closer.kind]
+    freedom = FREEDOMS[loop_joint.kind]
     after = near.placement
     if freedom:
         joints.append(replace(freedom[0], before=after))
@@ -216,7 +219,7 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
     structure = _structure(h, robot)
     if structure is None:
         return None
-    return LegChain(closer.name, known, unknown, back, end, robot, *structure)
+    return LegChain(loop_joint.name, known, unknown, back, end, robot, *structure)
 
 
 def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
@@ -225,7 +228,7 @@ def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | No
     found = classification.found
     if found is None:
         return with_still_axis(robot, classification, FAMILIES)
-    fits = classification.tier == "exact" and not found.given and not found.family.inputs
+    fits = classification.method == "exact" and not found.given and not found.family.inputs
     return (classification.lines, found) if fits else None
 
 
@@ -242,13 +245,13 @@ def _behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
     return {symbol for entry in found for symbol in entry.free_symbols}
 
 
-def _least(terms: Terms, gap: sp.Expr, passive: Sequence[sp.Symbol]) -> sp.Expr:
+def _least(terms: Terms, residual: sp.Expr, passive: Sequence[sp.Symbol]) -> sp.Expr:
     """Returns the smallest gap over all values of some branch signs."""
-    gaps = [
-        substituted(terms, [gap], dict(zip(passive, map(sp.Integer, signs), strict=True)))[0]
+    residuals = [
+        substituted(terms, [residual], dict(zip(passive, map(sp.Integer, signs), strict=True)))[0]
         for signs in product((1, -1), repeat=len(passive))
     ]
-    least = gaps[0]
-    for other in gaps[1:]:
+    least = residuals[0]
+    for other in residuals[1:]:
         least = terms.let(sp.Min(least, other, evaluate=False))
     return least

@@ -15,7 +15,7 @@ from ...loops.functions.maps import Maker
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iteration import STEPS, SYSTEM
 from ...loops.modes.platforms import WrittenMaker
-from ...terms.symbolic_function import SymbolicFunction, Tables, WrittenFunction
+from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction, Tables
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
@@ -49,7 +49,7 @@ def with_legs(
 def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
     """Returns the leg inverse ``ik_legs`` for all assembly modes."""
     q, residual, margin = function.outputs
-    meaning = "gaps of the loops and distance of the main chain's tool from the target"
+    meaning = "closure errors of the loops, and distance of the main chain's tool from the target"
     return replace(
         function,
         name=LEGS,
@@ -66,11 +66,11 @@ class ClosureSize(Tables):
     size: float
 
 
-def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
+def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFunction:
     """Returns ``ik``: the leg inverse with the residual of ``fk`` in each solution slot."""
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
     slots = legs.branches
-    return WrittenFunction(
+    return NativeSolverFunction(
         IK,
         f"Every solution of the inverse kinematics, in {slots} slots.",
         IDENTITY,

@@ -36,14 +36,14 @@ class MovingChain:
         robot: The main chain, in which locked joints are fixed joints.
         lines: The axes of the moving joints, numbered in the whole chain.
         found: The structure of these axes.
-        held: The constant value of each locked joint, keyed by joint number in the whole chain.
+        locked: The constant value of each locked joint, keyed by joint number in the whole chain.
     """
 
     whole: SerialRobot
     robot: SerialRobot
     lines: Lines
     found: Attempt
-    held: Mapping[int, sp.Expr]
+    locked: Mapping[int, sp.Expr]
 
     @classmethod
     def of(cls, whole: SerialRobot, lines: Lines, found: Attempt) -> "MovingChain":
@@ -61,14 +61,14 @@ class MovingChain:
         Args:
             work: Table that receives the joint values and the solution steps.
         """
-        terms, moving, work.still = work.terms, self.whole.moving, frozenset(self.held)
+        terms, moving, work.still = work.terms, self.whole.moving, frozenset(self.locked)
         symbols = {k: sp.Symbol(f"_{moving[k].name}", real=True) for k in self.given}
         arguments = tuple(given_argument(self.whole, k, symbol) for k, symbol in symbols.items())
         given = {k: moving[k].direction * symbol for k, symbol in symbols.items()}
         places = {place: given[self.lines.axes[place].joint] for place in self.found.given}
         target = of_pose(terms, POSE_SYMBOLS, home_of(self.robot, terms))
         solve_chain(work, self.lines, self.found, target, places)
-        values = values_of(work, self.whole, given | dict(self.held))
+        values = values_of(work, self.whole, given | dict(self.locked))
         return arguments, [
             joint.direction * value for joint, value in zip(moving, values, strict=True)
         ]
@@ -85,9 +85,9 @@ def moving_chain(
         h: The robot.
         families: The families to try, in order.
     """
-    held = _held(h)
-    robot = _with_still_joints(h.robot, held)
-    numbers = [k for k in range(len(h.robot.moving)) if k not in held]
+    locked = _locked(h)
+    robot = _with_still_joints(h.robot, locked)
+    numbers = [k for k in range(len(h.robot.moving)) if k not in locked]
     axes = axes_of(robot, h.terms)
     lines = Lines(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
@@ -95,13 +95,13 @@ def moving_chain(
     surplus = len(lines.axes) - rank.of_chain(lines)
     # If loops couple the moving joints, the number of redundant joints is below the surplus.
     are_coupled = len(numbers) > len(h.q)
-    if unfit(robot) or not (held or surplus) or (surplus and are_coupled):
+    if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):
         return None
     for give in _choices(h, numbers, surplus):
         classification = of_lines(lines, families=families, give=give)
         found = classification.found
         if found is not None and found.given == give and not found.family.inputs:
-            return MovingChain(h.robot, robot, lines, found, held), classification
+            return MovingChain(h.robot, robot, lines, found, locked), classification
     return None
 
 
@@ -112,7 +112,7 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
     yield from (give[::-1] for give in combinations(places[::-1], surplus))
 
 
-def _held(h: SolvedLoops) -> dict[int, sp.Expr]:
+def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
     """Returns the constant values of the locked joints (radian or metre)."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
@@ -133,9 +133,9 @@ def _is_still(h: SolvedLoops, joint: Joint) -> bool:
     return len(values) > 1 and bool(np.all(np.abs(values - reference) <= STILL_JOINT * size))
 
 
-def _with_still_joints(robot: SerialRobot, held: Mapping[int, sp.Expr]) -> SerialRobot:
+def _with_still_joints(robot: SerialRobot, locked: Mapping[int, sp.Expr]) -> SerialRobot:
     """Returns the chain with fixed joints in place of the locked joints."""
-    names = {robot.moving[k].name: value for k, value in held.items()}
+    names = {robot.moving[k].name: value for k, value in locked.items()}
     return replace(
         robot,
         joints=tuple(

@@ -19,7 +19,7 @@ from ...loops.solve.collapse import collapsed
 from ...loops.solve.solved_loops import SolvedLoops
 from ...model.robot import JointKind
 from ...model.tolerances import INDEPENDENT_SLIDES
-from ...terms.symbolic_function import Argument, SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import Argument, NativeSolverFunction, SymbolicFunction
 from ...terms.terms import Terms
 from ...terms.vectors import (
     IDENTITY,
@@ -275,7 +275,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
     return replace(function, outputs=outputs)
 
 
-def position_task(polished: WrittenFunction) -> WrittenFunction:
+def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
     """Derives the function ``ik_position`` from a refined ``ik`` with position targets.
 
     Both functions start from the same nominal inverse.

@@ -95,9 +95,9 @@ def _state(
     screws: list[tuple[Vector, Vector]] = []
     for axis in reversed(axes):
         if not axis.turns:
-            way = combination(terms, (lengths[axis.joint],), (axis.h,))
-            tool = added(terms, tool, way)
-            screws = [(h, added(terms, p, way)) for h, p in screws]
+            displacement = combination(terms, (lengths[axis.joint],), (axis.h,))
+            tool = added(terms, tool, displacement)
+            screws = [(h, added(terms, p, displacement)) for h, p in screws]
             screws.append((axis.h, zero))
             continue
         turn = turns[axis.joint]

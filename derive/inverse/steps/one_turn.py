@@ -44,9 +44,11 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     # move the point perpendicular to axis 1 at the target height.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
-    way = combination(terms, (_ONE, ratio), (other.h, lift.h))
+    displacement = combination(terms, (_ONE, ratio), (other.h, lift.h))
     height = terms.let(dot(terms, a1.h, subtracted(terms, u, c)) / rate)
-    length = _to_distance(work, other, a1, way, combination(terms, (_ONE, height), (c, lift.h)), u)
+    length = _to_distance(
+        work, other, a1, displacement, combination(terms, (_ONE, height), (c, lift.h)), u
+    )
     # 2. The lift joint.
     reached = combination(terms, (_ONE, length), (c, other.h))
     extended = _to_height(work, lift, a1, reached, u)
@@ -136,7 +138,7 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
 
 
 def _to_distance(
-    work: Work, slide: Axis, axis: Axis, way: Vector, point: Vector, goal: Vector
+    work: Work, slide: Axis, axis: Axis, displacement: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
     """Solves the prismatic joint that brings ``point`` to the distance of ``goal`` from an axis.
 
@@ -144,12 +146,12 @@ def _to_distance(
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis.
-        way: The displacement of the point per unit of the prismatic joint.
+        displacement: The displacement of the point per unit of the prismatic joint.
         point: The position of the point relative to the axis.
         goal: The goal point, relative to the axis.
     """
     terms = work.terms
-    across, offset, wanted = (perpendicular(terms, axis.h, v) for v in (way, point, goal))
+    across, offset, wanted = (perpendicular(terms, axis.h, v) for v in (displacement, point, goal))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, across, across))))
     unit = combination(terms, (inverse,), (across,))
     found = slide_to_sphere(terms, unit, offset, dot(terms, wanted, wanted), work.sign())

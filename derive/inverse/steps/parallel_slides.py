@@ -54,13 +54,13 @@ def telescope(
     place = axes.index(slide)
     lever = rotated(terms, first.h, total, subtracted(terms, hand, second.p))
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
-    way = perpendicular(terms, first.h, subtracted(terms, position, lever))
+    displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
     # A telescope between the two axes extends the triangle side between these axes. Any other
     # telescope changes the distance from elbow to wrist that both revolute joints must reach.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
-    longer, other = (upper, way) if is_between else (way, upper)
+    longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(
         slide,
         "a line meets a sphere",
@@ -68,7 +68,7 @@ def telescope(
         slide_to_sphere(terms, u, longer, dot(terms, other, other), work.sign()),
     )
     side = combination(terms, (sp.Integer(1), length), (longer, u))
-    before, after = (side, way) if is_between else (upper, side)
+    before, after = (side, displacement) if is_between else (upper, side)
     work.step(
         [first],
         "subproblem 1",

@@ -85,7 +85,7 @@ def three_turns(
     )
     e = cross(terms, a6.h, a5.h)
     before = (a4, q4.turn), (a5, q5.turn)
-    last_turn(work, a6, e, wanted(e), before, sure=q4.margin is None)
+    last_turn(work, a6, e, wanted(e), before, is_regular=q4.margin is None)
 
 
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
@@ -119,7 +119,7 @@ def last_turn(
     before: Sequence[tuple[Axis, CosSin]],
     *,
     behind: str = "",
-    sure: bool = False,
+    is_regular: bool = False,
 ) -> None:
     """Solves the last angle, which any direction perpendicular to the last axis determines.
 
@@ -130,11 +130,11 @@ def last_turn(
         wanted: The direction after the rotation by all joints.
         before: The axes and rotations of the preceding joints, from the base.
         behind: Text that names the preceding joints.
-        sure: Whether the rotated direction is perpendicular to the axis for every target.
+        is_regular: Whether the rotated direction is perpendicular to the axis for every target.
     """
     for other, turn in before:
         wanted = rotated(work.terms, other.h, turn.back, wanted)
-    found = sp1(work.terms, axis.h, e, wanted, sure=sure)
+    found = sp1(work.terms, axis.h, e, wanted, is_regular=is_regular)
     work.step([axis], "subproblem 1", f"the rest of the rotation{behind}", found)
 
 

@@ -88,16 +88,18 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
         else:
             sliding.insert(0, axis)
     meaning = "the displacement along the slides"
-    way = work.name_vector(("W", "V"), meaning, subtracted(terms, target.position, carried))
+    displacement = work.name_vector(
+        ("W", "V"), meaning, subtracted(terms, target.position, carried)
+    )
     for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
-        rate, rest = dot(terms, normal, axis.h), dot(terms, normal, way)
+        rate, rest = dot(terms, normal, axis.h), dot(terms, normal, displacement)
         # If the prismatic joints are parallel, the displacement is 0 and the next prismatic joint
         # moves the tool.
         length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
         work.slide(axis, "a line meets a plane", reason, found)
         moved = combination(terms, (length,), (axis.h,))
-        way = subtracted(terms, way, moved)
+        displacement = subtracted(terms, displacement, moved)
 
 
 def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:

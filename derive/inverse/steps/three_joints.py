@@ -242,18 +242,18 @@ def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     slides(work, lines.axes, subtracted(work.terms, W, centre), "the centre")
 
 
-def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
+def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
     """Solves one to three prismatic joints that move a point by a vector.
 
     Args:
         work: Records the steps.
         axes: The prismatic joints, with independent directions.
-        way: The displacement; only its component in the span of the axes is reached.
+        displacement: The displacement; only its component in the span of the axes is reached.
         carried: Description of the point for the article.
     """
     terms = work.terms
     if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
-        two_slides(work, axes[0], axes[1], way)
+        two_slides(work, axes[0], axes[1], displacement)
         return
     for k, axis in enumerate(axes):
         alone = len(axes) == 1
@@ -264,7 +264,7 @@ def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
             f"it alone moves {carried} along its direction"
             if alone
             else f"the other slides move {carried} in a plane",
-            slide_to_plane(terms, normal, axis.h, ORIGIN, dot(terms, normal, way)),
+            slide_to_plane(terms, normal, axis.h, ORIGIN, dot(terms, normal, displacement)),
         )
 
 
@@ -322,11 +322,11 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
     )
     # 2, 3. Two prismatic joints move the center in the plane of their directions.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
-    way = subtracted(terms, W, reached)
-    two_slides(work, a1, a2, way)
+    displacement = subtracted(terms, W, reached)
+    two_slides(work, a1, a2, displacement)
 
 
-def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
+def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
     """Solves two prismatic joints that move a point by a vector in their plane."""
     terms = work.terms
     for axis, other in ((first, second), (second, first)):
@@ -335,7 +335,7 @@ def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
             axis,
             "a line meets a plane",
             f"{other.name} does not move the point normal to its direction",
-            slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, way)),
+            slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, displacement)),
         )
 
 

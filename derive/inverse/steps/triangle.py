@@ -25,19 +25,19 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
     fore = perpendicular(terms, first.h, subtracted(terms, hand, second.p))
-    way = perpendicular(terms, first.h, position)
+    displacement = perpendicular(terms, first.h, position)
     bent = work.step(
         [second],
         "subproblem 3",
         f"the distance from axis {first.name} determines the bend by the law of cosines",
-        sp3(terms, second.h, upper, fore, dot(terms, way, way), work.sign()),
+        sp3(terms, second.h, upper, fore, dot(terms, displacement, displacement), work.sign()),
     )
     arm = added(terms, upper, rotated(terms, second.h, bent, fore))
     work.step(
         [first],
         "subproblem 1",
         "the bent arm points to the wanted position",
-        sp1(terms, first.h, arm, way),
+        sp1(terms, first.h, arm, displacement),
         f"with this position on axis {first.name} the angle is arbitrary and taken as 0",
     )
 

@@ -20,7 +20,7 @@ from .found import FoundTurn
 from .turns import direction, perpendicular
 
 
-def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) -> FoundTurn:
+def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = False) -> FoundTurn:
     """Returns the rotation about the unit vector k that maps p to v.
 
     The vectors p and v should have equal length and equal components along k.
@@ -30,7 +30,7 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) ->
         k: The axis.
         p: The vector before the rotation.
         v: The vector after the rotation by the angle.
-        sure: Whether p and v are never parallel to k.
+        is_regular: Whether p and v are never parallel to k.
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
@@ -39,4 +39,4 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) ->
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)
     y = dot(terms, cross(terms, k, across), v)
-    return FoundTurn(direction(terms, x, y, sure=sure), Direction(x, y))
+    return FoundTurn(direction(terms, x, y, is_regular=is_regular), Direction(x, y))

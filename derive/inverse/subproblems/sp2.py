@@ -39,8 +39,8 @@ def sp2(
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
     # If theta1 always exists, v rotated back by theta1 has the same distance from k2 as p.
-    sure = terms.is_constant(r2) and first.margin is None
-    return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), sure=sure)
+    is_regular = terms.is_constant(r2) and first.margin is None
+    return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), is_regular=is_regular)
 
 
 def _first(

@@ -129,7 +129,7 @@ class _State:
 
     turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
-    gap: Vector
+    residual: Vector
 
 
 @dataclass(frozen=True)
@@ -242,12 +242,12 @@ class _Loop:
         mu = let(LOOP_DAMPING * trace)
         bottom = let(det**2 + mu * let(minors + mu * let(trace + mu)))
         inverse = let(1 / let(bottom + DIRECTION_FLOOR))
-        gradient = named(terms, (dot(terms, column, state.gap) for column in columns))
+        gradient = named(terms, (dot(terms, column, state.residual) for column in columns))
         image = combination(terms, gradient, columns)
         steps = []
         for column, row, g in zip(columns, rows, gradient, strict=True):
             damped = let(let(trace + mu) * g - dot(terms, column, image))
-            steps.append(let(-let(det * dot(terms, row, state.gap) + mu * damped) * inverse))
+            steps.append(let(-let(det * dot(terms, row, state.residual) + mu * damped) * inverse))
         there = self.state(
             terms,
             (
@@ -261,14 +261,16 @@ class _Loop:
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
     """Returns the state with the smaller closure error; a new state must also be finite."""
-    better = sp.And(exists, dot(terms, new.gap, new.gap) < dot(terms, old.gap, old.gap))
+    better = sp.And(
+        exists, dot(terms, new.residual, new.residual) < dot(terms, old.residual, old.residual)
+    )
     first, second, third = (
         chosen(terms, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)
     )
     return _State(
         (first, second, third),
         _select(terms, better, new.image, old.image),
-        _select(terms, better, new.gap, old.gap),
+        _select(terms, better, new.residual, old.residual),
     )
 
 

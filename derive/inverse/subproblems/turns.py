@@ -33,7 +33,7 @@ class CosSin:
 NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 
 
-def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
+def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
     The vector is divided by its computed length: a different expression for the length would not
@@ -43,23 +43,23 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Co
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        sure: Whether the vector is never 0. Opposite vectors then share all terms except for the
-            sign.
+        is_regular: Whether the vector is never 0. Opposite vectors then share all terms except for
+            the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
-    return direction_of(terms, x, y, sure=sure)[0]
+    return direction_of(terms, x, y, is_regular=is_regular)[0]
 
 
 def direction_of(
-    terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
+    terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """Like :func:`direction`; also returns the squared length and the inverse length."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Rounding errors are replaced by 0, because their squares would be negligible in the sum that
     # is used as divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
-    if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
+    if not is_regular and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)
     squared = terms.let(x**2 + y**2)
     inverse = terms.let(1 / terms.let(sp.sqrt(squared)))

@@ -61,7 +61,7 @@ class Solved:
         """Whether the function's role specifies the prescribed pose components."""
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
-    def searching(self) -> "Solved":
+    def with_search(self) -> "Solved":
         """Returns the task with the flag that the runtime must search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))

@@ -7,9 +7,9 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
+from ...inverse.general.elimination_choice import choice_at, slides_left, slides_of, without
 from ...inverse.general.raghavan_roth import is_fit, moved, numbers
 from ...inverse.general.real_solutions import real_solutions
-from ...inverse.general.split_choice import choice_at, slides_left, slides_of, without
 from ...inverse.lost_poses import TARGETS, WHOLE
 from ...inverse.structure.words import listed
 from ...model.mechanism import Coordinate
@@ -75,7 +75,7 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     six = without(constants, {k: moved(local[k], k in slides) for k in given})
     left = [k for k in range(len(q)) if k not in given]
     found = []
-    for values in real_solutions(six, choice.splits, T, slides_left(slides, len(q), given)):
+    for values in real_solutions(six, choice.orders, T, slides_left(slides, len(q), given)):
         local[left] = values
         found.append(np.array([float(joint.direction) for joint in robot.moving]) * local)
     if not found:

@@ -324,18 +324,18 @@ class Marks:
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
         """Returns the direction at a hinge (degree) that is farthest from all bodies."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
-        ways = [
+        directions = [
             (x - point[0], y - point[1])
             for corners in (self.corners[k] for k in (hinge.a, hinge.b) if k > 0)
             for x, y in corners
             if (x, y) != point
         ]
         if hinge.a == 0:
-            ways.append((0, -100 * self._up(hinge, point)))
+            directions.append((0, -100 * self._up(hinge, point)))
 
         def closeness(k: int) -> int:
             x, y = compass[k]
-            cosines = [(x * w[0] + y * w[1]) / distance(w, (0, 0)) for w in ways]
+            cosines = [(x * w[0] + y * w[1]) / distance(w, (0, 0)) for w in directions]
             return rounded(10 * max(cosines, default=0.0))
 
         return 45 * min(range(8), key=closeness)

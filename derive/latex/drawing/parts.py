@@ -306,7 +306,7 @@ class _Builder:
         """Returns the corners of a closed loop, in order."""
         there = [p for joint in loop.to_a for p in self._passed(joint.name)]
         back = [p for joint in loop.to_b for p in self._passed(joint.name)]
-        return [*there, *self._ends(loop.closer.name), *back[::-1]]
+        return [*there, *self._ends(loop.loop_joint.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
         """Returns a joint's positions before and after its motion, or [] without a symbol."""

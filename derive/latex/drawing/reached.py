@@ -196,7 +196,7 @@ class _Arm:
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
-        self.chain = way(skeleton)
+        self.chain = path(skeleton)
 
     def position(self, lower: Array, upper: Array) -> ToolPosition:
         first, axis, foot = first_axis(self.chain)
@@ -238,7 +238,7 @@ def is_vertical(axis: Array) -> bool:
     return bool(abs(abs(axis[2]) - 1) < SAME_VIEW)
 
 
-def way(skeleton: Skeleton) -> list[TreeBody]:
+def path(skeleton: Skeleton) -> list[TreeBody]:
     """Returns the bodies from the base to the tip."""
     found, k = [], skeleton.tip
     while k > 0:

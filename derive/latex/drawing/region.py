@@ -17,7 +17,7 @@ from ...terms.terms import Terms
 from ..chain.tables import limits
 from .contours import Point
 from .paper import at, number, rounded
-from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, reached, way
+from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, path, reached
 
 _POSITION = [3, 7, 11]
 """Indices of the position in a row-major pose."""
@@ -208,7 +208,7 @@ def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> Symbolic
 
 def _upright(mechanism: Mechanism, skeleton: Skeleton) -> tuple[int, Array] | None:
     """Returns the actuator that rotates the main chain about a vertical axis, and an axis point."""
-    joint, axis, foot = first_axis(way(skeleton))
+    joint, axis, foot = first_axis(path(skeleton))
     moved = [coordinate.moves for coordinate in mechanism.coordinates]
     if joint.kind != "revolute" or joint.name not in moved or not is_vertical(axis):
         return None

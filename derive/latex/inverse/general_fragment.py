@@ -1,8 +1,8 @@
 """Prints the equations of a six-joint arm without a closed-form structure."""
 
+from ...inverse.general.elimination_choice import slides_of
 from ...inverse.general.general_inverse import GeneralInverse
 from ...inverse.general.raghavan_roth import JOINTS
-from ...inverse.general.split_choice import slides_of
 from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
@@ -18,17 +18,17 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         general: Its inverse.
     """
     choice, count = general.choice, general.function.branches
-    split, slides = choice.splits[0], slides_of(page.robot)
+    order, slides = choice.orders[0], slides_of(page.robot)
     left_over = [k for k in range(len(_coordinates(page))) if k not in choice.given]
     free = [_coordinates(page)[k] for k in left_over] + [_ADDED] * (JOINTS - len(left_over))
     sliding = [_coordinates(page)[k] for k in left_over if k in slides]
-    q = [free[k] for k in split.joints]
+    q = [free[k] for k in order.joints]
     motions = [rf"{'D' if tex in sliding else 'R'}({tex})" for tex in q]
-    walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"
+    walked = "from the base to the tool" if order.sense > 0 else "from the tool to the base"
     loop = r"\, ".join(rf"{motion}\, C_{{{k}}}" for k, motion in enumerate(motions, 1))
     left = rf"{motions[2]}\, C_3\, {motions[3]}\, C_4\, {motions[4]}\, C_5\, \ell"
     right = rf"C_2^{{-1}} {motions[1]}^{{-1}} C_1^{{-1}} {motions[0]}^{{-1}} C_6^{{-1}} \ell"
-    half = q[4] if split.halved else q[3]
+    half = q[4] if order.halved else q[3]
     return sentence(
         f"{_given(page, general)} solved by the method for a general arm (Raghavan and Roth)."
         rf" With $R(\theta)$ the rotation by $\theta$ about $z${_slide(sliding)}, with the opposite"

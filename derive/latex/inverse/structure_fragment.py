@@ -26,7 +26,7 @@ def missing_structure(classification: Classification) -> str:
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
     """Describes the structure, the fixed joints, and the end at which the axis numbers start."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
-    nearly = "" if classification.tier == "exact" else "nearly "
+    nearly = "" if classification.method == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)
     sentences.append(
         rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {page.words(conditions)}."
@@ -43,7 +43,7 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
         sentences.append(
             "The chain is read from the tool: the tool is fixed, and the joints move the base."
         )
-    if classification.tier == "snapped":
+    if classification.method == "snapped":
         missed = _in_degrees(page.words(missed_by(classification)))
         sentences.append(
             f"The axes deviate slightly from this structure ({missed}). The solutions below"

@@ -76,7 +76,7 @@ class PrintedLegs:
         if letter in ("|a|", "|b|"):
             vector = r"\mathbf{a}" if letter == "|a|" else r"\mathbf{b}'"
             return self._symbol(rf"|{vector}_{index[0]} - {vector}_{index[1]}|", 0)
-        head = self.letters["gap"] if letter == "k" else VECTORS[letter]
+        head = self.letters["constant"] if letter == "k" else VECTORS[letter]
         return self._symbol(f"{head}_{{{index}}}" if index else head, RANKS.index(letter))
 
     def _symbol(self, tex: str, rank: int) -> sp.Symbol:
@@ -240,7 +240,7 @@ def _singular_pair(printed: PrintedLegs) -> str:
     """Explains the case in which the linear equations do not determine the position w."""
     if not printed.legs.L:
         return "The two lines that intersect closest to a right angle give the position."
-    gap = printed.letters["gap"]
+    constant = printed.letters["constant"]
     chosen = (
         r"a line's normal, of length $1$"
         if printed.legs.lines
@@ -248,10 +248,10 @@ def _singular_pair(printed: PrintedLegs) -> str:
     )
     return sentence(
         rf"If both vectors of the linear pair are parallel, the pair is singular. With"
-        rf" $\mathbf{{m}}$ {chosen}, and ${gap}$ of the same index,",
+        rf" $\mathbf{{m}}$ {chosen}, and ${constant}$ of the same index,",
         _equation(
-            rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{m}} \pm \sqrt{{\ell_1^2 |\mathbf{{m}}|^2 -"
-            rf" {gap}^2}}\,J \mathbf{{m}}}}{{|\mathbf{{m}}|^2}}"
+            rf"\mathbf{{w}} = \frac{{{constant}\,\mathbf{{m}} \pm \sqrt{{\ell_1^2"
+            rf" |\mathbf{{m}}|^2 - {constant}^2}}\,J \mathbf{{m}}}}{{|\mathbf{{m}}|^2}}"
         ),
         "holds there too. The other leg determines the sign; if it allows both signs, both are"
         " modes.",

@@ -7,7 +7,7 @@ import sympy as sp
 
 from ...chain.body_shapes import Skeleton
 from ...derivation import Derivation, derive
-from ...inverse.serial_inverse import STRUCTURED, WAYS, Inverses
+from ...inverse.serial_inverse import METHODS, STRUCTURED, Inverses
 from ...loops.checks.dead_values import DeadValues, dead_values
 from ...loops.model.mechanism_geometry import MechanismGeometry
 from ...loops.solve.solved_loops import SolvedLoops
@@ -60,8 +60,8 @@ class LoopPage:
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
         # The inverse of the robot replaces the steps that solve a general main chain.
-        ways = STRUCTURED if inverse and inverse.solved else WAYS
-        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), ways)
+        methods = STRUCTURED if inverse and inverse.solved else METHODS
+        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), methods)
         letters = Letters(chain.equations.notation, symbols)
         skeleton, geometry = derivation.skeleton, derivation.geometry
         assert not isinstance(geometry, Geometry)

@@ -26,7 +26,7 @@ def loops(page: LoopPage) -> str:
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
     count = sum(len(loop.residual) for loop in found)
     z = listed(map(page.tex, page.joints.values()))
-    if page.hybrid.residual_gaps is not None:
+    if page.hybrid.least_squares_closure is not None:
         return text(_introduction(found), *shown, _least_squares(page, count, z))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
@@ -52,8 +52,8 @@ def _least_squares(page: LoopPage, count: int, z: str) -> str:
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Some constraints are redundant and contradict each other for the robot as"
         rf" built:"
-        rf" {escape(str(page.hybrid.residual_gaps))}. The configuration minimizes the sum of"
-        rf" squared gaps, entries of rotations times ${metres}$,",
+        rf" {escape(str(page.hybrid.least_squares_closure))}. The configuration minimizes the sum"
+        rf" of squared closure errors, entries of rotations times ${metres}$,",
         aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
         r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
         r" accelerations satisfy $\frac{\partial g}{\partial z}\,\dot{z} = 0$ and its derivative.",
@@ -85,7 +85,7 @@ def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
     home = rf"M_{{{number}}}"
     product = [*closed, *([home] if is_open else []), *back]
     definitions, entries = residual(page, loop)
-    kind = "closure" if isinstance(loop.loop.closer, Closure) else "member"
+    kind = "closure" if isinstance(loop.loop.loop_joint, Closure) else "member"
     meeting = page.members.called(loop.loop.meeting)
     which = "base" if loop.loop.meeting == page.mechanism.base_frame else f"body {meeting}"
     opening = (

@@ -162,7 +162,7 @@ def _frames(page: LoopPage, frames: Sequence[tuple[Frame, Frame]]) -> list[Colum
         for k, word in enumerate(("from", "to"))
         for column in (
             (word, [_body(page, pair[k].body) for pair in frames]),
-            ("at", [_held(page, pair[k]) for pair in frames]),
+            ("at", [_attached(page, pair[k]) for pair in frames]),
         )
     ]
 
@@ -171,7 +171,7 @@ def _body(page: LoopPage, name: str) -> str:
     return "base" if name == page.mechanism.base_frame else escape(name)
 
 
-def _held(page: LoopPage, frame: Frame) -> str:
+def _attached(page: LoopPage, frame: Frame) -> str:
     return tables.marked(_point(page, frame.placement), frame.assumed)
 
 

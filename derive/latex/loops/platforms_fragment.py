@@ -33,7 +33,7 @@ WHOLE = 0.8 * LINE
 ZERO = sp.Integer(0)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
-    "gap": ("k", "g", r"\mathrm{k}"),
+    "constant": ("k", "g", r"\mathrm{k}"),
     "cosine": (r"\alpha", r"\mu", r"\rho"),
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
@@ -188,7 +188,7 @@ class PrintedTriad:
         def name(letter: str, index: str) -> sp.Symbol:
             if letter == "|u|":
                 return platform.symbol(rf"|\mathbf{{u}}_{{{index}}}|")
-            head = self.letters["gap"] if letter == "k" else tex[letter]
+            head = self.letters["constant"] if letter == "k" else tex[letter]
             rank = RANKS.index(letter)
             return platform.symbol(f"{head}_{{{index}}}" if index else head, rank)
 
@@ -463,7 +463,7 @@ def _paths() -> str:
 
 def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
     """Prints the platform's position at a platform angle."""
-    terms, gap = printed.printed_terms.printer.terms, triad.letters["gap"]
+    terms, constant = printed.printed_terms.printer.terms, triad.letters["constant"]
     names = map(printed.printed_terms.tex, printed.page.theta[:PLANE])
     return sentence(
         "The position follows as",
@@ -473,10 +473,11 @@ def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
         ),
         "and Newton's iteration on the rod lengths refines every pose. If"
         r" $\mathbf{u}_2$ and $\mathbf{u}_3$ are parallel, the linear pair is singular. With"
-        rf" $\mathbf{{u}}$ the longer of both and ${gap}$ of the same index,",
+        rf" $\mathbf{{u}}$ the longer of both and ${constant}$ of the same index,",
         _equation(
-            rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{u}} \pm"
-            rf" \sqrt{{\ell_1^2 |\mathbf{{u}}|^2 - {gap}^2}}\,J \mathbf{{u}}}}{{|\mathbf{{u}}|^2}}"
+            rf"\mathbf{{w}} = \frac{{{constant}\,\mathbf{{u}} \pm"
+            rf" \sqrt{{\ell_1^2 |\mathbf{{u}}|^2 - {constant}^2}}\,J \mathbf{{u}}}}"
+            rf"{{|\mathbf{{u}}|^2}}"
         ),
         "holds there too. The third rod determines the sign; if it allows both signs, both are"
         " modes.",

@@ -142,7 +142,7 @@ def rates(page: LoopPage) -> str:
         r" vanish at dead points."
     )
     return text(
-        dead if page.mechanism.closers else "",
+        dead if page.mechanism.loop_joints else "",
         *blocks,
         _jacobian(page),
     )

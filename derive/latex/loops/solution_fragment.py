@@ -212,7 +212,7 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
         return ""
     unknown = listed(page.tex(page.joints[name]) for name in names)
     p = r"z_{\mathrm{p}}"
-    c, power = ("c", "+") if page.hybrid.residual_gaps is None else ("g", "-1")
+    c, power = ("c", "+") if page.hybrid.least_squares_closure is None else ("g", "-1")
     newton = (
         p,
         [

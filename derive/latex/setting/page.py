@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import Derivation
-from ...inverse.serial_inverse import WAYS, Inverses, Way, inverses
+from ...inverse.serial_inverse import METHODS, Inverses, Method, inverses
 from ...model.geometry import Geometry
 from ...model.robot import SerialRobot
 from . import transforms
@@ -51,7 +51,7 @@ class Page:
         derivation: Derivation,
         called: Sequence[str] = (),
         coordinates: int | None = None,
-        ways: Sequence[Way] = WAYS,
+        methods: Sequence[Method] = METHODS,
     ) -> "Page":
         """Collects the printed expressions of a serial robot.
 
@@ -60,7 +60,7 @@ class Page:
             called: LaTeX of its coordinates; by default its joint names if they are symbols, else
                 q_1 and so on.
             coordinates: The number of coordinates that move a main chain of a robot with loops.
-            ways: The inverse methods that the article may print.
+            methods: The inverse methods that the article may print.
         """
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
@@ -70,7 +70,9 @@ class Page:
         screws = screw_displays(robot, found)
         terms = found.notation.terms
         derived = derivation.inverse if derivation.terms is terms else None
-        inverse = derived or inverses(robot, terms, coordinates, derivation.families, ways=ways)
+        inverse = derived or inverses(
+            robot, terms, coordinates, derivation.families, methods=methods
+        )
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
         given = inverse.solved["ik"].function.role.fixed if "ik" in inverse.solved else ()
         singular = printed_singularities(robot, found.notation, given)

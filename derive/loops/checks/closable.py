@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import MOVED_REFERENCE
 from ...terms.casadi_graph import lower
-from ..closing.gaps import interval, shown
+from ..closing.open_loops import interval, shown
 from ..closing.swapped_ends import doubtful_ends
 from ..functions.maps import margin
 from ..model.numeric_mechanism import NumericMechanism
@@ -67,7 +67,7 @@ class BySearch:
         """Stores a configuration with closed loops as the start of the search."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}
-        self.names = [closer.name for closer in bodies.mechanism.closers]
+        self.names = [loop_joint.name for loop_joint in bodies.mechanism.loop_joints]
 
     def is_closed(self, q: Floats) -> bool:
         """Whether the loops close at given actuated coordinates."""

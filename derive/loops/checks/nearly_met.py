@@ -34,9 +34,9 @@ def nearly_met(h: SolvedLoops) -> Iterator[str]:
 def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
     """Yields a sentence on a platform whose rods are nearly parallel in pairs."""
     struts = [
-        loop.closer
+        loop.loop_joint
         for loop in h.loops.spatial
-        if isinstance(loop.closer, Strut) and loop.closer.ends == "ball"
+        if isinstance(loop.loop_joint, Strut) and loop.loop_joint.ends == "ball"
     ]
     known = Known(dict(h.forward.values), {}, [])
     legs = Legs(h.terms, h.mechanism, known, h.forward.reference, None)
@@ -96,12 +96,12 @@ def _planes(h: SolvedLoops) -> Iterator[str]:
     """Yields sentences on nearly planar loops."""
     for loop in h.loops.spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
-        is_pin = isinstance(loop.closer, Closure) and loop.closer.kind == "pin"
+        is_pin = isinstance(loop.loop_joint, Closure) and loop.loop_joint.kind == "pin"
         if len(turning) < TWO or not is_pin:
             continue
         tilt = tilt_of(h.mechanism, h.terms, loop)
         if tilt.is_small:
             yield (
-                f"the loop of {tilt.closer!r} would be planar and have a closed form if"
+                f"the loop of {tilt.loop_joint!r} would be planar and have a closed form if"
                 f" its axes were parallel and its ends in one plane: {tilt}"
             )

@@ -1,1 +1,1 @@
-"""Numerically closed loops: reference configuration, mobility, actuation, and diagnosis of gaps."""
+"""Numerically closed loops: reference, mobility, actuation, and diagnosis of open loops."""

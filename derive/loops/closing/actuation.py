@@ -12,7 +12,7 @@ import numpy as np
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import GAP, REPEATED_EQUATION
+from ...model.tolerances import CLOSED_LOOP, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from .closed_loops import ClosedLoops, Vector
 
@@ -48,7 +48,9 @@ def check_actuation(loops: ClosedLoops) -> int:
     if freedoms == 0:
         bodies = loops.bodies
         found = [
-            f"{c.name}: {words}" for c in loops.mechanism.closers if (words := across(bodies, c))
+            f"{c.name}: {words}"
+            for c in loops.mechanism.loop_joints
+            if (words := across(bodies, c))
         ]
         advice = "; ".join(found) or (
             "remove a rod or a closure, relax a constraint (a pin in place of a weld, a "
@@ -79,18 +81,18 @@ def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
     in the description contradict each other, the actuators follow from the platform.
     """
     bodies = NumericMechanism(mechanism)
-    closers = [closer.name for closer in mechanism.closers]
+    loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
     stated = {name for name, _ in mechanism.reference}
     moved = [c.moves for c in mechanism.coordinates]
     open_ = [c.moves for c in mechanism.coordinates if stated.isdisjoint((c.name, c.moves))]
-    at = bodies.nearest(bodies.values, open_, closers) if open_ else bodies.values
+    at = bodies.nearest(bodies.values, open_, loop_joints) if open_ else bodies.values
     free = [*bodies.unknown, *open_]
-    near = bodies.nearest(at, free, closers)
-    if bodies.all_closed(near, closers):
+    near = bodies.nearest(at, free, loop_joints)
+    if bodies.all_closed(near, loop_joints):
         return near
     chain = {joint.name for joint in mechanism.main_chain.moving}
     legs = [name for name in (*bodies.unknown, *moved) if name not in chain]
-    return bodies.nearest(at, legs, closers)
+    return bodies.nearest(at, legs, loop_joints)
 
 
 def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
@@ -101,24 +103,24 @@ def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
     return chain.isdisjoint(moved) and bool(rows.size and np.all(is_moving))
 
 
-def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:
+def across(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
     """States which pin axes of a planar loop are not parallel to its normal, or "" if all are."""
-    if closer.name in bodies.planes or _kind(closer) != "pin":
+    if loop_joint.name in bodies.planes or _kind(loop_joint) != "pin":
         return ""
     poses = bodies.poses(bodies.values)
-    ways = [bodies.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
+    paths = [bodies.mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
     turning = [
         (poses[joint.parent] @ bodies.matrix(joint.before))[:3, 2]
-        for way in ways
-        for joint in way
-        if joint.kind == "revolute" and not all(joint in other for other in ways)
+        for path in paths
+        for joint in path
+        if joint.kind == "revolute" and not all(joint in other for other in paths)
     ]
-    if not turning or not all(abs(axis @ turning[0]) > 1 - GAP for axis in turning):
+    if not turning or not all(abs(axis @ turning[0]) > 1 - CLOSED_LOOP for axis in turning):
         return ""
     n = turning[0]
-    A, B = bodies.frames(poses, closer)
+    A, B = bodies.frames(poses, loop_joint)
     axis = ", ".join(f"{x + 0.0:.3g}" for x in np.round(n, 6))
-    if isinstance(closer, Strut):
+    if isinstance(loop_joint, Strut):
         apart = abs(float(n @ (B[:3, 3] - A[:3, 3])))
         return (
             f"its ends are {1000 * apart:.4g} mm apart along ({axis}), the axis of the loop's "
@@ -135,17 +137,17 @@ def across(bodies: NumericMechanism, closer: Closure | Strut) -> str:
 
 
 def _tilts(frame: Vector, n: Vector) -> bool:
-    return bool(abs(frame[:3, 2] @ n) <= 1 - GAP)
+    return bool(abs(frame[:3, 2] @ n) <= 1 - CLOSED_LOOP)
 
 
 def _rotation(n: Vector) -> str:
     """Returns the rotation of a frame whose z axis becomes the direction n in the frame."""
-    along = [k for k in range(2) if abs(n[k]) > 1 - GAP]
+    along = [k for k in range(2) if abs(n[k]) > 1 - CLOSED_LOOP]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 
 
-def _kind(closer: Closure | Strut) -> str:
-    return closer.ends if isinstance(closer, Strut) else closer.kind
+def _kind(loop_joint: Closure | Strut) -> str:
+    return loop_joint.ends if isinstance(loop_joint, Strut) else loop_joint.kind
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
@@ -195,7 +197,9 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
     if springs:
         names, them = ("is a spring", "it") if len(springs) == 1 else ("are springs", "them")
         return f"{advice}; {_few(springs)} {names} in the file: delete {them} to make {them} rigid"
-    other = "; or choose another configuration in [reference]" if loops.mechanism.closers else ""
+    other = (
+        "; or choose another configuration in [reference]" if loops.mechanism.loop_joints else ""
+    )
     return f"{advice}{other}"
 
 

@@ -162,9 +162,9 @@ class ClosedLoops:
             return (reference,)
         far = [(*self._rank_at(w), w) for w in self._random(reference, SAMPLED_RANGE)]
         near = [(*self._rank_at(w), w) for w in self._random(reference, NEIGHBOURHOOD)]
-        ranked = [(rank, w) for rank, is_sure, w in (*far, *near) if is_sure]
+        ranked = [(rank, w) for rank, is_certain, w in (*far, *near) if is_certain]
         ranked = ranked or [(rank, w) for rank, _, w in far]
-        around = near[1:] if all(is_sure for _, is_sure, _ in near[1:]) else []
+        around = near[1:] if all(is_certain for _, is_certain, _ in near[1:]) else []
         highest = max(rank for rank, *_ in around or ranked)
         return tuple(w for rank, w in ranked if rank == highest)
 
@@ -214,7 +214,7 @@ class ClosedLoops:
         if left <= CLOSED_LOOP:
             name = self._turned_over(facing)
         text = f"robot {self.mechanism.name!r}: the loop of {name!r} does not close: {why}"
-        return LoopError(text, gap=left)
+        return LoopError(text, closure_error=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
         """Returns the loop with the largest residual, and this residual."""

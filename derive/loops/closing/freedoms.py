@@ -48,7 +48,9 @@ def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
 def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> bool:
     sliders = PLANAR if len(run) == SPATIAL else PLANAR - 1
     expected = ["prismatic"] * sliders + ["revolute"] * (len(run) - sliders)
-    attached = {frame.body for closer in mechanism.closers for frame in (closer.a, closer.b)}
+    attached = {
+        frame.body for loop_joint in mechanism.loop_joints for frame in (loop_joint.a, loop_joint.b)
+    }
     between = {joint.link for joint in run[:-1]}
     actuated = {c.moves for c in mechanism.coordinates}
     if (
@@ -94,9 +96,9 @@ class Counts:
         """Classifies the loops and finds the virtual joints."""
         self.mechanism, self.terms = mechanism, terms
         self.planar, _ = linkages(mechanism)
-        self.in_plane = {name for linkage in self.planar for name in linkage.closers}
+        self.in_plane = {name for linkage in self.planar for name in linkage.loop_joints}
         self.order = PLANAR if self._is_one_plane() else SPATIAL
-        orders = [self._order_of(closer) for closer in mechanism.closers]
+        orders = [self._order_of(loop_joint) for loop_joint in mechanism.loop_joints]
         self.virtual: list[tuple[Joint, ...]] = []
         for run in virtual_joints(mechanism, terms):
             # Virtual joints add as many degrees of freedom as one loop through the platform
@@ -122,27 +124,29 @@ class Counts:
     @property
     def freedoms(self) -> int:
         """Total freedom of the joints, in the motion group of the whole mechanism."""
-        closers = sum(_freedom(closer, self.order) for closer in self.mechanism.closers)
-        return self._tree_joints() + closers
+        loop_joints = sum(
+            _freedom(loop_joint, self.order) for loop_joint in self.mechanism.loop_joints
+        )
+        return self._tree_joints() + loop_joints
 
     @property
     def loop_freedoms(self) -> int:
         """Total freedom of the joints, each counted in the motion group of its loop."""
-        closers = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.closers)
-        return self._tree_joints() + closers
+        loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
+        return self._tree_joints() + loop_joints
 
     def _tree_joints(self) -> int:
         """Number of one-freedom tree joints, without virtual joints."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         return moving - sum(map(len, self.virtual))
 
-    def _order_of(self, closer: Closure | Strut) -> int:
-        on_balls = isinstance(closer, Strut) and closer.ends == "ball"
-        return PLANAR if closer.name in self.in_plane and not on_balls else SPATIAL
+    def _order_of(self, loop_joint: Closure | Strut) -> int:
+        on_balls = isinstance(loop_joint, Strut) and loop_joint.ends == "ball"
+        return PLANAR if loop_joint.name in self.in_plane and not on_balls else SPATIAL
 
     def _is_one_plane(self) -> bool:
         """Whether all joints, closures and struts move in parallel planes."""
-        if len(self.in_plane) < len(self.mechanism.closers):
+        if len(self.in_plane) < len(self.mechanism.loop_joints):
             return False
         orientation = {self.mechanism.base_frame: sp.eye(3)}
         turning: list[sp.Matrix] = []
@@ -165,9 +169,9 @@ def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
     return placement_matrix(placement)[:3, :3].applyfunc(terms.value)
 
 
-def _freedom(closer: Closure | Strut, order: int) -> int:
+def _freedom(loop_joint: Closure | Strut, order: int) -> int:
     """Returns the degrees of freedom of a closure or strut, planar or spatial."""
-    if isinstance(closer, Closure):
-        return 1 if closer.kind == "ball" and order == PLANAR else FREEDOM[closer.kind]
-    end = FREEDOM[closer.ends] if order == SPATIAL else 1
-    return 2 * end + closer.is_cylinder
+    if isinstance(loop_joint, Closure):
+        return 1 if loop_joint.kind == "ball" and order == PLANAR else FREEDOM[loop_joint.kind]
+    end = FREEDOM[loop_joint.ends] if order == SPATIAL else 1
+    return 2 * end + loop_joint.is_cylinder

@@ -12,7 +12,7 @@ from ...terms.role import OTHER, Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
 from ..model.constraints import ConfigurationVariable, configuration_names
-from .residual_gaps import ResidualGaps, overactuated, residual_gaps
+from .least_squares_closure import LeastSquaresClosure, least_squares_closure, overactuated
 from .tilted_pins import closable
 
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
@@ -25,8 +25,8 @@ class LoopModel:
     Attributes:
         mechanism: The description. Pins with a tilt that the file accepts are modelled as balls.
         terms: Names of all terms.
-        residual_gaps: The closure errors of loops that close only in the least-squares sense, or
-            None if all loops close.
+        least_squares_closure: The loops that close only in the least-squares sense, with their
+            closure errors; None if all loops close.
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.
         passive: Names of the passive joints in z, without drives that are coupled to other joints.
@@ -37,7 +37,7 @@ class LoopModel:
 
     mechanism: Mechanism
     terms: Terms
-    residual_gaps: ResidualGaps | None
+    least_squares_closure: LeastSquaresClosure | None
     robot: SerialRobot
     variables: tuple[ConfigurationVariable, ...]
     passive: tuple[str, ...]
@@ -73,11 +73,11 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
             tilt.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
-    mechanism, gaps = closable(mechanism, terms), None
+    mechanism, closure_errors = closable(mechanism, terms), None
     if mechanism.closure == "least squares":
-        gaps = residual_gaps(mechanism) or overactuated(mechanism)
-    if gaps is not None:
-        text = f"closed in least squares: {gaps}"
+        closure_errors = least_squares_closure(mechanism) or overactuated(mechanism)
+    if closure_errors is not None:
+        text = f"closed in least squares: {closure_errors}"
         mechanism = replace(mechanism, notes=(*mechanism.notes, text))
     robot, variables = mechanism.main_chain, configuration_names(mechanism)
     moving = robot.moving
@@ -96,4 +96,6 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
     names = {variable.name for variable in variables}
     passive = tuple(name for name in mechanism.passive if name in names)
     q, theta = arguments["q"].symbols, arguments["theta"].symbols
-    return LoopModel(mechanism, terms, gaps, robot, variables, passive, arguments, q, theta)
+    return LoopModel(
+        mechanism, terms, closure_errors, robot, variables, passive, arguments, q, theta
+    )

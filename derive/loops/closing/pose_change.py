@@ -43,7 +43,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)
-    names = [closer.name for closer in mechanism.closers]
+    names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     moved, random = mechanism.coordinates, np.random.default_rng(0)
     reach = 0.0
     for _ in range(SAMPLES):
@@ -59,7 +59,7 @@ def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
     """Returns the loop planes of the robot as written; the base of this robot may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
-    base = {c.name for c in m.closers if c.a.body == m.base_frame}
+    base = {c.name for c in m.loop_joints if c.a.body == m.base_frame}
     return {
         name: turned[:3, :3] @ plane if name in base else plane
         for name, plane in exact.planes.items()

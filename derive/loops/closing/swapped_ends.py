@@ -106,7 +106,7 @@ def _turned(strut: Strut) -> Strut:
 def _motion(mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> float:
     """Returns the distance from the reference to the nearest closed configuration, or inf."""
     bodies = NumericMechanism(mechanism, planes)
-    names = [closer.name for closer in mechanism.closers]
+    names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)
     return _change(bodies, closed) if bodies.all_closed(closed, names) else math.inf
 

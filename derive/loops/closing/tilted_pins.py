@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import GAP, MEASURED_STRUCTURE
+from ...model.tolerances import CLOSED_LOOP, MEASURED_STRUCTURE
 from ...terms.terms import Terms
 from ..model.planes import Loop, axes_in_numbers, linkages
-from .residual_gaps import residual_gaps
+from .least_squares_closure import least_squares_closure
 
 Vector = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Tilt:
     """Deviation of a pin-ended rod's loop from a plane.
 
     Attributes:
-        closer: Name of the rod, cylinder or closure.
+        loop_joint: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
         angle: Angle (radian) between the axis of this joint and the mean of the other axes; 0 for a
             single axis.
@@ -38,7 +38,7 @@ class Tilt:
             be tilted.
     """
 
-    closer: str
+    loop_joint: str
     joint: str
     angle: float
     offset: float
@@ -53,14 +53,14 @@ class Tilt:
     @property
     def is_rounding(self) -> bool:
         """Whether the axes are parallel to rounding, and the ends are in one plane."""
-        return max(self.angle * self.span, self.offset) <= GAP * self.span
+        return max(self.angle * self.span, self.offset) <= CLOSED_LOOP * self.span
 
     def __str__(self) -> str:
         """Describes the deviation."""
         return (
             f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
-            f" others, and the ends of {self.closer!r} are {1e3 * self.offset:.3g} mm apart along"
-            " the axes"
+            f" others, and the ends of {self.loop_joint!r} are {1e3 * self.offset:.3g} mm apart"
+            " along the axes"
         )
 
 
@@ -70,11 +70,11 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
     return [
         tilt_of(mechanism, terms, loop)
         for loop in spatial
-        if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
+        if isinstance(loop.loop_joint, Strut) and loop.loop_joint.ends == "pin"
     ]
 
 
-def what_holds_it_open(mechanism: Mechanism) -> str:
+def explain_open_loop(mechanism: Mechanism) -> str:
     """Explains why no length closes the loops; empty if no explanation is found.
 
     The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
@@ -85,11 +85,15 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
     found = ""
     for loop in spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
-        if isinstance(loop.closer, Closure) and loop.closer.kind in ("pin", "ball") and turning:
+        if (
+            isinstance(loop.loop_joint, Closure)
+            and loop.loop_joint.kind in ("pin", "ball")
+            and turning
+        ):
             tilt = tilt_of(mechanism, terms, loop)
             if tilt.is_small and not tilt.is_rounding:
                 found += f"\n    Its loop is nearly planar: {tilt}."
-    redundant = residual_gaps(mechanism)
+    redundant = least_squares_closure(mechanism)
     if redundant is not None:
         return (
             f'{found}\n    {redundant}.\n    closure = "least squares" at the top of the file '
@@ -97,7 +101,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
         )
     if mechanism.closure == "least squares":
         found += (
-            '\n    closure = "least squares" applies to redundant constraints with gaps '
+            '\n    closure = "least squares" applies to redundant constraints with closure errors '
             "within as-built errors"
         )
     return found
@@ -123,10 +127,10 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             " the file if the play of the pins absorbs the tilt"
         )
         raise DescriptionError(
-            f"robot {mechanism.name!r}: pins hold the ends of {tilt.closer!r} in a plane, and its"
-            f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
+            f"robot {mechanism.name!r}: pins hold the ends of {tilt.loop_joint!r} in a plane, and"
+            f" its loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
         )
-    names = {tilt.closer for tilt in found}
+    names = {tilt.loop_joint for tilt in found}
     swings = {strut.swing_name for strut in mechanism.struts if strut.name in names}
     return replace(
         mechanism,
@@ -147,7 +151,7 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
     worst = int(np.argmax(angles))
     offset = abs(float(_mean(others[worst]) @ (b - a)))
     span = float(np.linalg.norm(b - a))
-    return Tilt(loop.closer.name, names[worst], angles[worst], offset, span, len(axes))
+    return Tilt(loop.loop_joint.name, names[worst], angles[worst], offset, span, len(axes))
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:

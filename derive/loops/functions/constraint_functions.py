@@ -11,8 +11,8 @@ from .maps import Maker
 
 def equations(h: LoopModel) -> tuple[LoopEquations, ...]:
     """Returns the independent scalar equations of all loops, in z."""
-    z, is_open = h.arguments["z"].symbols, h.residual_gaps is not None
-    return h.terms.once(
+    z, is_open = h.arguments["z"].symbols, h.least_squares_closure is not None
+    return h.terms.memoize(
         ("loop equations", h),
         lambda: constraints(h.mechanism, h.terms, z, may_stay_open=is_open),
     )
@@ -61,7 +61,7 @@ def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
 
 def makers(h: LoopModel) -> dict[str, Maker]:
     """Returns the builders of the loop equations, in output order."""
-    return dict(_EQUATIONS) if h.mechanism.closers else {}
+    return dict(_EQUATIONS) if h.mechanism.loop_joints else {}
 
 
 def _matrix(name: str, rows: tuple[tuple[object, ...], ...], unit: str, meaning: str) -> Result:

@@ -395,13 +395,13 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         found |= forward_makers(from_actuators(h))
         if h.forward.margins:
             found |= {"margin": margin}
-        if h.mechanism.closers:
+        if h.mechanism.loop_joints:
             found |= {"chain_all": chain_all}
     members = {c.moves for c in h.mechanism.coordinates}
     if members.isdisjoint(h.backward.open):
         found |= backward_makers(from_chain(h))
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
-        if h.mechanism.closers:
+        if h.mechanism.loop_joints:
             found |= {"actuators_all": actuators_all}
     return found

@@ -15,7 +15,7 @@ from ..solve.solved_loops import SolvedLoops
 
 def tool_groups(h: SolvedLoops) -> tuple[Group, ...]:
     """Returns the main chain, with its joint values expressed in the actuators."""
-    return h.terms.once(("tool groups", h), lambda: groups(h.robot, h.terms, _joint_values(h)))
+    return h.terms.memoize(("tool groups", h), lambda: groups(h.robot, h.terms, _joint_values(h)))
 
 
 def _joint_values(h: SolvedLoops) -> list[sp.Expr]:
@@ -24,7 +24,7 @@ def _joint_values(h: SolvedLoops) -> list[sp.Expr]:
 
 def tool_kinematics(h: SolvedLoops) -> Kinematics:
     """Returns the kinematics of the tool as functions of the actuators."""
-    return h.terms.once(("tool kinematics", h), lambda: _tool_kinematics(h))
+    return h.terms.memoize(("tool kinematics", h), lambda: _tool_kinematics(h))
 
 
 def _tool_kinematics(h: SolvedLoops) -> Kinematics:
@@ -39,7 +39,7 @@ def _tool_kinematics(h: SolvedLoops) -> Kinematics:
 
 def open_chain(h: SolvedLoops) -> Kinematics:
     """Returns the kinematics of the tool as functions of the main-chain joints."""
-    return h.terms.once(("open chain", h), lambda: _open_chain(h))
+    return h.terms.memoize(("open chain", h), lambda: _open_chain(h))
 
 
 def _open_chain(h: SolvedLoops) -> Kinematics:

@@ -142,7 +142,7 @@ def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
     w = coordinates("_w", len(variables))
     driven = hybrid.mechanism.coordinates
     given, unknown = _split(names, [c.moves for c in driven])
-    size, is_open = float(f"{hybrid.numbers.size:.3g}"), hybrid.residual_gaps is not None
+    size, is_open = float(f"{hybrid.numbers.size:.3g}"), hybrid.least_squares_closure is not None
     equations = constraints(mechanism, terms, w, may_stay_open=is_open)
     entries = tuple(entry for loop in equations for entry in loop.residual)
     units = tuple(unit for loop in equations for unit in loop.units)

@@ -152,7 +152,7 @@ class Iteration:
 
     def margin(self, name: str, summary: str, identity: str) -> SymbolicFunction:
         """Returns the function (det c_u)^2, relative to its value at the reference."""
-        loops = ", ".join(closer.name for closer in self.hybrid.mechanism.closers)
+        loops = ", ".join(loop_joint.name for loop_joint in self.hybrid.mechanism.loop_joints)
         result = Result("margin", self._margin.symbols, (1,), "1", "margin")
         made = self.hybrid.function(
             name, summary, identity, (self._input,), result, role=Role("margin")

@@ -25,14 +25,14 @@ def pose_of(
         frame: The frame in the axes of its body.
         values: Values of the joints between the base and the body (radian or metre).
     """
-    way = mechanism.way(frame.body)
-    return pose_along(mechanism, terms, way, frame.placement, values, mechanism.base)
+    path = mechanism.path_to(frame.body)
+    return pose_along(mechanism, terms, path, frame.placement, values, mechanism.base)
 
 
 def pose_along(
     mechanism: Mechanism,
     terms: Terms,
-    way: Sequence[Joint],
+    path: Sequence[Joint],
     tool: Placement,
     values: Mapping[str, sp.Expr],
     base: Placement = (),
@@ -42,38 +42,38 @@ def pose_along(
     Args:
         mechanism: The description that contains the joints.
         terms: Names of all terms.
-        way: The consecutive joints, in order from the base.
+        path: The consecutive joints, in order from the base.
         tool: The frame on the last body.
         values: Values of the moving joints by name (radian or metre).
         base: The placement before the first joint.
     """
-    moved = tuple(values[joint.name] for joint in way if joint.kind != "fixed")
-    parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in way)
+    moved = tuple(values[joint.name] for joint in path if joint.kind != "fixed")
+    parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in path)
     # The poses are cached, because all branches of a robot's loops need the same poses.
-    return terms.once(
+    return terms.memoize(
         ("pose", base, parts, tool, moved),
-        lambda: _pose_along(mechanism, terms, way, tool, moved, base),
+        lambda: _pose_along(mechanism, terms, path, tool, moved, base),
     )
 
 
 def _pose_along(
     mechanism: Mechanism,
     terms: Terms,
-    way: Sequence[Joint],
+    path: Sequence[Joint],
     tool: Placement,
     q: Sequence[sp.Expr],
     base: Placement,
 ) -> Pose:
-    if all(joint.kind == "fixed" for joint in way):
+    if all(joint.kind == "fixed" for joint in path):
         T = placement_matrix(base)
-        for joint in way:
+        for joint in path:
             T = T * placement_matrix(joint.before) * placement_matrix(joint.after)
         T = T * placement_matrix(tool)
         x, y, z, p = (named(terms, T[:3, k]) for k in range(4))
         return (x, y, z), p
     robot = SerialRobot(
         mechanism.name,
-        tuple(replace(joint, parent="") for joint in way),
+        tuple(replace(joint, parent="") for joint in path),
         base=base,
         tool=tool,
         parameters=mechanism.parameters,

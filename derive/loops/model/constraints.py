@@ -30,7 +30,17 @@ from ...terms.vectors import dot, subtracted
 from .body_frames import pose_along
 from .exponentials import Factor, around
 from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
-from .planes import Edge, Linkage, Loop, PinEdge, SlideEdge, WeldEdge, loops, planar_closers, tidied
+from .planes import (
+    Edge,
+    Linkage,
+    Loop,
+    PinEdge,
+    SlideEdge,
+    WeldEdge,
+    loops,
+    planar_loop_joints,
+    tidied,
+)
 from .rows import FACING, ROWS, Along, Kind
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
@@ -74,8 +84,9 @@ class LoopEquations:
     def factors(self) -> tuple[Factor, ...]:
         """The exponentials around the loop, from the meeting body back to itself.
 
-        If the loop is closed, the product of these exponentials, with ``home`` after the ``closer``
-        factors, is 1.
+        If the loop is closed, the product of these exponentials, with ``home`` after the factors of
+        the loop joint, is 1.
+
         """
         return self._around[0]
 
@@ -87,7 +98,7 @@ class LoopEquations:
     @property
     def name(self) -> str:
         """Name of the closure or strut."""
-        return self.loop.closer.name
+        return self.loop.loop_joint.name
 
 
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
@@ -135,7 +146,7 @@ def constraints(
 
 
 def residuals(
-    mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
+    mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], loop_joints: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
     """Returns the loop residuals of some closures and struts, with residuals that are always zero.
 
@@ -143,13 +154,15 @@ def residuals(
         mechanism: The description.
         terms: Table that receives the named terms.
         values: Joints, swing angles and cylinders of these loops by name (radian or metre).
-        closers: Names of closures and struts.
+        loop_joints: Names of closures and struts.
 
     Returns:
         The residuals as in :func:`constraints`, each with its unit (m or 1).
     """
     at = _Constraints(mechanism, terms, values)
-    asked = [at.residual_of(loop) for loop in loops(mechanism) if loop.closer.name in closers]
+    asked = [
+        at.residual_of(loop) for loop in loops(mechanism) if loop.loop_joint.name in loop_joints
+    ]
     return [pair for one in asked for pair in zip(one.entries, one.units, strict=True)]
 
 
@@ -163,13 +176,13 @@ def swing_angles(
         terms: Table that receives the named terms.
         values: All joints and cylinders by name, without swing angles (radian or metre).
     """
-    linkage_of = planar_closers(mechanism)
+    linkage_of = planar_loop_joints(mechanism)
     return {
-        loop.closer.swing_name: _Planar(terms, linkage_of[loop.closer.name], loop, values).swing_of(
-            loop.closer
-        )
+        loop.loop_joint.swing_name: _Planar(
+            terms, linkage_of[loop.loop_joint.name], loop, values
+        ).swing_of(loop.loop_joint)
         for loop in loops(mechanism)
-        if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
+        if isinstance(loop.loop_joint, Strut) and loop.loop_joint.ends == "pin"
     }
 
 
@@ -238,7 +251,7 @@ class _Constraints:
     ) -> None:
         self.mechanism, self.terms, self.values = mechanism, terms, values
         self.may_stay_open = may_stay_open
-        self.linkage_of = planar_closers(mechanism)
+        self.linkage_of = planar_loop_joints(mechanism)
 
     @cached_property
     def generic(self) -> list[GenericPoint]:
@@ -250,7 +263,7 @@ class _Constraints:
         return tuple(self.of(loop) for loop in loops(self.mechanism))
 
     def of(self, loop: Loop) -> LoopEquations:
-        linkage = self.linkage_of.get(loop.closer.name)
+        linkage = self.linkage_of.get(loop.loop_joint.name)
         residual = self.residual_of(loop)
         kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
         return LoopEquations(
@@ -263,7 +276,7 @@ class _Constraints:
         )
 
     def residual_of(self, loop: Loop) -> _Residual:
-        linkage = self.linkage_of.get(loop.closer.name)
+        linkage = self.linkage_of.get(loop.loop_joint.name)
         if linkage is not None:
             return _Planar(self.terms, linkage, loop, self.values).residual()
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
@@ -278,7 +291,7 @@ class _Constraints:
             return True
         if abs(first - second) < ZERO_COMPONENT and not self.may_stay_open:
             raise LoopError(
-                f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
+                f"robot {self.mechanism.name!r}: the loop of {loop.loop_joint.name!r} closes in no "
                 f"configuration: a residual of {first.evalf(6)} remains"
             )
         return False
@@ -298,10 +311,10 @@ class _Planar:
         self.a, self.b = self._end(loop.to_a), self._end(loop.to_b)
 
     def residual(self) -> _Residual:
-        closer = self.loop.closer
-        if isinstance(closer, Strut):
-            return self._strut(closer)
-        edge = self.edges[closer.name]
+        loop_joint = self.loop.loop_joint
+        if isinstance(loop_joint, Strut):
+            return self._strut(loop_joint)
+        edge = self.edges[loop_joint.name]
         if isinstance(edge, PinEdge):
             return self._met(self.a.point(edge.at_a) - self.b.point(edge.at_b))
         c, s = self._turn(edge)
@@ -310,9 +323,9 @@ class _Planar:
             return met._replace(entries=(*met.entries, s), units=(*met.units, "1"), facing=(c,))
         return _Residual("planar", (self._offset(edge), s), ("m", "1"), (c,))
 
-    def _end(self, way: Iterable[Joint]) -> PlanarPose:
+    def _end(self, path: Iterable[Joint]) -> PlanarPose:
         body = PlanarPose()
-        for joint in way:
+        for joint in path:
             body = self._after(body, self.edges[joint.name])
         return body
 
@@ -387,22 +400,24 @@ class _Spatial:
         self.mechanism, self.terms, self.loop, self.values = mechanism, terms, loop, values
 
     def residual(self) -> _Residual:
-        closer = self.loop.closer
-        if isinstance(closer, Strut) and closer.ends == "pin":
+        loop_joint = self.loop.loop_joint
+        if isinstance(loop_joint, Strut) and loop_joint.ends == "pin":
             raise DescriptionError(
-                f"robot {self.mechanism.name!r}: the ends of {closer.name!r} are pins, but its "
+                f"robot {self.mechanism.name!r}: the ends of {loop_joint.name!r} are pins, but its "
                 "loop is not planar; use ball ends, or replace it by a joint and a closure"
             )
         (A, p_a), (B, p_b) = (
-            self._pose(self.loop.to_a, closer.a),
-            self._pose(self.loop.to_b, closer.b),
+            self._pose(self.loop.to_a, loop_joint.a),
+            self._pose(self.loop.to_b, loop_joint.b),
         )
         difference = subtracted(self.terms, p_a, p_b)
-        if isinstance(closer, Strut):
-            length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
+        if isinstance(loop_joint, Strut):
+            length = loop_joint.length + (
+                self.values[loop_joint.name] if loop_joint.is_cylinder else ZERO
+            )
             return _distance(self.terms, difference, length)
         along = partial(dot, self.terms)
-        kind: Kind = (closer.kind, "space")
+        kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
         # All three differences are independent of the axes, and their expressions are shortest in
         # the axes of the meeting body.
@@ -415,9 +430,9 @@ class _Spatial:
         ]
         units = ["m" if isinstance(row, Along) else "1" for row in rows]
         facing = tuple(along(A[k], B[k]) for k in FACING[kind])
-        name: EquationKind = "point" if closer.kind == "ball" else "spatial"
+        name: EquationKind = "point" if loop_joint.kind == "ball" else "spatial"
         return _Residual(name, tuple(entries), tuple(units), facing)
 
-    def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
+    def _pose(self, path: Sequence[Joint], frame: Frame) -> Pose:
         """Returns the pose of the frame relative to the meeting body."""
-        return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)
+        return pose_along(self.mechanism, self.terms, path, frame.placement, self.values)

@@ -17,7 +17,7 @@ from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
 """Maximum number of terms of an inline entry; longer entries become named terms."""
-Side = Literal["a", "closer", "b"]
+Side = Literal["a", "loop joint", "b"]
 
 
 @dataclass(frozen=True)
@@ -52,29 +52,29 @@ def around(
     """
     out, T_a = _branch(terms, loop.to_a, "a")
     back, T_b = _branch(terms, loop.to_b, "b")
-    closer = loop.closer
-    if isinstance(closer, Strut) and closer.ends == "pin" and linkage is not None:
-        T_a = _short(terms, T_a * _in_plane(closer.a, linkage.axes[closer.a.body]))
-        T_b = _short(terms, T_b * _in_plane(closer.b, linkage.axes[closer.b.body]))
+    loop_joint = loop.loop_joint
+    if isinstance(loop_joint, Strut) and loop_joint.ends == "pin" and linkage is not None:
+        T_a = _short(terms, T_a * _in_plane(loop_joint.a, linkage.axes[loop_joint.a.body]))
+        T_b = _short(terms, T_b * _in_plane(loop_joint.b, linkage.axes[loop_joint.b.body]))
     else:
-        T_a = _short(terms, T_a * placement_matrix(closer.a.placement))
-        T_b = _short(terms, T_b * placement_matrix(closer.b.placement))
+        T_a = _short(terms, T_a * placement_matrix(loop_joint.a.placement))
+        T_b = _short(terms, T_b * placement_matrix(loop_joint.b.placement))
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
             # A pin of a planar loop may connect frames with opposite z axes.
             T_b = T_b * sp.diag(1, -1, -1, 1)
-    between, M = _through(closer)
+    between, M = _through(loop_joint)
     middle = [
-        Factor(name, _screw(terms, adjoint(T_a) * screw), "closer") for name, screw in between
+        Factor(name, _screw(terms, adjoint(T_a) * screw), "loop joint") for name, screw in between
     ]
     home = _short(terms, T_a * M * inverse_se3(T_b))
     return (*out, *middle, *back[::-1]), sp.ImmutableMatrix(home)
 
 
-def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
+def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
     """Returns the screws of a branch, and the pose of its last body at zero configuration."""
     factors: list[Factor] = []
     T = sp.eye(4)
-    for joint in way:
+    for joint in path:
         T = _short(terms, T * placement_matrix(joint.before))
         if joint.kind != "fixed":
             pitch = sp.oo if joint.kind == "prismatic" else joint.pitch
@@ -100,25 +100,25 @@ def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
-def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
+def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
     """Returns the degrees of freedom of a closure or strut at its first end, and its length."""
-    name, turn, slide = closer.name, _unit(2), _unit(2, sp.oo)
-    if isinstance(closer, Closure):
+    name, turn, slide = loop_joint.name, _unit(2), _unit(2, sp.oo)
+    if isinstance(loop_joint, Closure):
         freedoms = {
             "pin": [(name, turn)],
             "slider": [(name, slide)],
             "ball": _ball(name, sp.eye(4)),
             "weld": [],
         }
-        return freedoms[closer.kind], sp.eye(4)
+        return freedoms[loop_joint.kind], sp.eye(4)
     # Pins rotate about z and the strut lies along x; a strut with ball ends may lie along any axis.
-    M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
-    slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
-    if closer.ends == "ball":
+    M = pose(sp.eye(3), sp.Matrix([loop_joint.length, 0, 0]))
+    slides = [(name, _unit(0, sp.oo))] if loop_joint.is_cylinder else []
+    if loop_joint.ends == "ball":
         begin, end = _ball(f"{name}.begin", sp.eye(4)), _ball(f"{name}.end", M)
         return [*begin, *slides, *end], M
     end = [(f"{name}.end", adjoint(M) * turn)]
-    return [(closer.swing_name, turn), *slides, *end], M
+    return [(loop_joint.swing_name, turn), *slides, *end], M
 
 
 def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:

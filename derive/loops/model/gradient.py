@@ -41,16 +41,19 @@ def gradient(
     """
     size = sp.Rational(f"{length:.3g}")
     weights = [size if unit == "1" else sp.S.One for loop in equations for unit in loop.units]
-    gaps = [
+    residuals = [
         terms.let(weight * entry)
         for weight, entry in zip(
             weights, (e for loop in equations for e in loop.residual), strict=True
         )
     ]
-    rows = derivative_rows(gaps, terms, unknown)
+    rows = derivative_rows(residuals, terms, unknown)
     return tuple(
         terms.let(
-            sum((gap * slope for gap, slope in zip(gaps, column, strict=True)), sp.S.Zero)
+            sum(
+                (residual * slope for residual, slope in zip(residuals, column, strict=True)),
+                sp.S.Zero,
+            )
             / (1 if is_long else size)
         )
         for column, is_long in zip(zip(*rows, strict=True), is_length, strict=True)

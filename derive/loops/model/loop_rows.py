@@ -75,26 +75,26 @@ class _Ends:
         loop: Loop,
     ) -> None:
         self.terms, self.geometry, self.loop = terms, geometry, loop
-        closer = loop.closer
-        at_a, at_b = geometry.ends[closer.name]
-        self.body = bodies[closer.a.body]
+        loop_joint = loop.loop_joint
+        at_a, at_b = geometry.ends[loop_joint.name]
+        self.body = bodies[loop_joint.a.body]
         self.a = self.body.moved(terms, at_a)
-        self.b = bodies[closer.b.body].moved(terms, at_b)
+        self.b = bodies[loop_joint.b.body].moved(terms, at_b)
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
         """Returns the equations of the closure or strut."""
-        closer = self.loop.closer
-        if isinstance(closer, Strut):
-            return [self._distance(closer)]
-        linkage = self.geometry.planar.get(closer.name)
-        axes = None if linkage is None else linkage.axes[closer.a.body]
-        kind: Kind = (closer.kind, "space" if axes is None else "plane")
+        loop_joint = self.loop.loop_joint
+        if isinstance(loop_joint, Strut):
+            return [self._distance(loop_joint)]
+        linkage = self.geometry.planar.get(loop_joint.name)
+        axes = None if linkage is None else linkage.axes[loop_joint.a.body]
+        kind: Kind = (loop_joint.kind, "space" if axes is None else "plane")
         return [
-            self._along(self._axis(closer, axes, "a", row.axis))
+            self._along(self._axis(loop_joint, axes, "a", row.axis))
             if isinstance(row, Along)
             else self._turn(
-                self._axis(closer, axes, "a", row.a), self._axis(closer, axes, "b", row.b)
+                self._axis(loop_joint, axes, "a", row.a), self._axis(loop_joint, axes, "b", row.b)
             )
             for row in ROWS[kind]
         ]

@@ -23,7 +23,7 @@ from ...model.placements import Placement, Rotation, rotation, translation
 from ...model.robot import Joint
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
-from .planes import Linkage, Loop, loops, planar_closers
+from .planes import Linkage, Loop, loops, planar_loop_joints
 
 _FREE = 6
 """Degrees of freedom of a body in space."""
@@ -87,12 +87,12 @@ class _Numbered:
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         self.mechanism, self.made = mechanism, Parameters(mechanism)
-        self.terms, self.planar = terms, planar_closers(mechanism)
+        self.terms, self.planar = terms, planar_loop_joints(mechanism)
         self.free = _free_joints(mechanism)
         in_plane = [
             loop
             for loop in loops(mechanism)
-            if isinstance(loop.closer, Closure) and loop.closer.name in self.planar
+            if isinstance(loop.loop_joint, Closure) and loop.loop_joint.name in self.planar
         ]
         self.untilted = {joint.name: loop for loop in in_plane for joint in loop.joints}
 
@@ -103,7 +103,7 @@ class _Numbered:
         base = made.corrected("base", "base") + made.at_values(mechanism.base)
         values = {**unknown, **self._actuated(q)}
         steps = {joint.link: self._step(joint, values) for joint in mechanism.joints}
-        ends = {c.name: (self._end(c, "a"), self._end(c, "b")) for c in mechanism.closers}
+        ends = {c.name: (self._end(c, "a"), self._end(c, "b")) for c in mechanism.loop_joints}
         lengths = {strut.name: self._length(strut, values) for strut in mechanism.struts}
         tool = made.at_values(mechanism.tool) + made.corrected("tool", "tool")
         parameters = tuple(made.parameters)
@@ -149,38 +149,46 @@ class _Numbered:
         )
 
     def _normal(self, loop: Loop, body: str) -> sp.Matrix:
-        return self.planar[loop.closer.name].axes[body].n
+        return self.planar[loop.loop_joint.name].axes[body].n
 
-    def _end(self, closer: Closure | Strut, side: str) -> Placement:
+    def _end(self, loop_joint: Closure | Strut, side: str) -> Placement:
         """Returns the frame of a closure or strut on a body, with its position as parameters."""
-        frame: Frame = getattr(closer, side)
+        frame: Frame = getattr(loop_joint, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(frame.placement)[:3, 3]
-        place = [self._coordinate(closer, frame, side, k, shift[k]) for k in range(3)]
+        place = [self._coordinate(loop_joint, frame, side, k, shift[k]) for k in range(3)]
         turns = tuple(motion for motion in placement if isinstance(motion, Rotation))
-        return translation(*place) + turns + self._turned(closer, side)
+        return translation(*place) + turns + self._turned(loop_joint, side)
 
-    def _turned(self, closer: Closure | Strut, side: str) -> Placement:
+    def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
         """Returns axis corrections of a spatial closure; ball closures have none."""
-        if isinstance(closer, Strut) or closer.kind == "ball" or closer.name in self.planar:
+        if (
+            isinstance(loop_joint, Strut)
+            or loop_joint.kind == "ball"
+            or loop_joint.name in self.planar
+        ):
             return ()
         turns: Placement = ()
-        for axis in _TURNS if closer.kind != "pin" else _TURNS[:2]:
-            words = f"correction: rotation of its axes on {getattr(closer, side).body} about {axis}"
-            symbol = self.made.new(closer.name, f"{side}_turn_{axis}", "rad", words, part="loop")
+        for axis in _TURNS if loop_joint.kind != "pin" else _TURNS[:2]:
+            words = (
+                f"correction: rotation of its axes on {getattr(loop_joint, side).body} about {axis}"
+            )
+            symbol = self.made.new(
+                loop_joint.name, f"{side}_turn_{axis}", "rad", words, part="loop"
+            )
             turns += rotation(axis, symbol)
         return turns
 
     def _coordinate(
-        self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
+        self, loop_joint: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
         """Returns a coordinate of an end point; planar loops have a constant normal coordinate."""
-        linkage = self.planar.get(closer.name)
+        linkage = self.planar.get(loop_joint.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):
             return self.made.at_value(value)
         name, meaning = f"{side}_{'xyz'[k]}", f"{'xyz'[k]} of its end on {frame.body}"
-        return self.made.new(closer.name, name, "m", meaning, value, "loop")
+        return self.made.new(loop_joint.name, name, "m", meaning, value, "loop")
 
     def _length(self, strut: Strut, values: Mapping[str, sp.Expr]) -> sp.Expr:
         meaning = "length at coordinate zero" if strut.is_cylinder else "length"
@@ -197,7 +205,7 @@ def _free_joints(mechanism: Mechanism) -> set[str]:
     """Returns the joints in sequences of six passive joints, which leave a body free."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
-    carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]
+    carried += [frame.body for c in mechanism.loop_joints for frame in (c.a, c.b)]
     carried.append(mechanism.tool_body)
     free: set[str] = set()
     run: list[Joint] = []

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
-from ...model.tolerances import CLOSING_GAIN, GAP, WORTHWHILE_GAIN
+from ...model.tolerances import CLOSED_LOOP, CLOSING_GAIN, WORTHWHILE_GAIN
 from ...terms.terms import Terms
 from .damped_search import least
-from .planes import planar_closers
+from .planes import planar_loop_joints
 
 Floats = NDArray[np.float64]
 Value = float | Floats
@@ -29,7 +29,7 @@ minimized."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
-class Gap(NamedTuple):
+class ClosureResidual(NamedTuple):
     """The closure error between the two ends of a loop: a distance (metre), an angle (radian)."""
 
     distance: float
@@ -123,8 +123,10 @@ class NumericMechanism:
             if not strut.length.free_symbols
         }
         placed = [(offset_of(joint), joint.before) for joint in self.mechanism.joints]
-        for closer in self.mechanism.closers:
-            placed += [(offset_of(closer, side), frame.placement) for side, frame in _sides(closer)]
+        for loop_joint in self.mechanism.loop_joints:
+            placed += [
+                (offset_of(loop_joint, side), frame.placement) for side, frame in _sides(loop_joint)
+            ]
         for name, placement in placed:
             if not any(map(_has_symbols, placement)) and (
                 distance := _shift(self.matrix(placement))
@@ -152,8 +154,10 @@ class NumericMechanism:
         lengths = [abs(self.number(strut.length)) for strut in self.mechanism.struts]
         for joint in self.mechanism.joints:
             lengths += [_shift(self.matrix(part)) for part in (joint.before, joint.after)]
-        for closer in self.mechanism.closers:
-            lengths += [_shift(self.matrix(frame.placement)) for frame in (closer.a, closer.b)]
+        for loop_joint in self.mechanism.loop_joints:
+            lengths += [
+                _shift(self.matrix(frame.placement)) for frame in (loop_joint.a, loop_joint.b)
+            ]
         return max(lengths, default=0.0) or 1.0
 
     # --- poses and closure errors ---
@@ -170,27 +174,29 @@ class NumericMechanism:
             )
         return found
 
-    def gaps(self, values: Mapping[str, float]) -> dict[str, Gap]:
+    def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
         """Returns the closure error of each loop, keyed by the name of its closure or strut."""
         poses = self.poses(values)
         found = {}
-        for closer in self.mechanism.closers:
-            shift, turns = self._open(closer, poses, values)
-            found[closer.name] = Gap(float(np.linalg.norm(shift)), float(np.linalg.norm(turns)))
+        for loop_joint in self.mechanism.loop_joints:
+            shift, turns = self._open(loop_joint, poses, values)
+            found[loop_joint.name] = ClosureResidual(
+                float(np.linalg.norm(shift)), float(np.linalg.norm(turns))
+            )
         return found
 
     def ends(
-        self, closer: Closure | Strut, values: Mapping[str, float]
+        self, loop_joint: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
         """Returns both end frames (4, 4) of a closure or strut, and the vector between them."""
         poses = self.poses(values)
-        A, B = self.frames(poses, closer)
-        return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
+        A, B = self.frames(poses, loop_joint)
+        return A, B, self._in_plane(loop_joint, poses, B[:3, 3] - A[:3, 3])
 
-    def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
+    def normal(self, loop_joint: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
         """Returns the unit normal of a loop in the base frame, or None for a spatial loop."""
-        plane = self.planes.get(closer.name)
-        return None if plane is None else poses[closer.a.body][..., :3, :3] @ plane[:, 2]
+        plane = self.planes.get(loop_joint.name)
+        return None if plane is None else poses[loop_joint.a.body][..., :3, :3] @ plane[:, 2]
 
     def swings(self, values: Mapping[str, float]) -> dict[str, float]:
         """Returns the direction angle (radian) of each strut on pins, by swing name."""
@@ -203,14 +209,16 @@ class NumericMechanism:
                 found[strut.swing_name] = float(np.arctan2(y, x))
         return found
 
-    def is_closed(self, gap: Gap) -> bool:
+    def is_closed(self, closure_error: ClosureResidual) -> bool:
         """Whether a closure error is small enough for the loop to count as closed."""
-        return gap.distance <= GAP * self.size and gap.turn <= GAP
+        return (
+            closure_error.distance <= CLOSED_LOOP * self.size and closure_error.turn <= CLOSED_LOOP
+        )
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
         """Whether every listed loop counts as closed."""
-        gaps = self.gaps(values)
-        return all(self.is_closed(gaps[name]) for name in loops)
+        closure_errors = self.closure_errors(values)
+        return all(self.is_closed(closure_errors[name]) for name in loops)
 
     def axes(self, poses: Mapping[str, Floats], joints: Sequence[Joint]) -> tuple[Floats, Floats]:
         """Returns the unit axis of each joint, and a point on it (n, 3), in the base frame."""
@@ -218,43 +226,45 @@ class NumericMechanism:
         T = np.reshape(found, (-1, 4, 4))
         return T[:, :3, 2], T[:, :3, 3]
 
-    def frames(self, poses: Mapping[str, Floats], closer: Closure | Strut) -> tuple[Floats, Floats]:
+    def frames(
+        self, poses: Mapping[str, Floats], loop_joint: Closure | Strut
+    ) -> tuple[Floats, Floats]:
         """Returns the frames of both ends of a closure or strut in the base frame (4, 4)."""
         A, B = (
-            poses[frame.body] @ self._offset(offset_of(closer, side), frame.placement)
-            for side, frame in _sides(closer)
+            poses[frame.body] @ self._offset(offset_of(loop_joint, side), frame.placement)
+            for side, frame in _sides(loop_joint)
         )
         return A, B
 
     def _in_plane(
-        self, closer: Closure | Strut, poses: Mapping[str, Floats], vector: Floats
+        self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], vector: Floats
     ) -> Floats:
-        n = self.normal(closer, poses)
+        n = self.normal(loop_joint, poses)
         if n is None:
             return vector
         inside: Floats = vector - n * np.sum(n * vector, axis=-1, keepdims=True)
         return inside
 
     def _open(
-        self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
+        self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
         """Returns how far a loop is open: distances (metre), then angles (radian), as last axis."""
-        A, B = self.frames(poses, closer)
-        d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
+        A, B = self.frames(poses, loop_joint)
+        d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
-        if isinstance(closer, Strut):
-            advance = values[closer.name] if closer.is_cylinder else 0.0
-            return (_norm(d) - self._retracted(closer) - advance)[..., None], nothing
-        if closer.kind == "ball":
+        if isinstance(loop_joint, Strut):
+            advance = values[loop_joint.name] if loop_joint.is_cylinder else 0.0
+            return (_norm(d) - self._retracted(loop_joint) - advance)[..., None], nothing
+        if loop_joint.kind == "ball":
             return d, nothing
         turned = np.swapaxes(A[..., :3, :3], -1, -2)
         R = turned @ B[..., :3, :3]
-        if closer.kind == "pin":
+        if loop_joint.kind == "pin":
             z = R[..., :, 2]
             # A pin of a planar loop may connect frames with opposite z axes.
-            opposed = (closer.name in self.planes) & (z[..., 2:] < 0)
+            opposed = (loop_joint.name in self.planes) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
-        if closer.kind == "slider":
+        if loop_joint.kind == "slider":
             d = (turned[..., :2, :] @ d[..., None])[..., 0]
         return d, _rotation_vector(R)
 
@@ -305,10 +315,10 @@ class NumericMechanism:
             self._set(at, free, x * scale)
             poses = self.poses(at)
             parts = [np.zeros((*x.shape[:-1], 0))]
-            for closer in self.mechanism.closers:
-                if closer.name in names:
-                    shift, turns = self._open(closer, poses, at)
-                    weight = 1.0 if not last or closer.name == last else OTHERS_FIRST
+            for loop_joint in self.mechanism.loop_joints:
+                if loop_joint.name in names:
+                    shift, turns = self._open(loop_joint, poses, at)
+                    weight = 1.0 if not last or loop_joint.name == last else OTHERS_FIRST
                     parts += [
                         np.broadcast_to(part * weight, (*x.shape[:-1], part.shape[-1]))
                         for part in (shift / self.size, turns)
@@ -348,8 +358,10 @@ def _function(symbols: tuple[sp.Symbol, ...], expression: sp.Expr) -> Callable[.
 @lru_cache(maxsize=16)
 def _planes(mechanism: Mechanism) -> dict[str, Floats]:
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
-    planar = planar_closers(mechanism)
-    axes = {c.name: planar[c.name].axes[c.a.body] for c in mechanism.closers if c.name in planar}
+    planar = planar_loop_joints(mechanism)
+    axes = {
+        c.name: planar[c.name].axes[c.a.body] for c in mechanism.loop_joints if c.name in planar
+    }
     return {name: np.column_stack([_floats(v, terms) for v in own]) for name, own in axes.items()}
 
 
@@ -363,8 +375,8 @@ def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
     return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
 
 
-def _sides(closer: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, Frame]]:
-    return ("a", closer.a), ("b", closer.b)
+def _sides(loop_joint: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, Frame]]:
+    return ("a", loop_joint.a), ("b", loop_joint.b)
 
 
 def _motion(

@@ -47,8 +47,8 @@ class NumericRows:
         self._slides = np.array([number(slides.get(j.kind, j.pitch)) for j in joints], float)
         self._axes = {closure.name: self._axes_of(closure) for closure in mechanism.closures}
         sides: list[list[list[int]]] = []
-        for c in mechanism.closers:
-            a, b = (mechanism.way(frame.body) for frame in (c.a, c.b))
+        for c in mechanism.loop_joints:
+            a, b = (mechanism.path_to(frame.body) for frame in (c.a, c.b))
             rows = _LENGTH if isinstance(c, Strut) else ROWS[self._kind(c)]
             self.owners += [c.name] * len(rows)
             self.is_turn += [isinstance(row, Turn) for row in rows]
@@ -87,24 +87,24 @@ class NumericRows:
         residual: list[float] = []
         forces, moments, facing = [], [], []
         J = np.zeros((len(self.owners), len(w)))
-        for closer in self.bodies.mechanism.closers:
-            A, B = self.bodies.frames(poses, closer)
-            if isinstance(closer, Strut):
+        for loop_joint in self.bodies.mechanism.loop_joints:
+            A, B = self.bodies.frames(poses, loop_joint)
+            if isinstance(loop_joint, Strut):
                 d = B[:3, 3] - A[:3, 3]
                 distance = float(np.linalg.norm(d))
-                rows = [(distance - self.bodies.length(closer, values), d / distance, _NONE)]
-                if closer.is_cylinder:
-                    J[len(residual), self.names.index(closer.name)] = -1.0
+                rows = [(distance - self.bodies.length(loop_joint, values), d / distance, _NONE)]
+                if loop_joint.is_cylinder:
+                    J[len(residual), self.names.index(loop_joint.name)] = -1.0
             else:
-                a, b = (T[:3, :3] @ self._axes[closer.name] for T in (A, B))
-                rows = [*_rows(self._kind(closer), a.T, b.T, B[:3, 3] - A[:3, 3])]
-                facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(closer)]]
+                a, b = (T[:3, :3] @ self._axes[loop_joint.name] for T in (A, B))
+                rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
+                facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # The axes of a complete difference vector are arbitrary, and Newton's method converges
             # better if these axes do not rotate with frame a. The wrench on the body of a then acts
             # at end a.
-            is_whole = not isinstance(closer, Strut) and closer.kind != "slider"
-            for gap, force, couple in rows:
-                residual.append(gap)
+            is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
+            for row, force, couple in rows:
+                residual.append(row)
                 forces.append(force)
                 on_b = np.cross(B[:3, 3], force) + couple
                 moments += [np.cross(A[:3, 3], force) + couple if is_whole else on_b, on_b]

@@ -97,7 +97,7 @@ class Linkage:
         bodies: All bodies, including the barrels and rods of cylinders.
         edges: The revolute joints, swing angles and closures.
         joints: Names of the tree's moving joints and of the cylinders in the linkage.
-        closers: Names of the closures and struts that close the loops.
+        loop_joints: Names of the closures and struts that close the loops.
         axes: The plane's x, y and normal in each body's frame.
     """
 
@@ -105,7 +105,7 @@ class Linkage:
     bodies: tuple[str, ...]
     edges: tuple[Edge, ...]
     joints: tuple[str, ...]
-    closers: tuple[str, ...]
+    loop_joints: tuple[str, ...]
     axes: Mapping[str, "Axes"]
 
 
@@ -120,7 +120,7 @@ class Axes(NamedTuple):
 class Loop(NamedTuple):
     """A closure or strut, and the joints of both branches of its loop."""
 
-    closer: Closure | Strut
+    loop_joint: Closure | Strut
     meeting: str
     to_a: tuple[Joint, ...]
     to_b: tuple[Joint, ...]
@@ -133,21 +133,21 @@ class Loop(NamedTuple):
 
 def loops(mechanism: Mechanism) -> list[Loop]:
     """Returns the loops, one per closure and strut, in the order of the description."""
-    return [_loop(mechanism, closer) for closer in mechanism.closers]
+    return [_loop(mechanism, loop_joint) for loop_joint in mechanism.loop_joints]
 
 
-def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
-    a, b = mechanism.way(closer.a.body), mechanism.way(closer.b.body)
+def _loop(mechanism: Mechanism, loop_joint: Closure | Strut) -> Loop:
+    a, b = mechanism.path_to(loop_joint.a.body), mechanism.path_to(loop_joint.b.body)
     shared = 0
     while shared < min(len(a), len(b)) and a[shared] is b[shared]:
         shared += 1
     meeting = a[shared - 1].link if shared else mechanism.base_frame
-    return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
+    return Loop(loop_joint, meeting, tuple(a[shared:]), tuple(b[shared:]))
 
 
-def planar_closers(mechanism: Mechanism) -> dict[str, Linkage]:
+def planar_loop_joints(mechanism: Mechanism) -> dict[str, Linkage]:
     """Returns the linkage of each closure and strut in a planar loop, by name."""
-    return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.closers}
+    return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.loop_joints}
 
 
 def linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
@@ -212,12 +212,12 @@ class _Branch:
     """The joints from the base to one end of a closure or strut, with numerical axes at zero."""
 
     def __init__(
-        self, mechanism: Mechanism, terms: Terms, frame: Frame, way: Sequence[Joint]
+        self, mechanism: Mechanism, terms: Terms, frame: Frame, path: Sequence[Joint]
     ) -> None:
         self.turning: list[sp.Matrix] = []
         self.sliding: list[sp.Matrix] = []
         self.is_helical = False
-        for joint in way:
+        for joint in path:
             self._pass(joint, _before(mechanism, terms, joint).R[:, 2])
         self.R, self.p = _at(mechanism, terms, frame.body).onward(terms, frame.placement)
 
@@ -231,11 +231,11 @@ class _Branch:
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     """Returns the normal of a planar loop in the base body's frame, or None for a spatial loop."""
-    closer = loop.closer
-    a = _Branch(mechanism, terms, closer.a, loop.to_a)
-    b = _Branch(mechanism, terms, closer.b, loop.to_b)
+    loop_joint = loop.loop_joint
+    a = _Branch(mechanism, terms, loop_joint.a, loop.to_a)
+    b = _Branch(mechanism, terms, loop_joint.b, loop.to_b)
     turning, sliding = [*a.turning, *b.turning], [*a.sliding, *b.sliding]
-    kind = closer.kind if isinstance(closer, Closure) else "ball"
+    kind = loop_joint.kind if isinstance(loop_joint, Closure) else "ball"
     if kind == "pin":
         turning += [a.R[:, 2], b.R[:, 2]]
     elif kind == "slider":
@@ -257,11 +257,11 @@ def axes_in_numbers(
     All vectors are expressed in the base body's frame (metre).
     """
     branches = [
-        (_Branch(mechanism, terms, frame, way), way)
-        for frame, way in ((loop.closer.a, loop.to_a), (loop.closer.b, loop.to_b))
+        (_Branch(mechanism, terms, frame, path), path)
+        for frame, path in ((loop.loop_joint.a, loop.to_a), (loop.loop_joint.b, loop.to_b))
     ]
     turning = ("revolute", "helical")
-    names = [joint.name for _, way in branches for joint in way if joint.kind in turning]
+    names = [joint.name for _, path in branches for joint in path if joint.kind in turning]
     axes = [axis for branch, _ in branches for axis in branch.turning]
     a, b = (_in_numbers(branch.p) for branch, _ in branches)
     return names, [_in_numbers(axis) for axis in axes], (a, b)
@@ -297,7 +297,7 @@ def _at(mechanism: Mechanism, terms: Terms, body: str) -> _Pose:
     if body == mechanism.base_frame:
         return _Pose(sp.eye(3), sp.zeros(3, 1))
     joint = mechanism.joint_of[body]
-    return terms.once(
+    return terms.memoize(
         ("after joint at zero", mechanism, joint),
         lambda: _before(mechanism, terms, joint).onward(terms, joint.after),
     )
@@ -305,7 +305,7 @@ def _at(mechanism: Mechanism, terms: Terms, body: str) -> _Pose:
 
 def _before(mechanism: Mechanism, terms: Terms, joint: Joint) -> _Pose:
     """Returns the pose of a joint's axes with all joints at zero."""
-    return terms.once(
+    return terms.memoize(
         ("before joint at zero", mechanism, joint),
         lambda: _at(mechanism, terms, joint.parent).onward(terms, joint.before),
     )
@@ -326,21 +326,23 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
     edges: list[Edge] = [plane.edge(joint) for joint in order]
     bodies = [root, *(joint.link for joint in order)]
     for loop in group:
-        if isinstance(loop.closer, Closure):
-            edges.append(plane.closure(loop.closer))
+        if isinstance(loop.loop_joint, Closure):
+            edges.append(plane.closure(loop.loop_joint))
         else:
-            edges.extend(plane.strut(loop.closer))
-            bodies.append(loop.closer.name)
-            if loop.closer.is_cylinder:
-                bodies.append(piston(loop.closer))
+            edges.extend(plane.strut(loop.loop_joint))
+            bodies.append(loop.loop_joint.name)
+            if loop.loop_joint.is_cylinder:
+                bodies.append(piston(loop.loop_joint))
     moving = [joint.name for joint in order if joint.kind != "fixed"]
     cylinders = [
-        loop.closer.name
+        loop.loop_joint.name
         for loop in group
-        if isinstance(loop.closer, Strut) and loop.closer.is_cylinder
+        if isinstance(loop.loop_joint, Strut) and loop.loop_joint.is_cylinder
     ]
-    closers = tuple(loop.closer.name for loop in group)
-    return Linkage(root, tuple(bodies), tuple(edges), (*moving, *cylinders), closers, plane.axes)
+    loop_joints = tuple(loop.loop_joint.name for loop in group)
+    return Linkage(
+        root, tuple(bodies), tuple(edges), (*moving, *cylinders), loop_joints, plane.axes
+    )
 
 
 def piston(cylinder: Strut) -> str:
@@ -372,7 +374,7 @@ class _Plane:
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
-        closures = [loop.closer for loop in group if isinstance(loop.closer, Closure)]
+        closures = [loop.loop_joint for loop in group if isinstance(loop.loop_joint, Closure)]
         for closure in closures:
             if closure.kind == "pin":
                 return self._at_root(closure.a.body, _axis(closure.a), order)

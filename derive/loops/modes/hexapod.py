@@ -10,7 +10,7 @@ import sympy as sp
 from ...model.tolerances import NO_FRAME
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
-from ...terms.symbolic_function import Result, SymbolicFunction, Tables, WrittenFunction
+from ...terms.symbolic_function import NativeSolverFunction, Result, SymbolicFunction, Tables
 from ...terms.vectors import ORIGIN, Vector, subtracted
 from ..solve.solved_loops import SolvedLoops
 from .hexapod_starts import MAX_POSES, RodFamily, starts
@@ -112,7 +112,7 @@ def rod_ends(h: SolvedLoops) -> SymbolicFunction:
     )
 
 
-def modes(h: SolvedLoops) -> WrittenFunction | None:
+def modes(h: SolvedLoops) -> NativeSolverFunction | None:
     """Returns the function ``modes``, or None if the rod lengths do not determine the pose."""
     found = hexapod_of(h)
     assert found is not None
@@ -121,7 +121,7 @@ def modes(h: SolvedLoops) -> WrittenFunction | None:
     n = len(poses)
     if n == 0:
         return None
-    return WrittenFunction(
+    return NativeSolverFunction(
         "modes",
         f"Every assembly mode of the platform, up to {n}, the highest first.",
         "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite",

@@ -68,10 +68,10 @@ def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
     """
     circles, turn = len(legs.L), (sp.cos(phi), sp.sin(phi))
     sides = [minus(b, legs.b[0]) for b in legs.b[1:]]
-    gaps = [minus(A, legs.A[0]) for A in legs.A[1:]]
+    base_vectors = [minus(A, legs.A[0]) for A in legs.A[1:]]
     u = [
-        _components(name, "u", i, minus(product(side, turn), gap))
-        for i, (side, gap) in enumerate(zip(sides, gaps, strict=True), 2)
+        _components(name, "u", i, minus(product(side, turn), base_vector))
+        for i, (side, base_vector) in enumerate(zip(sides, base_vectors, strict=True), 2)
     ]
     n = [
         _components(name, "n", i, product(line.normal, turn) if line.turns else line.normal)
@@ -84,7 +84,7 @@ def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
     k = {i: (name("k", f"{i}"), _right_side(legs, i, norms, name)) for i in range(2, LEGS + 1)}
     w = name("w", "x"), name("w", "y")
     m = {i: name("u" if i <= circles else "n", f"{i}") for i in range(1, LEGS + 1)}
-    distances = _distances(legs, sides, gaps, name)
+    distances = _distances(legs, sides, base_vectors, name)
     radii = [name("l", f"{i}") for i in range(1, circles + 1)]
     ends = zip(legs.A[0], w, product(legs.b[0], turn), strict=True)
     return LegElimination(
@@ -112,8 +112,8 @@ def _components(name: Name, letter: str, i: int, parts: Complex) -> tuple[Named,
 def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.Expr:
     if i not in norms:
         return -Dot(name("n", f"{i}"), name("u", f"{i}"))
-    gap = _radius(legs, i, name) ** 2 - _radius(legs, 1, name) ** 2 - norms[i][0] ** 2
-    return half(gap) if gap.is_Add else sp.Rational(1, 2) * gap
+    constant = _radius(legs, i, name) ** 2 - _radius(legs, 1, name) ** 2 - norms[i][0] ** 2
+    return half(constant) if constant.is_Add else sp.Rational(1, 2) * constant
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
@@ -144,12 +144,14 @@ def _polynomial(
     return left, name("l", "1") ** 2 * Cross(m[2], m[3]) ** 2
 
 
-def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Name) -> list[Named]:
+def _distances(
+    legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
+) -> list[Named]:
     """Returns the platform's sides, and the distances between the fixed points of lines."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)
-    vectors += [("|a|", f"{i}1", gap) for i, gap in enumerate(gaps[others:], others + 2)]
+    vectors += [("|a|", f"{i}1", v) for i, v in enumerate(base_vectors[others:], others + 2)]
     return [(name(letter, pair), sp.sqrt(dot(v, v))) for letter, pair, v in vectors]
 
 

@@ -86,8 +86,8 @@ def legs_of(h: SolvedLoops) -> Triad | None:
 
 def _virtual(h: SolvedLoops) -> list[Joint]:
     """Returns the moving joints of the main chain."""
-    way = h.mechanism.way(h.mechanism.tool_body)
-    return [joint for joint in way if joint.kind != "fixed"]
+    path = h.mechanism.path_to(h.mechanism.tool_body)
+    return [joint for joint in path if joint.kind != "fixed"]
 
 
 def _linkage(h: SolvedLoops) -> Linkage | None:
@@ -97,7 +97,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
         return None
     (linkage,) = h.loops.planar
     names = {joint.name for joint in moving}
-    moves = any(joint.kind != "fixed" for joint in mechanism.way(linkage.root))
+    moves = any(joint.kind != "fixed" for joint in mechanism.path_to(linkage.root))
     actuated = {c.moves for c in mechanism.coordinates}
     is_virtual = names <= set(linkage.joints) and not names & actuated
     return linkage if is_virtual and not moves else None

@@ -23,9 +23,9 @@ from ...model.mechanism import Mechanism, Strut
 from ...terms.role import Role
 from ...terms.symbolic_function import (
     Argument,
+    NativeSolverFunction,
     Result,
     SymbolicFunction,
-    WrittenFunction,
     matrix_entries,
 )
 from ...terms.tangents import derivative_columns
@@ -38,7 +38,7 @@ from .hexapod import hexapod_of
 from .rods import Rod, free_platform, is_right_handed, line_coordinates, rods_of, tool_position
 from .triad import Triad, triad_mirror, triad_polynomial, triad_position
 
-WrittenMaker = Callable[[SolvedLoops], WrittenFunction | None]
+WrittenMaker = Callable[[SolvedLoops], NativeSolverFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
@@ -96,7 +96,7 @@ def is_platform(mechanism: Mechanism) -> bool:
 
     def is_leg(strut: Strut) -> bool:
         one, other = (
-            {joint.name for joint in mechanism.way(frame.body) if joint.kind != "fixed"}
+            {joint.name for joint in mechanism.path_to(frame.body) if joint.kind != "fixed"}
             for frame in (strut.a, strut.b)
         )
         joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)

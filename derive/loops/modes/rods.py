@@ -125,7 +125,7 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
         kinds: The kinds of the moving joints; their number is also the number of struts.
     """
     mechanism, terms = h.mechanism, h.terms
-    moving = [joint for joint in mechanism.way(mechanism.tool_body) if joint.kind != "fixed"]
+    moving = [joint for joint in mechanism.path_to(mechanism.tool_body) if joint.kind != "fixed"]
     if [joint.kind for joint in moving] != kinds or len(mechanism.struts) != len(kinds):
         return None
     still = joint_values(h) | {joint.name: ZERO for joint in moving}
@@ -155,7 +155,7 @@ def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
 def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
     """Returns the ends of a rod; the platform end is the second."""
     chain = {joint.name for joint in h.robot.moving}
-    at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
+    at_end = any(joint.name in chain for joint in h.mechanism.path_to(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)
 
 

@@ -132,8 +132,8 @@ def elimination(
         names = [name("u", f"{i}{axis}") for axis in PLANE]
         u.append(tuple(zip(names, map(sp.expand, parts), strict=True)))
         norms.append((name("|u|", f"{i}"), sp.sqrt(sp.Add(*(part**2 for part in names)))))
-        gap = length**2 - L[0] ** 2 - norms[-1][0] ** 2
-        k.append((name("k", f"{i}"), half(gap) if gap.is_Add else HALF * gap))
+        constant = length**2 - L[0] ** 2 - norms[-1][0] ** 2
+        k.append((name("k", f"{i}"), half(constant) if constant.is_Add else HALF * constant))
     w = name("w", "x"), name("w", "y")
     ends = zip(A[0], w, product(b[0], turn), strict=True)
     squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
@@ -244,23 +244,23 @@ class _Factors:
         self.origin, self.pin, self.rods = A[0], b[0], len(L)
         others = max(0, self.rods - 1)
         self.sides = [self._named(minus(other, b[0])) for other in b[1:]]
-        self.gaps = [self._named(minus(other, A[0])) for other in A[1:]]
+        self.base_vectors = [self._named(minus(other, A[0])) for other in A[1:]]
         self.L1_squared = terms.let(L[0] ** 2) if L else ZERO
         self.rises = [terms.let(sp.expand(length**2 - L[0] ** 2)) for length in L[1:]]
         third = minus(self.sides[1], self.sides[0])
         squares = [dot(side, side) for side in (*self.sides, third)]
         squares += [length**2 for length in L]
-        squares += [dot(gap, gap) for gap in self.gaps[others:]]
+        squares += [dot(v, v) for v in self.base_vectors[others:]]
         self.length_squared = terms.let(sp.Add(*squares) / LEGS)
         normals = [_as_pair(line) for line in triad.lines]
         self.first = None if L else normals[0]
-        u = list(zip(self.sides, self.gaps, strict=True))
+        u = list(zip(self.sides, self.base_vectors, strict=True))
         self.w = [*u[:others], *(normals if L else normals[1:])]
         self.squares = [
             self._product(*pair, *pair) if self._is_rod(i) else _UNIT
             for i, pair in enumerate(self.w)
         ]
-        self.half_gaps = [
+        self.half_constants = [
             self._linear(HALF * (self.rises[i] - square[0][0]), _scaled(square, -HALF)[1])
             if self._is_rod(i)
             else _scaled(self._product(*w, *pair), sp.S.NegativeOne)
@@ -276,7 +276,7 @@ class _Factors:
 
     def of_circle(self) -> list[Harmonics]:
         """Returns the summands of the polynomial for a rod and two other legs."""
-        terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
+        terms, (k2, k3), (s2, s3) = self.terms, self.half_constants, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
             _times(terms, k2k2, s3),
@@ -288,7 +288,7 @@ class _Factors:
     def of_lines(self) -> list[Harmonics]:
         """Returns the summands of the polynomial for three lines."""
         assert self.first is not None
-        (k2, k3), (n2, n3) = self.half_gaps, self.w
+        (k2, k3), (n2, n3) = self.half_constants, self.w
         return [
             _times(self.terms, k2, self._area(n3, self.first)),
             _times(self.terms, k3, self._area(self.first, n2)),
@@ -296,7 +296,7 @@ class _Factors:
 
     def position(self, c: sp.Expr, s: sp.Expr, side: sp.Expr) -> Complex:
         terms = self.terms
-        u = [self._at(pair, (c, s)) for pair in zip(self.sides, self.gaps, strict=True)]
+        u = [self._at(pair, (c, s)) for pair in zip(self.sides, self.base_vectors, strict=True)]
         w = [
             self._at(pair, (c, s)) if not self._is_rod(i) else u[i] for i, pair in enumerate(self.w)
         ]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, Tables, WrittenFunction
+from ...terms.symbolic_function import Argument, NativeSolverFunction, Result, Tables
 from ..solve.solved_loops import SolvedLoops
 from .triad import Triad
 
@@ -25,7 +25,7 @@ class TriadTables(Tables):
     size: float
 
 
-def modes(h: SolvedLoops, triad: Triad) -> WrittenFunction:
+def modes(h: SolvedLoops, triad: Triad) -> NativeSolverFunction:
     """Returns the function ``modes`` of a platform on three planar legs."""
     if h.mechanism.closures:
         size = float(f"{h.numbers.size:.3g}")
@@ -33,7 +33,7 @@ def modes(h: SolvedLoops, triad: Triad) -> WrittenFunction:
     return written_modes(h.arguments["q"], _size(h, triad))
 
 
-def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFunction:
+def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverFunction:
     """Returns the function ``modes``, which calls the functions of a triad.
 
     Args:
@@ -41,7 +41,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
         size: The platform's size (metre), the scale of length tolerances.
         legs: Name of the function for the leg residuals.
     """
-    return WrittenFunction(
+    return NativeSolverFunction(
         "modes",
         f"Every assembly mode of the platform, up to {SLOTS}, sorted by phi.",
         "|b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite"

@@ -319,9 +319,9 @@ def file_parts(
             behind[joint.parent] + step.before + tuple(motion.at(zero) for motion in step.motion)
         )
         behind[joint.link] = step.after
-    for closer in mechanism.closers:
-        a, b = geometry.ends[closer.name]
-        frames += [behind[closer.a.body] + a, behind[closer.b.body] + b]
+    for loop_joint in mechanism.loop_joints:
+        a, b = geometry.ends[loop_joint.name]
+        frames += [behind[loop_joint.a.body] + a, behind[loop_joint.b.body] + b]
     frames.append(behind[mechanism.tool_body] + geometry.tool)
     for strut in mechanism.struts:
         length = geometry.lengths[strut.name].xreplace(zero)

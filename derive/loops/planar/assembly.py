@@ -131,5 +131,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
     """Whether a branch closes redundant joints and has distinct pins in all configurations."""
-    is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
+    is_open = any(
+        closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
+    )
     return not is_open and not clusters.coincide(elsewhere)

@@ -348,7 +348,7 @@ class Clusters:
             return 0
         return min(distances, key=distances.__getitem__)
 
-    def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
+    def closure_errors(self, everywhere: Sequence[AtReference]) -> list[float]:
         """Returns the largest closure error of joints in rigid groups, for each configuration.
 
         On a branch other than the reference branch, a redundant joint may stay open.
@@ -360,8 +360,8 @@ class Clusters:
             The largest closure error at each configuration (radian, or relative to the size), or
             NaN if a loop does not close.
         """
-        measured = [gap for edge in self.linkage.edges if (gap := self._gap(edge)) is not None]
-        found = [[gap(at) for gap in measured] for at in everywhere]
+        errors = [self._closure_error(edge) for edge in self.linkage.edges]
+        found = [[error(at) for error in errors if error is not None] for at in everywhere]
         return [math.nan if any(map(math.isnan, at)) else max(at, default=0.0) for at in found]
 
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
@@ -377,7 +377,7 @@ class Clusters:
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
-    def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
+    def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
         """Returns the relative closure error of a joint, or None between rigid groups."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
@@ -386,7 +386,7 @@ class Clusters:
         at_b = (ZERO, ZERO) if isinstance(edge, WeldEdge) else edge.at_b
         between = on_b.point(at_b) - on_a.point(edge.at_a)
 
-        def gap(at: AtReference) -> float:
+        def closure_error(at: AtReference) -> float:
             apart = at.vector(between) / at.size
             if isinstance(edge, PinEdge):
                 return abs(apart)
@@ -397,7 +397,7 @@ class Clusters:
                 apart = complex(0.0, (along.conjugate() * apart).imag)
             return max(abs(apart), abs(wrapped(turn)))
 
-        return gap
+        return closure_error
 
     # --- values of joints ---
 

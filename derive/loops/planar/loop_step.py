@@ -177,8 +177,8 @@ class LoopStep(ABC):
         """Returns the names of the closures and struts that the step closes, or of its joints."""
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
-        closers = {closer.name for closer in mechanism.closers}
-        closed = [name for name in names if name in closers]
+        loop_joints = {loop_joint.name for loop_joint in mechanism.loop_joints}
+        closed = [name for name in names if name in loop_joints]
         return " and ".join(dict.fromkeys(closed or names))
 
 

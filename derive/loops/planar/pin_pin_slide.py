@@ -148,15 +148,15 @@ class TwoPinsAndSlide(PlanarStep):
         direction = guide.along.turned(-delta).coordinates(terms)
         R = clusters.pin(Z, far) - clusters.pin(Z, near)
         r = arm(terms, R)
-        held = slide, near, far
+        joints = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
         # A cylinder length is the positive root; all other guides have two possible travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:
-            reach = _reach(clusters, offset, direction, R, guide, held, parts)
-            sign = clusters.sign(reach, held)
+            reach = _reach(clusters, offset, direction, R, guide, joints, parts)
+            sign = clusters.sign(reach, joints)
         gate = partial(clusters.while_long, parts=parts)
         line = circle_and_line(terms, at_zero, direction, r, sign, gate)
         turn = clusters.solved(*turn_of(terms, line.vector, r), rate_of_third(line))

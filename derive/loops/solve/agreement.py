@@ -42,25 +42,25 @@ def _unread(solution: Solution) -> set[str]:
     """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {
-        loop.closer.name
+        loop.loop_joint.name
         for loop in loops(solution.mechanism)
-        if not (isinstance(loop.closer, Strut) and loop.closer.is_cylinder)
-        and not _edges(loop.closer) & closed
+        if not (isinstance(loop.loop_joint, Strut) and loop.loop_joint.is_cylinder)
+        and not _edges(loop.loop_joint) & closed
         and _members(loop) <= solution.values.keys()
     }
 
 
-def _edges(closer: Closure | Strut) -> set[str]:
+def _edges(loop_joint: Closure | Strut) -> set[str]:
     """Returns the joint names of a step that solves all equations of this closure or strut."""
-    if isinstance(closer, Strut):
-        return {closer.name, closer.swing_name, f"{closer.name}.end"}
+    if isinstance(loop_joint, Strut):
+        return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
     # For the ball joint of a rod, the step solves only the equation of the rod length.
-    return set() if closer.kind == "ball" else {closer.name}
+    return set() if loop_joint.kind == "ball" else {loop_joint.name}
 
 
 def _members(loop: Loop) -> set[str]:
     """Returns the names of all joints in the equations of a loop, and the strut's swing angle."""
     names = {joint.name for joint in loop.joints}
-    if isinstance(loop.closer, Strut):
-        names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()
+    if isinstance(loop.loop_joint, Strut):
+        names |= {loop.loop_joint.swing_name} if loop.loop_joint.ends == "pin" else set()
     return names

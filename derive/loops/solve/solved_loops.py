@@ -12,8 +12,8 @@ from ...model.tolerances import CLOSED_LOOP
 from ...terms.symbolic_function import SymbolicFunction
 from ..closing.actuation import check_actuation, overactuated_start
 from ..closing.closed_loops import ClosedLoops, Vector
-from ..closing.gaps import not_closing
 from ..closing.loop_model import LoopModel
+from ..closing.open_loops import diagnose_open_loop
 from ..planar.loop_step import HALF, LoopStep
 from .solution import (
     Loops,
@@ -58,7 +58,7 @@ class SolvedLoops(LoopModel):
     @property
     def is_overdetermined(self) -> bool:
         """Whether the actuators contradict each other, so that ``fk`` does not exist."""
-        return bool(self.spare) and self.residual_gaps is None
+        return bool(self.spare) and self.least_squares_closure is None
 
     @property
     def may_have_inverse(self) -> bool:
@@ -66,7 +66,7 @@ class SolvedLoops(LoopModel):
 
         A design whose loops have no closed form has no inverse.
         """
-        is_open = self.residual_gaps is not None and not self.spare
+        is_open = self.least_squares_closure is not None and not self.spare
         is_built = is_open or self.mechanism.nominal is not None
         return is_built or self.chain_is_known
 
@@ -141,7 +141,7 @@ class SolvedLoops(LoopModel):
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
         """Returns the symbols on which an entry depends."""
         definitions = self.terms.definitions
-        known: dict[sp.Symbol, set[sp.Symbol]] = self.terms.once("symbols behind terms", dict)
+        known: dict[sp.Symbol, set[sp.Symbol]] = self.terms.memoize("symbols behind terms", dict)
         for symbol in self.terms.needed(entry.free_symbols - known.keys()):
             if symbol not in known:
                 own = definitions[symbol].free_symbols
@@ -180,21 +180,21 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
     """
     complete = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.
-    solvable = complete if model.residual_gaps is None else _without_steps(complete)
+    solvable = complete if model.least_squares_closure is None else _without_steps(complete)
     try:
         forward = from_actuators(solvable, model.terms, model.q)
         described = {} if forward.open else _described(model, forward)
         numbers = _numbers(model, described)
         _ = numbers.generic
     except DescriptionError as error:
-        raise not_closing(model.mechanism, error) from error
+        raise diagnose_open_loop(model.mechanism, error) from error
     spare = check_actuation(numbers)
     is_overdetermined = spare > 0
     if is_overdetermined:
         forward = from_actuators(_without_steps(complete), model.terms, model.q)
         described, numbers = {}, _numbers(model, overactuated_start(model.mechanism))
-    elif model.residual_gaps is not None and model.residual_gaps.actuators:
-        spare, solvable = model.residual_gaps.actuators, complete
+    elif model.least_squares_closure is not None and model.least_squares_closure.actuators:
+        spare, solvable = model.least_squares_closure.actuators, complete
     # Actuators that contradict each other by rounding cannot stay at the reference.
     free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
     at = described or _closed(model, numbers, free)
@@ -220,8 +220,8 @@ def _without_steps(loops: Loops) -> Loops:
 
 
 def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
-    if model.residual_gaps is not None:
-        return ClosedLoops(model.mechanism, model.residual_gaps.at, in_least_squares=True)
+    if model.least_squares_closure is not None:
+        return ClosedLoops(model.mechanism, model.least_squares_closure.at, in_least_squares=True)
     return ClosedLoops(model.mechanism, at)
 
 
@@ -241,7 +241,7 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
     try:
         w = numbers.closed(numbers.reference, free)
     except DescriptionError as error:
-        raise not_closing(model.mechanism, error) from error
+        raise diagnose_open_loop(model.mechanism, error) from error
     scales = {v.name: 1.0 if v.unit == "rad" else numbers.size for v in model.variables}
     at = numbers.configuration(w)
     return {name: x if abs(x) > CLOSED_LOOP * scales[name] else 0.0 for name, x in at.items()}

@@ -19,14 +19,14 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        way: The joints from the meeting body of the loop to this end.
+        path: The joints from the meeting body of the loop to this end.
         frame: The frame of the ball on the body at this end.
         target: The frame of the ball on the other body.
-        open: Indices in ``way`` of the joints with unknown values.
+        open: Indices in ``path`` of the joints with unknown values.
     """
 
     closure: Closure
-    way: Sequence[Joint]
+    path: Sequence[Joint]
     frame: Frame
     target: Frame
     open: tuple[int, ...]
@@ -34,17 +34,17 @@ class BallEnd(NamedTuple):
     def last(self, *kinds: str) -> list[int]:
         """Returns the indices of the last unknown joints if their kinds match, else ()."""
         places = self.open[-len(kinds) :]
-        return [*places] if tuple(self.way[k].kind for k in places) == kinds else []
+        return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
         """Returns the ball in the axes of joint k at zero; the values of later joints are known.
 
         Args:
             legs: The partially solved mechanism.
-            k: Index of the joint in ``way``.
+            k: Index of the joint in ``path``.
         """
-        values, placement, after = legs.known.values, self.frame.placement, self.way[k].after
-        return pose_along(legs.mechanism, legs.terms, self.way[k + 1 :], placement, values, after)[
+        values, placement, after = legs.known.values, self.frame.placement, self.path[k].after
+        return pose_along(legs.mechanism, legs.terms, self.path[k + 1 :], placement, values, after)[
             1
         ]
 
@@ -66,25 +66,25 @@ class Fork(NamedTuple):
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
     """Returns both ends of a loop with a ball closure; empty for other closures and struts."""
-    closer = loop.closer
-    if not isinstance(closer, Closure) or closer.kind != "ball":
+    loop_joint = loop.loop_joint
+    if not isinstance(loop_joint, Closure) or loop_joint.kind != "ball":
         return ()
-    return _ends(legs, loop, closer, ZERO)
+    return _ends(legs, loop, loop_joint, ZERO)
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
     """Returns two points of the axis at both ends of a pin closure, else an empty result."""
-    closer = loop.closer
-    if not isinstance(closer, Closure) or closer.kind != "pin":
+    loop_joint = loop.loop_joint
+    if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
         return ()
-    origins, others = (_ends(legs, loop, closer, height) for height in (ZERO, sp.Integer(1)))
+    origins, others = (_ends(legs, loop, loop_joint, height) for height in (ZERO, sp.Integer(1)))
     return tuple(zip(origins, others, strict=True))
 
 
-def _ends(legs: Legs, loop: Loop, closer: Closure, height: sp.Expr) -> tuple[BallEnd, ...]:
-    a, b = _up(closer.a, height), _up(closer.b, height)
+def _ends(legs: Legs, loop: Loop, loop_joint: Closure, height: sp.Expr) -> tuple[BallEnd, ...]:
+    a, b = _up(loop_joint.a, height), _up(loop_joint.b, height)
     ends = ((loop.to_a, a, b), (loop.to_b, b, a))
-    return tuple(BallEnd(closer, *end, _open(legs, end[0])) for end in ends)
+    return tuple(BallEnd(loop_joint, *end, _open(legs, end[0])) for end in ends)
 
 
 def _up(frame: Frame, height: sp.Expr) -> Frame:
@@ -94,27 +94,27 @@ def _up(frame: Frame, height: sp.Expr) -> Frame:
     return Frame(frame.body, (*frame.placement, Translation((ZERO, ZERO, height))))
 
 
-def _open(legs: Legs, way: Sequence[Joint]) -> tuple[int, ...]:
+def _open(legs: Legs, path: Sequence[Joint]) -> tuple[int, ...]:
     return tuple(
         k
-        for k, joint in enumerate(way)
+        for k, joint in enumerate(path)
         if joint.kind != "fixed" and joint.name not in legs.known.values
     )
 
 
-def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
+def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
     """Returns the intersection of the axes of two revolute joints, or None.
 
     Args:
         legs: The partially solved mechanism.
-        way: The joints.
+        path: The joints.
         i: Index of the first revolute joint.
         k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
     # Each motion connects the axes of a joint at zero to the next element of the chain.
     columns, origin = pose_along(
-        legs.mechanism, terms, way[i + 1 : k], way[k].before, legs.known.values, way[i].after
+        legs.mechanism, terms, path[i + 1 : k], path[k].before, legs.known.values, path[i].after
     )
     w = columns[2]
     across = let(w[0] ** 2 + w[1] ** 2)
@@ -123,6 +123,6 @@ def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
         return None
     height = let(let(w[0] * origin[0] + w[1] * origin[1]) / across)
     up = let(origin[2] - height * w[2])
-    centre = Frame(way[i].parent, (*way[i].before, Translation((ZERO, ZERO, up))))
+    centre = Frame(path[i].parent, (*path[i].before, Translation((ZERO, ZERO, up))))
     x, y, z = (named(terms, (column[k] for column in columns)) for k in range(3))
     return Fork(centre, (x, y, z), height)

@@ -36,10 +36,10 @@ class CylinderLength(LegStep):
         (strut,) = struts
         terms = legs.terms
         # Joints that precede both ends do not change the distance between the ends.
-        loop = next(loop for loop in loops(legs.mechanism) if loop.closer == strut)
+        loop = next(loop for loop in loops(legs.mechanism) if loop.loop_joint == strut)
         (_, begin), (_, end) = (
-            pose_along(legs.mechanism, terms, way, frame.placement, legs.known.values)
-            for way, frame in ((loop.to_a, strut.a), (loop.to_b, strut.b))
+            pose_along(legs.mechanism, terms, path, frame.placement, legs.known.values)
+            for path, frame in ((loop.to_a, strut.a), (loop.to_b, strut.b))
         )
         d = subtracted(terms, end, begin)
         distance = terms.let(sp.sqrt(dot(terms, d, d)))

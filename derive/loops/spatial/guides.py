@@ -51,7 +51,7 @@ class Guides(LoopStep):
         if not found:
             return False
         legs.known.values.update(found)
-        names = (*found, loop.closer.name)
+        names = (*found, loop.loop_joint.name)
         legs.known.steps.append(cls(joints=names, axes=loop.meeting))
         return True
 
@@ -77,44 +77,44 @@ class _Guided:
 
     def values(self) -> dict[str, sp.Expr]:
         """Returns the values of the unknown joints; empty if the closure stays open."""
-        closer = self.loop.closer
+        loop_joint = self.loop.loop_joint
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
         if (
-            not isinstance(closer, Closure)
+            not isinstance(loop_joint, Closure)
             or not self.unknown
             or len(self.slides) + len(self.turns) < len(self.unknown)
             or both
             or len(self.slides) > SPACE_AXES
         ):
             return {}
-        (A, p_a), (B, p_b) = self._ends(closer)
-        if not self._turns_stay(closer, A, B):
+        (A, p_a), (B, p_b) = self._ends(loop_joint)
+        if not self._turns_stay(loop_joint, A, B):
             return {}
-        travels = self._travels(closer, A, subtracted(self.terms, p_b, p_a))
+        travels = self._travels(loop_joint, A, subtracted(self.terms, p_b, p_a))
         return {} if travels is None else {j.name: self.still[j.name] for j in self.turns} | travels
 
-    def _ends(self, closer: Closure) -> tuple[Pose, Pose]:
+    def _ends(self, loop_joint: Closure) -> tuple[Pose, Pose]:
         mechanism, terms = self.legs.mechanism, self.terms
         return (
-            pose_along(mechanism, terms, self.loop.to_a, closer.a.placement, self.still),
-            pose_along(mechanism, terms, self.loop.to_b, closer.b.placement, self.still),
+            pose_along(mechanism, terms, self.loop.to_a, loop_joint.a.placement, self.still),
+            pose_along(mechanism, terms, self.loop.to_b, loop_joint.b.placement, self.still),
         )
 
     def _axis(self, joint: Joint) -> Vector:
         """Returns a joint's motion direction, in the frame of the body where both paths meet."""
-        way = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
-        before = way[: way.index(joint)]
+        path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
+        before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
         return named(self.terms, (joint.direction * x for x in axes[2]))
 
-    def _turns_stay(self, closer: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
+    def _turns_stay(self, loop_joint: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
         """Whether the closure frames agree at the reference rotations and no rotation is free."""
         along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
         free = [self._axis(joint) for joint in self.turns]
-        agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[closer.kind]
-        if closer.kind == "pin":
+        agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[loop_joint.kind]
+        if loop_joint.kind == "pin":
             free.append(A[2])
-        if closer.kind == "ball" or not self._vanish([entry - 1 for entry in agree]):
+        if loop_joint.kind == "ball" or not self._vanish([entry - 1 for entry in agree]):
             return False
         numbers = [[self.legs.reference.of(x) for x in axis] for axis in free]
         return not free or bool(
@@ -122,12 +122,12 @@ class _Guided:
         )
 
     def _travels(
-        self, closer: Closure, A: Sequence[Vector], d: Vector
+        self, loop_joint: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
         """Returns the slide travels that move the point of a to the point of b, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
-        if closer.kind == "slider":
+        if loop_joint.kind == "slider":
             axes.append(A[2])
         crossed = [dot(terms, one, other) for one, other in combinations(axes, 2)]
         if not self._vanish(crossed):

@@ -65,7 +65,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
     places = end.last("revolute")
     if not places:
         return None
-    joint, terms = end.way[places[0]], legs.terms
+    joint, terms = end.path[places[0]], legs.terms
     x, y, height = end.ball(legs, places[0])
     square = terms.let(x**2 + y**2)
     if vanishes(terms, square):
@@ -82,12 +82,12 @@ def _is_flat(legs: Legs, end: BallEnd) -> bool:
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
-    way, values = end.way, legs.known.values
+    path, values = end.path, legs.known.values
     axes, _ = pose_along(
-        legs.mechanism, legs.terms, way[i + 1 : k], way[k].before, values, way[i].after
+        legs.mechanism, legs.terms, path[i + 1 : k], path[k].before, values, path[i].after
     )
     x, y, z = axes[2]
-    off = z if way[i].kind == "prismatic" else legs.terms.let(x**2 + y**2)
+    off = z if path[i].kind == "prismatic" else legs.terms.let(x**2 + y**2)
     return vanishes(legs.terms, off)
 
 

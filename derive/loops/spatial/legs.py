@@ -63,13 +63,13 @@ def assemble_in_space(
     legs = Legs(terms, mechanism, known, reference, branch)
     while any(Guides.use(legs, loop) for loop in loops):
         pass
-    struts = [loop.closer for loop in loops if isinstance(loop.closer, Strut)]
+    struts = [loop.loop_joint for loop in loops if isinstance(loop.loop_joint, Strut)]
     balls = [strut for strut in struts if strut.ends == "ball"]
     while True:
         solved = len(known.values)
         found = [joints for loop in loops if (joints := _before_ball(legs, loop)) is not None]
         rods = [joints.rod for joints in found if joints.rod is not None]
-        left = [strut for strut in (*balls, *rods) if not _is_held(legs, strut)]
+        left = [strut for strut in (*balls, *rods) if not _is_attached(legs, strut)]
         for joints in found:
             joints.solved(legs)
         for strut in left:
@@ -89,7 +89,7 @@ def _use(legs: Legs, struts: Sequence[Strut]) -> bool:
     return any(kind.use(legs, struts) for kind in STEPS)
 
 
-def _is_held(legs: Legs, strut: Strut) -> bool:
+def _is_attached(legs: Legs, strut: Strut) -> bool:
     """Whether both ends of a rod are known, so that the rod's equation is redundant."""
     return legs.length(strut) is not None and not legs.moving(strut)
 

@@ -102,8 +102,8 @@ class Legs:
 
     def unknown(self, frame: Frame) -> list[Joint]:
         """Returns the unknown joints between the base and a frame."""
-        way = self.mechanism.way(frame.body)
-        return [j for j in way if j.kind != "fixed" and j.name not in self.known.values]
+        path = self.mechanism.path_to(frame.body)
+        return [j for j in path if j.kind != "fixed" and j.name not in self.known.values]
 
     def moving(self, strut: Strut) -> list[Joint]:
         """Returns the unknown joints before both ends of a strut."""
@@ -150,7 +150,7 @@ class Legs:
         (joint,) = moving
         if (joint.kind == "prismatic") is not sliding:
             return None
-        on_joint = joint in self.mechanism.way(strut.a.body)
+        on_joint = joint in self.mechanism.path_to(strut.a.body)
         near, far = (strut.a, strut.b) if on_joint else (strut.b, strut.a)
         frame = Frame(joint.parent, joint.before)
         axes, origin = pose_of(self.mechanism, self.terms, frame, self.known.values)

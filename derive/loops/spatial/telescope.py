@@ -76,12 +76,12 @@ class Telescope:
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
     """Returns the telescope with a slide on a universal joint; None otherwise."""
     places = end.last("revolute", "revolute", "prismatic")
-    fork = fork_of(legs, end.way, *places[:2]) if places else None
+    fork = fork_of(legs, end.path, *places[:2]) if places else None
     if fork is None:
         return None
     (x, y, z), direction = _at_zero(legs, end, *places[1:])
     tip = (x, y, legs.terms.let(z + fork.height))
-    slide = end.way[places[2]]
+    slide = end.path[places[2]]
     return Telescope(end.closure, slide, end.target, fork.centre, False, tip, direction)
 
 
@@ -93,7 +93,7 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
     (x, y, _), direction = _at_zero(legs, end, *places)
     if not vanishes(legs.terms, direction[2]):
         return None
-    hinge, slide = (end.way[place] for place in places)
+    hinge, slide = (end.path[place] for place in places)
     foot = Frame(hinge.parent, hinge.before)
     flat = (direction[0], direction[1], ZERO)
     return Telescope(end.closure, slide, end.target, foot, True, (x, y, ZERO), flat)
@@ -101,11 +101,11 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
 
 def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
     """Returns the ball at zero travel, and the slide direction, in the previous joint's axes."""
-    values = {**legs.known.values, end.way[k].name: ZERO}
-    between, before, after = end.way[i + 1 : k], end.way[k].before, end.way[i].after
+    values = {**legs.known.values, end.path[k].name: ZERO}
+    between, before, after = end.path[i + 1 : k], end.path[k].before, end.path[i].after
     axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)
-    way, placement = end.way[i + 1 :], end.frame.placement
-    return pose_along(legs.mechanism, legs.terms, way, placement, values, after)[1], axes[2]
+    path, placement = end.path[i + 1 :], end.frame.placement
+    return pose_along(legs.mechanism, legs.terms, path, placement, values, after)[1], axes[2]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -65,10 +65,10 @@ class ThreeSpheres(LegStep):
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
         """Solves for the three sliders of a platform that all struts support."""
-        way = _way(legs, struts)
-        if way is None:
+        path = _joints_to_tip(legs, struts)
+        if path is None:
             return False
-        sliders, (turned, still) = way[:SPHERES], _at_rest(legs, way)
+        sliders, (turned, still) = path[:SPHERES], _at_rest(legs, path)
         spheres = _distinct(legs.terms, spheres_of(legs, struts))
         if len(spheres) != SPHERES:
             return False
@@ -145,38 +145,40 @@ class ThreeSpheres(LegStep):
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
     """Returns the sphere of each strut; empty if the platform does not only translate."""
-    way = _way(legs, struts)
-    if way is None:
+    path = _joints_to_tip(legs, struts)
+    if path is None:
         return []
-    _, still = _at_rest(legs, way)
-    return [_sphere(legs, strut, way, still) for strut in struts]
+    _, still = _at_rest(legs, path)
+    return [_sphere(legs, strut, path, still) for strut in struts]
 
 
 def _at_rest(
-    legs: Legs, way: Sequence[Joint]
+    legs: Legs, path: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
     """Returns the reference rotations of the platform, and all known values at zero sliders."""
-    turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in way[SPHERES:]}
-    at_zero = dict.fromkeys((joint.name for joint in way[:SPHERES]), ZERO)
+    turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
+    at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}
 
 
-def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
+def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
     """Returns the joints that move the platform of all struts, sliders first, or None."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
         return None
-    ways = [legs.unknown(strut.b) or legs.unknown(strut.a) for strut in struts]
-    way = ways[0]
-    sliders = [joint for joint in way if joint.kind == "prismatic"]
-    is_free = len(sliders) == SPHERES and way[:SPHERES] == sliders
-    return way if is_free and all(other == way for other in ways) else None
+    paths = [legs.unknown(strut.b) or legs.unknown(strut.a) for strut in struts]
+    path = paths[0]
+    sliders = [joint for joint in path if joint.kind == "prismatic"]
+    is_free = len(sliders) == SPHERES and path[:SPHERES] == sliders
+    return path if is_free and all(other == path for other in paths) else None
 
 
-def _sphere(legs: Legs, strut: Strut, way: Sequence[Joint], still: Mapping[str, sp.Expr]) -> Sphere:
+def _sphere(
+    legs: Legs, strut: Strut, path: Sequence[Joint], still: Mapping[str, sp.Expr]
+) -> Sphere:
     """Returns the sphere to which a strut constrains the platform's origin."""
-    on_a = way[0] in legs.mechanism.way(strut.a.body)
+    on_a = path[0] in legs.mechanism.path_to(strut.a.body)
     moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
     _, offset = pose_of(legs.mechanism, legs.terms, moved, still)
     _, point = pose_of(legs.mechanism, legs.terms, fixed, legs.known.values)

@@ -98,7 +98,7 @@ def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
 def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
     """Returns the fork of the last two unknown joints, and the end in the second joint's axes."""
     places = end.last("revolute", "revolute")
-    fork = fork_of(legs, end.way, *places) if places else None
+    fork = fork_of(legs, end.path, *places) if places else None
     if fork is None:
         return None
     x, y, z = end.ball(legs, places[1])
@@ -113,7 +113,7 @@ def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
     fork, tip = found
     if vanishes(terms, terms.let(tip[0] ** 2 + tip[1] ** 2)):
         return None
-    first, second = (end.way[place] for place in end.open[-2:])
+    first, second = (end.path[place] for place in end.open[-2:])
     length = terms.let(sp.sqrt(dot(terms, tip, tip)))
     rod = Strut(end.closure.name, fork.centre, end.target, length, ends="ball")
     return UniversalJoint(end.closure, first, second, end.target, fork.axes, tip, rod)

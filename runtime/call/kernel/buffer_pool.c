@@ -112,9 +112,9 @@ static void *block_resize(void *context, void *memory, size_t n)
 {
     void *other = block_new(context, n);
     if (other && memory) {
-        size_t held = block_of(memory).size - BLOCK_HEAD;
-        memcpy(other, memory, held < n ? held : n);
-        block_free(context, memory, held);
+        size_t size = block_of(memory).size - BLOCK_HEAD;
+        memcpy(other, memory, size < n ? size : n);
+        block_free(context, memory, size);
     }
     return other;
 }

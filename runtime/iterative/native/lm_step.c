@@ -15,9 +15,9 @@ int find_free(const Problem *problem, const double *e)
     for (int k = 0; k < arm->n; k++) {
         double slope = dot6(work->J + k * TWIST, e);
         int locked = problem->task->locked && problem->task->locked[k];
-        int held = locked || (slope < 0 && work->q[k] <= arm->lower[k]) ||
-                   (slope > 0 && work->q[k] >= arm->upper[k]);
-        if (!held) {
+        int is_fixed = locked || (slope < 0 && work->q[k] <= arm->lower[k]) ||
+                       (slope > 0 && work->q[k] >= arm->upper[k]);
+        if (!is_fixed) {
             work->free[m++] = k;
         }
     }

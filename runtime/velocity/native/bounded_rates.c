@@ -22,13 +22,13 @@ int rate_problem_new(RateProblem *p, int n)
     p->J = next, next += TWIST * n;
     p->svd.v = next, next += TWIST * n;
     p->svd.work = next, next += TWIST * longer;
-    double **vectors[] = {&p->lo,     &p->hi,        &p->z,        &p->unit,
-                          &p->y,      &p->a,         &p->b,        &p->best_a,
-                          &p->best_b, &p->held_rate, &p->exact_lo, &p->exact_hi};
+    double **vectors[] = {&p->lo,     &p->hi,         &p->z,        &p->unit,
+                          &p->y,      &p->a,          &p->b,        &p->best_a,
+                          &p->best_b, &p->fixed_rate, &p->exact_lo, &p->exact_hi};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, next += n) {
         *vectors[i] = next;
     }
-    p->held = (char *)next, p->best_held = p->held + n, p->limited = p->best_held + n;
+    p->fixed = (char *)next, p->best_fixed = p->fixed + n, p->limited = p->best_fixed + n;
     p->locked = p->limited + n;
     return 0;
 }
@@ -64,7 +64,7 @@ static double largest_scale(const RateProblem *p, int *critical)
     double least = 0, most = 1;
     *critical = -1;
     for (int k = 0; k < p->n; k++) {
-        if (p->held[k]) {
+        if (p->fixed[k]) {
             continue;
         }
         double a = p->a[k], from = p->lo[k] - p->b[k], to = p->hi[k] - p->b[k];
@@ -131,12 +131,12 @@ static Candidate compute_candidate(RateProblem *p)
     double compensation[TWIST];
     apply_damped_inverse(p, p->V, p->a);
     for (int i = 0; i < TWIST; i++) {
-        compensation[i] = -dot(p->J + i * n, p->held_rate, n);
+        compensation[i] = -dot(p->J + i * n, p->fixed_rate, n);
     }
     apply_damped_inverse(p, compensation, p->b);
     for (int k = 0; k < n; k++) {
-        p->b[k] = p->held[k] ? p->held_rate[k] : p->b[k];
-        p->a[k] = p->held[k] ? 0 : p->a[k];
+        p->b[k] = p->fixed[k] ? p->fixed_rate[k] : p->b[k];
+        p->a[k] = p->fixed[k] ? 0 : p->a[k];
         p->y[k] = p->a[k] + p->b[k];
     }
     Candidate found = {1, -1};
@@ -154,22 +154,22 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
         *best = found;
         memcpy(p->best_a, p->a, p->n * sizeof(double));
         memcpy(p->best_b, p->b, p->n * sizeof(double));
-        memcpy(p->best_held, p->held, p->n);
+        memcpy(p->best_fixed, p->fixed, p->n);
     }
 }
 
 /* Decomposes J for the free joints. Returns whether the task needs no damping with these joints. */
 static int decompose_free(RateProblem *p)
 {
-    svd_decompose(&p->svd, p->J, p->held);
+    svd_decompose(&p->svd, p->J, p->fixed);
     return p->rank <= p->svd.count && p->svd.sigma[p->rank - 1] >= p->border;
 }
 
 /* Repeatedly fixes the critical joint at its bound. */
 static void hold_one_by_one(RateProblem *p, Candidate *best)
 {
-    memcpy(p->held, p->locked, p->n);
-    memset(p->held_rate, 0, p->n * sizeof(double));
+    memcpy(p->fixed, p->locked, p->n);
+    memset(p->fixed_rate, 0, p->n * sizeof(double));
     for (;;) {
         Candidate found = compute_candidate(p);
         keep_better(p, found, best);
@@ -177,8 +177,8 @@ static void hold_one_by_one(RateProblem *p, Candidate *best)
         if (found.scale == 1 || k < 0) {
             return;
         }
-        p->held[k] = 1;
-        p->held_rate[k] = p->y[k] > p->hi[k] ? p->hi[k] : p->y[k] < p->lo[k] ? p->lo[k] : p->y[k];
+        p->fixed[k] = 1;
+        p->fixed_rate[k] = p->y[k] > p->hi[k] ? p->hi[k] : p->y[k] < p->lo[k] ? p->lo[k] : p->y[k];
         if (!decompose_free(p)) {
             return;
         }
@@ -195,8 +195,8 @@ static void hold_as_in_box(RateProblem *p, Candidate *best)
     damped_box_solve(box, p->V);
     damped_box_bound(box, p->lo, p->hi);
     for (int k = 0; k < p->n; k++) {
-        p->held[k] = p->locked[k] || box->at[k] != 0;
-        p->held_rate[k] = box->at[k] ? box->x[k] : 0;
+        p->fixed[k] = p->locked[k] || box->at[k] != 0;
+        p->fixed_rate[k] = box->at[k] ? box->x[k] : 0;
     }
     if (decompose_free(p)) {
         keep_better(p, compute_candidate(p), best);
@@ -215,8 +215,8 @@ double solve_within_bounds(RateProblem *p)
     if (scale < 0) {
         scale = nearest_scale(p, p->best_a);
     }
-    memcpy(p->held, p->best_held, p->n);
-    memcpy(p->limited, p->best_held, p->n);
+    memcpy(p->fixed, p->best_fixed, p->n);
+    memcpy(p->limited, p->best_fixed, p->n);
     if (best.critical >= 0) {
         p->limited[best.critical] = 1;
     }
@@ -253,7 +253,7 @@ static double largest_part(const RateProblem *p, const double *d, double roundin
     *critical = -1;
     for (int k = 0; k < p->n; k++) {
         double room = d[k] > 0 ? p->hi[k] - p->y[k] : p->y[k] - p->lo[k], size = fabs(d[k]);
-        if (!p->held[k] && size > rounding && room < part * size) {
+        if (!p->fixed[k] && size > rounding && room < part * size) {
             part = fmax(room, 0) / size, *critical = k;
         }
     }
@@ -264,14 +264,14 @@ void add_null_motion(RateProblem *p)
 {
     int n = p->n, free = 0;
     for (int k = 0; k < n; k++) {
-        free += !p->held[k];
+        free += !p->fixed[k];
     }
     double rest = 1, asked = sqrt(dot(p->z, p->z, n)), *d = p->a;
     for (; free > p->rank && rest > 0 && asked > 0; free--) {
         int critical;
-        svd_decompose(&p->svd, p->J, p->held);
+        svd_decompose(&p->svd, p->J, p->fixed);
         for (int k = 0; k < n; k++) {
-            d[k] = p->held[k] ? 0 : rest * p->z[k];
+            d[k] = p->fixed[k] ? 0 : rest * p->z[k];
         }
         project_to_null_space(p, d);
         if (sqrt(dot(d, d, n)) <= NULL_MOTION * asked) {
@@ -284,7 +284,7 @@ void add_null_motion(RateProblem *p)
         if (critical < 0) {
             return;
         }
-        p->held[critical] = p->limited[critical] = 1;
+        p->fixed[critical] = p->limited[critical] = 1;
         rest *= 1 - part;
     }
 }

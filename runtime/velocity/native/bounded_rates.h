@@ -24,11 +24,11 @@ typedef struct {
     double *exact_lo, *exact_hi; /* (n,) the bounds in rad/s or m/s */
     char *limited;               /* (n,) whether a bound limits the rate of the joint */
     char *locked; /* (n,) whether a joint has zero bounds and is excluded from the problem */
-    char *held;   /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
+    char *fixed;  /* (n,) whether a joint is fixed at a bound; the SVD leaves out its column */
     Svd svd;
-    double *a, *b, *held_rate; /* (n,) candidate y = a + b, and the rates of fixed joints */
-    double *best_a, *best_b;   /* (n,) */
-    char *best_held;           /* (n,) */
+    double *a, *b, *fixed_rate; /* (n,) candidate y = a + b, and the rates of fixed joints */
+    double *best_a, *best_b;    /* (n,) */
+    char *best_fixed;           /* (n,) */
     DampedBox box;
     double *memory;
 } RateProblem;

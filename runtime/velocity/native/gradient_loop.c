@@ -56,7 +56,7 @@ void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp 
             fill_vector(args[GRADIENT], n, core[GRADIENT_STEP], NAN);
             continue;
         }
-        svd_decompose(&p.svd, p.J, p.held);
+        svd_decompose(&p.svd, p.J, p.fixed);
         put(args[MEASURE], differentiate_measure(&p, rank));
         memset(p.y, 0, n * sizeof(double));
         for (int a = 0; a < TWIST; a++) {

@@ -128,8 +128,8 @@ void solve_loop(char **arguments, const npy_intp *dimensions, const npy_intp *st
             write_everywhere(0, 1, p.n, args, core);
             continue;
         }
-        memcpy(p.held, p.locked, p.n);
-        svd_decompose(&p.svd, p.J, p.held);
+        memcpy(p.fixed, p.locked, p.n);
+        svd_decompose(&p.svd, p.J, p.fixed);
         write_smallest(&p, args, core);
         put(args[SCALE], solve_within_bounds(&p));
         add_null_motion(&p);

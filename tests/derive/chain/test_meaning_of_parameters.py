@@ -191,14 +191,16 @@ def bodies(loops, at, w):
     return frames, values
 
 
-def end(closer, side, at, frames, mechanism):
-    frame = getattr(closer, side)
+def end(loop_joint, side, at, frames, mechanism):
+    frame = getattr(loop_joint, side)
     placed = matrix(frame.placement, mechanism)[:3, 3]
-    place = [at.get((closer.name, f"{side}_{a}"), x) for a, x in zip("xyz", placed, strict=True)]
+    place = [
+        at.get((loop_joint.name, f"{side}_{a}"), x) for a, x in zip("xyz", placed, strict=True)
+    ]
     turns = tuple(motion for motion in frame.placement if isinstance(motion, Rotation))
     T = frames[frame.body] @ slid(*place) @ matrix(turns, mechanism)
     for axis in "xyz":
-        T = T @ turned(axis, *at.of(closer.name, f"{side}_turn_{axis}"))
+        T = T @ turned(axis, *at.of(loop_joint.name, f"{side}_turn_{axis}"))
     return T
 
 
@@ -219,17 +221,17 @@ def test_parametric_loop_pose_and_residuals_match_numpy_matrices(name):
     T = frames[mechanism.tool_body] @ matrix(mechanism.tool, mechanism) @ corrected(at, "tool")
     assert_allclose(np.array(functions["tool_p"](w, p)).reshape(4, 4), T, atol=1e-12)
     residuals = list(np.array(functions["closure_p"](w, p)[0]).ravel())
-    for closer in mechanism.closers:
-        a, b = (end(closer, side, at, frames, mechanism) for side in "ab")
+    for loop_joint in mechanism.loop_joints:
+        a, b = (end(loop_joint, side, at, frames, mechanism) for side in "ab")
         apart = b[:3, 3] - a[:3, 3]
-        if isinstance(closer, Strut):
-            length = at[closer.name, "length"]
-            length += values[closer.name] if closer.is_cylinder else 0
+        if isinstance(loop_joint, Strut):
+            length = at[loop_joint.name, "length"]
+            length += values[loop_joint.name] if loop_joint.is_cylinder else 0
             assert_allclose(residuals.pop(0), np.linalg.norm(apart) - length, atol=1e-12)
-        elif closer.kind in ("pin", "ball") and closer.name in loops.geometry.planar:
+        elif loop_joint.kind in ("pin", "ball") and loop_joint.name in loops.geometry.planar:
             own = [residuals.pop(0), residuals.pop(0)]
-            axes = loops.geometry.planar[closer.name].axes[closer.a.body]
-            n = frames[closer.a.body][:3, :3] @ np.array(axes.n, dtype=float).ravel()
+            axes = loops.geometry.planar[loop_joint.name].axes[loop_joint.a.body]
+            n = frames[loop_joint.a.body][:3, :3] @ np.array(axes.n, dtype=float).ravel()
             in_plane = np.linalg.norm(apart - n * (n @ apart))
             assert_allclose(np.linalg.norm(own), in_plane, atol=1e-12)
         else:

@@ -82,7 +82,7 @@ def test_mechanism_file_fields_are_read_with_units():
     assert isinstance(robot, Mechanism)
     assert robot.bodies == ("ground", "arm", "sled", "flap")
     assert [joint.parent for joint in robot.joints] == ["ground", "ground", "sled"]
-    latch, stay, jack = robot.closers
+    latch, stay, jack = robot.loop_joints
     assert isinstance(latch, Closure)
     assert (latch.kind, latch.a.body, latch.b.body) == ("slider", "arm", "flap")
     assert latch.a.placement[0].vector == (length, 0, 0)

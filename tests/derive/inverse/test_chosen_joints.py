@@ -5,7 +5,7 @@ import pytest
 
 from chasles import InputValueError
 from chasles.derive import derive, explain, read
-from chasles.derive.inverse.given_joints import ways_to_give
+from chasles.derive.inverse.given_joints import joint_sets_to_fix
 from tests.campaigns.losses import sets
 from tests.support.derivations import ROBOTS
 from tests.support.generators.drawn_arms import cases_for_given, random_arm
@@ -20,7 +20,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
     assert len(cases) == 2
     for case in cases:
         lines, give = case.inverses.classification.lines, case.inverses.classification.give
-        assert give not in ways_to_give(lines, len(give))
+        assert give not in joint_sets_to_fix(lines, len(give))
         chosen, poses = next(sets(case, np.random.default_rng(SEED)))
         assert poses.name == "random"
         found = judged(chosen, poses, chosen.answers)

@@ -9,20 +9,20 @@ import sympy as sp
 
 from chasles.derive import Joint, SerialRobot, read
 from chasles.derive.description.conventions import dh
+from chasles.derive.inverse.general.elimination_choice import choose, without
 from chasles.derive.inverse.general.general_inverse import solver_function
 from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, slide, turn
 from chasles.derive.inverse.general.raghavan_roth import (
     doubled,
+    elimination_orders,
     equations,
     forward,
     moved,
     numbers,
     placements,
-    splits,
     suppressed,
     turned,
 )
-from chasles.derive.inverse.general.split_choice import choose, without
 from chasles.derive.model.robot import DescriptionError
 from tests.support.derivations import ROBOTS, description
 from tests.support.generators.random_arms import random_arm
@@ -123,13 +123,13 @@ def factors(value, slides):
 )
 def test_equations_hold_with_prismatic_joints(slides):
     robot, random = random_arm(3, slides=slides), np.random.default_rng(4)
-    arm, some = numbers(robot), splits(slides)
+    arm, some = numbers(robot), elimination_orders(slides)
     assert len(some) >= 4
-    for split in some:
-        assert split.turning.isdisjoint(slides)
+    for order in some:
+        assert order.turning.isdisjoint(slides)
         q = random.uniform(-1, 1, 6)
-        found = equations(arm, split, forward(arm, q, slides), slides)
-        local = [factors(split.sense * q[k], k in slides) for k in split.joints]
+        found = equations(arm, order, forward(arm, q, slides), slides)
+        local = [factors(order.sense * q[k], k in slides) for k in order.joints]
         right = np.tensordot(local[2], found.right, 1)
         assert found.left @ np.kron(local[0], local[1]) == pytest.approx(
             right @ np.kron(local[3], local[4]), abs=1e-14
@@ -137,19 +137,21 @@ def test_equations_hold_with_prismatic_joints(slides):
 
 
 def test_prismatic_joints_reduce_the_allowed_splits():
-    assert len(splits()) == 24
-    assert len(splits({2})) == 12
-    assert not splits({0, 2, 4})
+    assert len(elimination_orders()) == 24
+    assert len(elimination_orders({2})) == 12
+    assert not elimination_orders({0, 2, 4})
 
 
 @pytest.mark.parametrize("name", ["crx10", "skew"])
-@pytest.mark.parametrize("split", splits(), ids=lambda s: f"{s.joints[2]}{s.sense:+d}{s.halved}")
-def test_equations_hold_at_random_configurations(name, split):
+@pytest.mark.parametrize(
+    "order", elimination_orders(), ids=lambda s: f"{s.joints[2]}{s.sense:+d}{s.halved}"
+)
+def test_equations_hold_at_random_configurations(name, order):
     robot, random = of(name), np.random.default_rng(3)
     for _ in range(2):
         q = random.uniform(-np.pi, np.pi, 6)
-        found = equations(numbers(robot), split, at(robot, q))
-        local = [split.sense * robot.moving[k].direction * q[k] for k in split.joints]
+        found = equations(numbers(robot), order, at(robot, q))
+        local = [order.sense * robot.moving[k].direction * q[k] for k in order.joints]
         right = np.tensordot([1, np.cos(local[2]), np.sin(local[2])], found.right, 1)
         assert found.left @ products(local[0], local[1]) == pytest.approx(
             right @ products(local[3], local[4]), abs=1e-14
@@ -159,17 +161,17 @@ def test_equations_hold_at_random_configurations(name, split):
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
 def test_suppressed_matrix_is_singular_at_solutions(name):
     robot, random = of(name), np.random.default_rng(5)
-    split = choice_of(name).splits[0]
+    order = choice_of(name).orders[0]
     turns = 2 * np.pi * np.arange(32) / 32
     for _ in range(3):
         q = random.uniform(-np.pi, np.pi, 6)
-        M = suppressed(equations(numbers(robot), split, at(robot, q)), split.halved)
+        M = suppressed(equations(numbers(robot), order, at(robot, q)), order.halved)
         degrees = np.abs(
             np.fft.rfft([np.linalg.det(M[0] + np.cos(t) * M[1] + np.sin(t) * M[2]) for t in turns])
         )
         assert degrees[9:].max() < 1e-10 * degrees.max()
         assert degrees[8] > 1e-10 * degrees.max()
-        angle = split.sense * robot.moving[split.joints[2]].direction * q[split.joints[2]]
+        angle = order.sense * robot.moving[order.joints[2]].direction * q[order.joints[2]]
         sizes = np.linalg.svd(M[0] + np.cos(angle) * M[1] + np.sin(angle) * M[2])[1]
         assert sizes[-1] < 1e-13
         assert sizes[-2] > 1e-9
@@ -188,7 +190,7 @@ def test_half_angle_substitution_doubles_the_equations():
 def test_kept_splits_differ_in_joint_order_and_are_ranked(name):
     ratings = choice_of(name).ratings
     assert 2 <= len(ratings) <= 3
-    assert len({rating.split.joints for rating in ratings}) == len(ratings)
+    assert len({rating.order.joints for rating in ratings}) == len(ratings)
     assert ratings[0].good == 1
     assert ratings[0].key == max(rating.key for rating in ratings)
 

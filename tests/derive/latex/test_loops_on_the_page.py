@@ -52,5 +52,5 @@ def test_article_states_least_squares_closure():
     )
     page = LoopPage.of(derive(whole, functions=["fk"]))
     assert "1 constraint is redundant" in loops(page)
-    assert "minimizes the sum of squared gaps" in loops(page)
+    assert "minimizes the sum of squared closure errors" in loops(page)
     assert r"\frac{\partial g}{\partial z_{\mathrm{p}}}" in solution(page)

@@ -243,12 +243,14 @@ def test_equations_satisfied_by_cancellation_are_omitted():
 
 def open_ends(c, loop, z, poses):
     """Returns the gap between both frames of a closure, from the body poses alone."""
-    closer = loop.loop.closer
-    T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))
+    loop_joint = loop.loop.loop_joint
+    T_a, T_b = (
+        poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (loop_joint.a, loop_joint.b)
+    )
     T = np.linalg.inv(T_a) @ T_b
-    if isinstance(closer, Strut):
+    if isinstance(loop_joint, Strut):
         given = {p.symbol: p.value for p in c.mechanism.parameters}
-        length = float(closer.length.subs(given)) + z.get(closer.name, 0)
+        length = float(loop_joint.length.subs(given)) + z.get(loop_joint.name, 0)
         return abs(np.linalg.norm(T[:3, 3]) - length)
     # A planar pin joint may connect opposite axes.
     turn = abs(abs(T[2, 2]) - 1) if loop.kind == "planar" else np.linalg.norm(T[:2, 2])
@@ -257,7 +259,7 @@ def open_ends(c, loop, z, poses):
         "ball": np.linalg.norm(T[:3, 3]),
         "slider": np.linalg.norm(T[:2, 3]) + np.linalg.norm(T[:3, :3] - np.eye(3)),
         "weld": np.linalg.norm(T - np.eye(4)),
-    }[closer.kind]
+    }[loop_joint.kind]
 
 
 @pytest.mark.parametrize("name", WITHOUT_DELTA)
@@ -371,7 +373,7 @@ def value_along(screw, T):
     return np.arctan2(sine, np.trace(R) - 1)
 
 
-def across_closer(c, loop, z):
+def across_loop_joint(c, loop, z):
     """Returns the motion that a closure still needs, from the exponentials of both chains."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
@@ -382,7 +384,7 @@ def across_closer(c, loop, z):
             if factor.side == side:
                 ways[side] = ways[side] @ exponential(numeric(factor.screw).ravel(), z[factor.name])
     rest = np.linalg.inv(ways["a"]) @ ways["b"] @ np.linalg.inv(numeric(loop.home))
-    free = [factor for factor in loop.factors if factor.side == "closer"]
+    free = [factor for factor in loop.factors if factor.side == "loop joint"]
     return rest, [(factor.name, numeric(factor.screw).ravel()) for factor in free]
 
 
@@ -396,7 +398,7 @@ def centre(screws):
 def test_loop_product_of_exponentials_is_identity(name):
     c, z = case(name), closed(name)
     for loop in c.equations:
-        rest, free = across_closer(c, loop, z)
+        rest, free = across_loop_joint(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
             # A single ball joint keeps its center. The distance of the centers of two ball joints

@@ -25,7 +25,7 @@ def test_jacobian_of_closed_loops_matches_differences(name):
     steps = STEP * np.eye(len(w))
     slopes = [(rows.at(w + h)[0] - rows.at(w - h)[0]) / (2 * STEP) for h in steps]
     assert pytest.approx(np.transpose(slopes), abs=1e-8) == J
-    assert [*rows.owners] == sorted(rows.owners, key=[c.name for c in mechanism.closers].index)
+    assert [*rows.owners] == sorted(rows.owners, key=[c.name for c in mechanism.loop_joints].index)
 
 
 def test_gradient_of_least_squares_is_zero_where_all_loops_close():

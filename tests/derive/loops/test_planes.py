@@ -140,7 +140,7 @@ def test_loop_meeting_body_is_where_branches_separate():
 def test_spatial_loops_form_no_planar_linkage(build):
     planar, spatial = planes_of(build())
     assert planar == []
-    assert len(spatial) == len(build().closers)
+    assert len(spatial) == len(build().loop_joints)
 
 
 def test_disjoint_loops_form_separate_linkages():
@@ -152,7 +152,7 @@ def test_disjoint_loops_form_separate_linkages():
         reference=(),
     )
     planar, _ = planes_of(both)
-    assert [linkage.closers for linkage in planar] == [("rod",), ("bar",)]
+    assert [linkage.loop_joints for linkage in planar] == [("rod",), ("bar",)]
 
 
 def test_prismatic_joint_may_belong_to_two_planes():
@@ -171,7 +171,7 @@ def test_prismatic_joint_may_belong_to_two_planes():
     )
     planar, spatial = planes_of(mechanism)
     assert not spatial
-    assert [linkage.closers for linkage in planar] == [("flat",), ("upright",)]
+    assert [linkage.loop_joints for linkage in planar] == [("flat",), ("upright",)]
     heights = [tuple(linkage.axes[BASE].n) for linkage in planar]
     assert [tuple(map(abs, n)) for n in heights] == [(0, 0, 1), (0, 1, 0)]
 

@@ -5,7 +5,7 @@ import pytest
 
 from chasles.derive import read, read_text
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
-from chasles.derive.program.programs import seeing_its_inputs
+from chasles.derive.program.programs import with_input_check
 from chasles.derive.program.reading import programs as read_programs
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.compiling import compiled
@@ -26,12 +26,12 @@ A = Variable(1)
 def test_program_is_unchanged_if_residual_depends_on_all_inputs():
     statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, A), Store(2, 0, X))
     program = Program("ik", ("T",), ("q", "residual", "margin"), (X, Y), statements)
-    assert seeing_its_inputs(program) is program
+    assert with_input_check(program) is program
 
 
 def test_input_missing_from_the_residual_is_added():
     statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, X), Store(2, 0, X))
-    program = seeing_its_inputs(Program("ik", ("T",), ("q", "r", "m"), (X, Y), statements))
+    program = with_input_check(Program("ik", ("T",), ("q", "r", "m"), (X, Y), statements))
     assert [s.operation for s in program.computed] == [
         Operation.ADD,
         Operation.ABS,
@@ -70,4 +70,4 @@ def test_shipped_arm_inverses_already_depend_on_all_inputs():
         found = [f for f in derivation(name).functions if f.role.name == "inverse"]
         assert found
         for program in read_programs(lower(found, name)):
-            assert seeing_its_inputs(program) is program
+            assert with_input_check(program) is program

@@ -43,12 +43,12 @@ compile.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
-WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
+INSTRUCTION_SETS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
 """Processor features needed by each kind of code for a pose."""
-every_way = pytest.mark.parametrize("way", WAYS)
+every_isa = pytest.mark.parametrize("isa", INSTRUCTION_SETS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
 """C code for functions with many branches: scalar code, and vector code with two full vectors."""
-EVERY_WAY = [(name, way) for name in COUNTS for way in FILLED.get(name, WAYS)]
+EVERY_ISA = [(name, isa) for name in COUNTS for isa in FILLED.get(name, INSTRUCTION_SETS)]
 
 
 @cache
@@ -85,21 +85,21 @@ def loadable(tmp_path_factory):
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 
 
-def compiled(folder, way, *flags, program=FASTEST, batches=True):
-    require_features(WAYS[way])
-    target = folder / f"{way}{''.join(flags)}{program}.so"
+def compiled(folder, isa, *flags, program=FASTEST, batches=True):
+    require_features(INSTRUCTION_SETS[isa])
+    target = folder / f"{isa}{''.join(flags)}{program}.so"
     if not target.exists():
         flags = ("-shared", "-fPIC", *flags, "-o", str(target), "-lm")
-        run_compiler(folder, way, program, *flags, batches=batches)
+        run_compiler(folder, isa, program, *flags, batches=batches)
     return ctypes.CDLL(str(target))
 
 
-def run_compiler(folder, way, program, *flags, batches=True):
+def run_compiler(folder, isa, program, *flags, batches=True):
     """Compiles scalar code and batches for a processor; any warning is an error."""
     sources = [f"{PREFIX}.c", *([f"{PREFIX}_batch.c"] if batches else [])]
     command = [
         *(program, "-O1", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
-        *("-Werror", "-Wno-psabi", *(f"-m{feature}" for feature in sorted(WAYS[way]))),
+        *("-Werror", "-Wno-psabi", *(f"-m{feature}" for feature in sorted(INSTRUCTION_SETS[isa]))),
         *(("-x", "c++") if program == "g++" else ()),
         *(*sources, *flags),
     ]
@@ -194,10 +194,10 @@ def references(name):
     return inputs, [oracle([x[k] for x in inputs]) for k in range(ROWS)]
 
 
-@pytest.mark.parametrize(("name", "way"), EVERY_WAY)
-def test_every_branch_matches_40_digit_reference(name, way, sources, many_sources):
-    function, batches = branched_function(name), name not in MANY or way != "plain"
-    library = compiled(many_sources.get(name, sources), way, batches=batches)
+@pytest.mark.parametrize(("name", "isa"), EVERY_ISA)
+def test_every_branch_matches_40_digit_reference(name, isa, sources, many_sources):
+    function, batches = branched_function(name), name not in MANY or isa != "plain"
+    library = compiled(many_sources.get(name, sources), isa, batches=batches)
     inputs, exact_rows = references(name)
     together = batch(library, function, inputs) if batches else None
     for k, expected in enumerate(exact_rows):
@@ -209,9 +209,9 @@ def test_every_branch_matches_40_digit_reference(name, way, sources, many_source
                 assert apart(got, exact) <= NEAR_ROOT
 
 
-@every_way
-def test_solutions_reach_the_target(way, sources):
-    library, fk = compiled(sources, way), chasles.load("ur5e").fk
+@every_isa
+def test_solutions_reach_the_target(isa, sources):
+    library, fk = compiled(sources, isa), chasles.load("ur5e").fk
     targets = poses(200, seed=3)
     for T in targets:
         q, residual, margin = one(library, branched_function("ik"), [T])
@@ -227,9 +227,9 @@ def test_solutions_reach_the_target(way, sources):
     assert (margin < 0).all()
 
 
-@every_way
-def test_nan_invalidates_its_own_row_alone(way, sources):
-    library, targets = compiled(sources, way), poses(19)
+@every_isa
+def test_nan_invalidates_its_own_row_alone(isa, sources):
+    library, targets = compiled(sources, isa), poses(19)
     clean = batch(library, branched_function("ik"), [targets])
     for row, entry in itertools.product(range(19), (0, 3, 7)):
         spoiled = targets.copy()
@@ -242,9 +242,9 @@ def test_nan_invalidates_its_own_row_alone(way, sources):
             assert not (residual <= 1e-9).any()
 
 
-@every_way
-def test_output_may_alias_input(way, sources):
-    library, T = compiled(sources, way), poses(1)[0]
+@every_isa
+def test_output_may_alias_input(isa, sources):
+    library, T = compiled(sources, isa), poses(1)[0]
     expected, *_ = one(library, branched_function("ik"), [T])
     q, residual, margin = np.zeros(48), np.zeros(8), np.zeros(8)
     q[:16] = T.ravel()
@@ -270,12 +270,12 @@ def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
     run_compiler(sources, "avx2", FASTEST, "-fsyntax-only", *flags)
 
 
-@pytest.mark.parametrize(("program", "way"), [("g++", "plain"), ("g++", "avx512")])
-def test_other_compilers_give_exact_results(program, way, sources, arm_sources):
+@pytest.mark.parametrize(("program", "isa"), [("g++", "plain"), ("g++", "avx512")])
+def test_other_compilers_give_exact_results(program, isa, sources, arm_sources):
     """The arm's solutions are exact; batches and other functions compile without a warning."""
     path_of(program)
-    assert_exact(compiled(arm_sources, way, program=program, batches=False))
-    run_compiler(sources, way, program, "-fsyntax-only")
+    assert_exact(compiled(arm_sources, isa, program=program, batches=False))
+    run_compiler(sources, isa, program, "-fsyntax-only")
 
 
 def test_loaded_branch_functions_have_expected_shapes(loadable):

@@ -20,7 +20,7 @@ int is_certified(const double *T)
   chasles_general_six six;
   chasles_general_found found;
   chasles_general_set(&NAME_ik_tables, NULL, &six);
-  return chasles_general_by_splits(&six, T, &found);
+  return chasles_general_by_orders(&six, T, &found);
 }
 int count_verdicts(const double *T, const double *q, int count, int verdict)
 {
@@ -30,11 +30,11 @@ int count_verdicts(const double *T, const double *q, int count, int verdict)
   double root[16];
   int such = 0;
   chasles_general_set(arm, NULL, &six);
-  for (int k = 0; k < arm->splits; k++) {
-    const int joint = arm->split[k].joint[2];
+  for (int k = 0; k < arm->orders; k++) {
+    const int joint = arm->order[k].joint[2];
     for (int i = 0; i < count; i++)
-      root[i] = arm->split[k].sense * chasles_general_direction(&six, joint) * q[6 * i + joint];
-    chasles_general_eliminate(&six, arm->split + k, T, &system);
+      root[i] = arm->order[k].sense * chasles_general_direction(&six, joint) * q[6 * i + joint];
+    chasles_general_eliminate(&six, arm->order + k, T, &system);
     such += chasles_polish_are_all(&system, root, count) == (chasles_polish_verdict)verdict;
   }
   return such;

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from chasles.derive.inverse.general.elimination_choice import choice_at, slides_of
 from chasles.derive.inverse.general.raghavan_roth import numbers
-from chasles.derive.inverse.general.split_choice import choice_at, slides_of
 from chasles.derive.inverse.nominal_convergence import Sampled
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
@@ -136,7 +136,7 @@ def test_split_joints_separate_the_solutions(robot):
     nominal = found.solved["ik_nominal"].function
     apart = Sampled.of(robot, found.classification.lines, nominal).separations
     assert max(apart[:3]) < 1e-6 < SEPARATE < min(apart[3:])
-    joints = [split.joints[2] for split in choice_at(numbers(robot), apart=apart).splits]
+    joints = [order.joints[2] for order in choice_at(numbers(robot), apart=apart).orders]
     assert sorted(joints[:3]) == [3, 4, 5]
-    without = [split.joints[2] for split in choice_at(numbers(robot)).splits]
+    without = [order.joints[2] for order in choice_at(numbers(robot)).orders]
     assert without != joints

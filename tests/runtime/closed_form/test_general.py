@@ -10,8 +10,8 @@ import pytest
 
 import chasles
 from chasles.derive import read
+from chasles.derive.inverse.general.elimination_choice import choose, length
 from chasles.derive.inverse.general.raghavan_roth import numbers
-from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
 from tests.support.compiling import COMPILER, compiled
 from tests.support.derivations import description
@@ -120,11 +120,11 @@ def test_valid_solutions_reach_pose_and_are_distinct(robot):
 
 
 def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
-    split = choose(read(description(robot.name))).splits[0]
+    order = choose(read(description(robot.name))).orders[0]
     solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
     assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
     for q, count in zip(solutions.q, solutions.count, strict=True):
-        assert (np.diff(q[:count, split.joints[2]]) >= 0).all()
+        assert (np.diff(q[:count, order.joints[2]]) >= 0).all()
 
 
 def test_solution_count_matches_multi_start_newton(robot):

@@ -12,7 +12,7 @@ import pytest
 import chasles
 from chasles import so3
 from chasles.closed_form import refinement
-from chasles.closed_form.refinement import Refinement, Ways, ways_down
+from chasles.closed_form.refinement import DescentStarts, Refinement, descent_starts
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.oracles.verdict import residuals
 
@@ -55,7 +55,7 @@ def stationary(iteration, T, q):
 
 
 def ways_of(iteration, T, q):
-    return ways_down(lambda row, q: size_and_slope(iteration, T[row], q), q, ALL)
+    return descent_starts(lambda row, q: size_and_slope(iteration, T[row], q), q, ALL)
 
 
 @pytest.mark.parametrize("bend", [0.2, 0.05, 0.01, 0.002])
@@ -66,9 +66,9 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
     half, slope = size_and_slope(ur5e, T, between)
     stands = np.flatnonzero((np.sqrt(half) > bend**2 / 100) & (np.abs(slope).max(-1) < 1e-12))
     assert len(stands) >= 30
-    ways = ways_of(ur5e, T[stands], between[stands])
-    np.testing.assert_array_equal(ways.row, np.tile(np.arange(len(stands)), 2))
-    found, left = ur5e.newton(T[stands[ways.row]], ways.q)
+    starts = ways_of(ur5e, T[stands], between[stands])
+    np.testing.assert_array_equal(starts.row, np.tile(np.arange(len(stands)), 2))
+    found, left = ur5e.newton(T[stands[starts.row]], starts.q)
     assert left.max() < 1e-13
     elbows = np.sort(found[:, ELBOW].reshape(2, -1), axis=0)
     np.testing.assert_allclose(elbows, np.outer([-bend, bend], np.ones(len(stands))), atol=1e-8)
@@ -95,9 +95,9 @@ def test_descent_starts_skip_points_with_open_loops():
         is_open = (row == 1) & (q != 0.0).any(-1)
         return f, np.where(is_open[:, None], np.nan, q * [-1.0, 1.0, 1.0])
 
-    ways = ways_down(saddles, np.zeros((2, 3)), [0, 1, 2])
-    np.testing.assert_array_equal(ways.row, [0, 0])
-    np.testing.assert_allclose(np.sort(ways.q, axis=0), [[-1.0, 0, 0], [1.0, 0, 0]], atol=1e-12)
+    starts = descent_starts(saddles, np.zeros((2, 3)), [0, 1, 2])
+    np.testing.assert_array_equal(starts.row, [0, 0])
+    np.testing.assert_allclose(np.sort(starts.q, axis=0), [[-1.0, 0, 0], [1.0, 0, 0]], atol=1e-12)
 
 
 def moved(T, twist):
@@ -126,7 +126,7 @@ def test_saddle_answers_are_refined_to_solutions(drawn, monkeypatch):
     assert found.claimed.any(axis=1).all()
 
     def none(gradients, q, free):
-        return Ways(np.zeros(0, int), q[:0])
+        return DescentStarts(np.zeros(0, int), q[:0])
 
-    monkeypatch.setattr(refinement, "ways_down", none)
+    monkeypatch.setattr(refinement, "descent_starts", none)
     assert not drawn.refined(lost).claimed.any(axis=1).all()

@@ -54,9 +54,9 @@ def weighted(mechanism):
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []
-    for closer in mechanism.closers:
-        assert isinstance(closer, Closure)
-        assert closer.kind == "pin"
+    for loop_joint in mechanism.loop_joints:
+        assert isinstance(loop_joint, Closure)
+        assert loop_joint.kind == "pin"
         weights += [1, 1, 1, size, size]
     weights = np.array(weights)
     return (

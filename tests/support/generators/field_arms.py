@@ -90,9 +90,9 @@ class FieldCase(Case):
         return chasles.load(self.folder)
 
     @property
-    def tier(self) -> str:
+    def method(self) -> str:
         """Whether the inverse is exact, refined or general."""
-        return read_manifest(self.folder).inverse.tier
+        return read_manifest(self.folder).inverse.method
 
     @cached_property
     def screws(self) -> Screws:

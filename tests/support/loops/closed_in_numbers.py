@@ -53,7 +53,7 @@ class Model:
         }
         self.places = {
             c.name: (pose(c.a.placement, values), pose(c.b.placement, values))
-            for c in mechanism.closers
+            for c in mechanism.loop_joints
         }
         self.length = {s.name: float(s.length.xreplace(values)) for s in mechanism.struts}
         self.moves = {
@@ -90,20 +90,20 @@ class Model:
     def tip(self, q, u):
         return self.poses(q, u)[self.mechanism.tool_body] @ self.tool
 
-    def ends(self, closer, q, u):
+    def ends(self, loop_joint, q, u):
         T = self.poses(q, u)
-        A, B = self.places[closer.name]
-        return T[closer.a.body], T[closer.a.body] @ A, T[closer.b.body] @ B
+        A, B = self.places[loop_joint.name]
+        return T[loop_joint.a.body], T[loop_joint.a.body] @ A, T[loop_joint.b.body] @ B
 
     def residual(self, q, u):
         parts = [np.zeros(0)]
-        for closer in self.mechanism.closers:
-            _, A, B = self.ends(closer, q, u)
-            if isinstance(closer, Strut):
-                length = self.length[closer.name] + self.values(q, u).get(closer.name, 0.0)
+        for loop_joint in self.mechanism.loop_joints:
+            _, A, B = self.ends(loop_joint, q, u)
+            if isinstance(loop_joint, Strut):
+                length = self.length[loop_joint.name] + self.values(q, u).get(loop_joint.name, 0.0)
                 parts.append([np.linalg.norm(B[:3, 3] - A[:3, 3]) - length])
             else:
-                assert closer.kind == "pin"
+                assert loop_joint.kind == "pin"
                 apart = np.linalg.inv(A) @ B
                 parts.append([*apart[:3, 3], *apart[:2, 2]])
         return np.concatenate(parts)

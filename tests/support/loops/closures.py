@@ -36,7 +36,7 @@ class Model:
         }
         self._places = {
             c.name: (self._pose(c.a.placement), self._pose(c.b.placement))
-            for c in mechanism.closers
+            for c in mechanism.loop_joints
         }
         self.names = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
         for strut in mechanism.struts:
@@ -84,14 +84,14 @@ class Model:
         """Returns the closure errors (N, m): metre, and sines of angles."""
         T = self.poses(z)
         found = [np.zeros((len(z), 0))]
-        for closer in self.mechanism.closers:
-            A, B = self._places[closer.name]
-            body = T[closer.a.body]
-            A, B = body @ A, T[closer.b.body] @ B
-            if isinstance(closer, Strut):
-                found.append(self._strut_gap(closer, z, body, B[:, :3, 3] - A[:, :3, 3]))
+        for loop_joint in self.mechanism.loop_joints:
+            A, B = self._places[loop_joint.name]
+            body = T[loop_joint.a.body]
+            A, B = body @ A, T[loop_joint.b.body] @ B
+            if isinstance(loop_joint, Strut):
+                found.append(self._strut_gap(loop_joint, z, body, B[:, :3, 3] - A[:, :3, 3]))
             else:
-                found.append(_closure_gap(closer.kind, A, B))
+                found.append(_closure_gap(loop_joint.kind, A, B))
         return np.concatenate(found, axis=1)
 
     def gap(self, z):
@@ -159,7 +159,7 @@ class Model:
         if strut.ends == "ball":
             return None
         T = self.poses(np.zeros((1, len(self.names))))
-        a, b = (self.mechanism.way(frame.body) for frame in (strut.a, strut.b))
+        a, b = (self.mechanism.path_to(frame.body) for frame in (strut.a, strut.b))
         own = [joint for joint in (*a, *b) if (joint in a) != (joint in b)]
         order = [joint for joint in self.mechanism.joints if joint in own]
         turning = next((joint for joint in order if joint.kind == "revolute"), None)

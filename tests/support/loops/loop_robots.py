@@ -54,7 +54,7 @@ def random_rates(name, n, seed=1):
 def held(name, z):
     """Whether configurations are far enough from dead points."""
     m = model(name)
-    if not m.mechanism.closers:
+    if not m.mechanism.loop_joints:
         return np.ones(len(z), dtype=bool)
     return np.linalg.svd(m.D_z(z)[..., m.unknown], compute_uv=False)[:, -1] > HELD
 

@@ -69,18 +69,18 @@ def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
     """
     size = float(f"{numbers.size:.3g}")
     found = []
-    for closer in numbers.mechanism.closers:
+    for loop_joint in numbers.mechanism.loop_joints:
         A, B = (
             _body(numbers, frame.body, values) @ numbers.pose(frame.placement)
-            for frame in (closer.a, closer.b)
+            for frame in (loop_joint.a, loop_joint.b)
         )
         d = B[:3, 3] - A[:3, 3]
-        if isinstance(closer, Strut):
-            length = numbers.number(closer.length) + values.get(closer.name, 0.0)
+        if isinstance(loop_joint, Strut):
+            length = numbers.number(loop_joint.length) + values.get(loop_joint.name, 0.0)
             found.append(ca.norm_2(d) - length)
             continue
-        if not isinstance(closer, Closure) or closer.kind != "pin":
-            raise NotImplementedError(closer)
+        if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
+            raise NotImplementedError(loop_joint)
         found += [d, size * (A[:3, :2].T @ B[:3, 2])]
     return found
 
@@ -88,7 +88,7 @@ def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
 def _body(numbers: Multistart, name: str, values: dict[str, ca.SX]) -> ca.SX:
     """Returns the pose of a body in the base frame."""
     T = ca.SX.eye(4)
-    for joint in numbers.mechanism.way(name):
+    for joint in numbers.mechanism.path_to(name):
         _, before, after = numbers.around(joint)
         motion = ca.SX.eye(4) if joint.kind == "fixed" else _motion(joint, values[joint.name])
         T = T @ before @ motion @ after

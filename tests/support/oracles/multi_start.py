@@ -33,16 +33,16 @@ Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 class Loop:
     """A numeric closure or strut, with the joints on both sides of its loop."""
 
-    def __init__(self, numbers: "Multistart", closer: Closure | Strut) -> None:
+    def __init__(self, numbers: "Multistart", loop_joint: Closure | Strut) -> None:
         """Finds the joints that are on only one of the two paths to the base."""
-        ways = [numbers.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
-        while ways[0] and ways[1] and ways[0][0] is ways[1][0]:
-            ways = [way[1:] for way in ways]
-        self.closer = closer
-        self.length = 0.0 if isinstance(closer, Closure) else numbers.number(closer.length)
-        self.ways = [[numbers.around(joint) for joint in way] for way in ways]
-        self.ends = [numbers.pose(frame.placement) for frame in (closer.a, closer.b)]
-        self.joints = {j.name for way in ways for j in way if j.kind != "fixed"}
+        paths = [numbers.mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
+        while paths[0] and paths[1] and paths[0][0] is paths[1][0]:
+            paths = [path[1:] for path in paths]
+        self.loop_joint = loop_joint
+        self.length = 0.0 if isinstance(loop_joint, Closure) else numbers.number(loop_joint.length)
+        self.paths = [[numbers.around(joint) for joint in path] for path in paths]
+        self.ends = [numbers.pose(frame.placement) for frame in (loop_joint.a, loop_joint.b)]
+        self.joints = {j.name for path in paths for j in path if j.kind != "fixed"}
         self.size = numbers.size
 
     def points(
@@ -50,10 +50,10 @@ class Loop:
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Returns both end points (n, 3) and their derivatives (n, 3, unknown)."""
         points, slopes = [], []
-        for way, end in zip(self.ways, self.ends, strict=True):
+        for path, end in zip(self.paths, self.ends, strict=True):
             T = np.broadcast_to(np.eye(4), (count, 4, 4))
             axes = {}
-            for joint, before, after in way:
+            for joint, before, after in path:
                 T = T @ before
                 if joint.kind != "fixed":
                     axes[joint.name] = joint, T
@@ -77,9 +77,9 @@ class Loop:
         """Returns closure errors (n, m) relative to the size, and derivatives (n, m, unknown)."""
         (a, b), (A, B) = self.points(values, unknown, count)
         d, D = (a - b) / self.size, (A - B) / self.size
-        if isinstance(self.closer, Closure):
+        if isinstance(self.loop_joint, Closure):
             return d, D
-        length = self.length + values.get(self.closer.name, 0.0)
+        length = self.length + values.get(self.loop_joint.name, 0.0)
         far = np.linalg.norm(d, axis=-1)
         slope = np.einsum("ni,nik->nk", d, D) / np.where(far > 0, far, 1.0)[:, None]
         return (far - length / self.size)[:, None], slope[:, None]
@@ -106,7 +106,7 @@ class Multistart:
         self.mechanism = mechanism
         self.given = {p.symbol: p.value for p in mechanism.parameters}
         placements = [p for j in mechanism.joints for p in (j.before, j.after)]
-        placements += [f.placement for c in mechanism.closers for f in (c.a, c.b)]
+        placements += [f.placement for c in mechanism.loop_joints for f in (c.a, c.b)]
         lengths = [self.number(strut.length) for strut in mechanism.struts]
         lengths += [float(np.linalg.norm(self.pose(p)[:3, 3])) for p in placements]
         self.size = max(lengths)
@@ -114,7 +114,7 @@ class Multistart:
         self.chain = [joint.name for joint in mechanism.main_chain.moving]
         self.joints = {j.name: j for j in mechanism.joints if j.kind != "fixed"}
         self.cylinders = {s.name: s for s in mechanism.struts if s.is_cylinder}
-        self.loops = [Loop(self, closer) for closer in mechanism.closers]
+        self.loops = [Loop(self, loop_joint) for loop_joint in mechanism.loop_joints]
 
     def number(self, value: sp.Expr) -> float:
         """Evaluates an expression at the parameter values."""
@@ -205,7 +205,7 @@ class Multistart:
         for part in choice:
             values |= part
         for loop in self.loops:
-            name = loop.closer.name
+            name = loop.loop_joint.name
             if name in self.cylinders and name not in values:
                 at = {n: np.array([v]) for n, v in values.items()}
                 far = float(loop.distance(at, 1)[0])
@@ -217,7 +217,7 @@ class Multistart:
         return [
             loop
             for loop in self.loops
-            if loop.closer.name not in self.cylinders or loop.closer.name in given
+            if loop.loop_joint.name not in self.cylinders or loop.loop_joint.name in given
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
@@ -353,7 +353,7 @@ class Multistart:
         """Returns the swing angles of struts on pins, in the frames of their start bodies."""
         found = {}
         for loop in self.loops:
-            strut = loop.closer
+            strut = loop.loop_joint
             if isinstance(strut, Closure) or strut.ends == "ball":
                 continue
             T = [
@@ -367,7 +367,7 @@ class Multistart:
     def body(self, name: str, mode: Mapping[str, float]) -> np.ndarray:
         """Returns the pose (4, 4) of a body in the base frame."""
         T = np.eye(4)
-        for joint in self.mechanism.way(name):
+        for joint in self.mechanism.path_to(name):
             _, before, after = self.around(joint)
             motion = _motion(joint, np.array([mode.get(joint.name, 0.0)]), 1)[0]
             T = T @ before @ motion @ after

@@ -82,15 +82,15 @@ class MjcfFile:
 
     def _between(self, ends: Ends, name: str) -> Described:
         carried = {joint.child: joint for joint in self.bodies.joints}
-        way = [carried[joint.child] for joint in self.tree.path(ends.base, ends.tip) or ()]
-        closers = self.loops.through(way)
-        if closers:
-            return self._with_loops(ends, name, closers)
-        self.loops.check_laws(way, is_in_a_tree=False)
-        check_leaders(way, ends)
+        path = [carried[joint.child] for joint in self.tree.path(ends.base, ends.tip) or ()]
+        loop_joints = self.loops.through(path)
+        if loop_joints:
+            return self._with_loops(ends, name, loop_joints)
+        self.loops.check_laws(path, is_in_a_tree=False)
+        check_leaders(path, ends)
         base = identifier(ends.base)
-        joints = outwards([joint.joint() for joint in way], base)
-        pulled, motors = tendon_couplings(self.model.drives, way)
+        joints = outwards([joint.joint() for joint in path], base)
+        pulled, motors = tendon_couplings(self.model.drives, path)
         return SerialRobot(
             name,
             tuple(replace(joint, parent="") for joint in joints),
@@ -98,16 +98,20 @@ class MjcfFile:
             self._source(ends),
             base_frame=base,
             tool_frame=identifier(ends.tip),
-            notes=(*ends.notes, *self._notes(way, closers, [motor.name for motor in motors])),
-            couplings=(*(joint.coupling for joint in way if joint.coupling), *pulled),
+            notes=(*ends.notes, *self._notes(path, loop_joints, [motor.name for motor in motors])),
+            couplings=(*(joint.coupling for joint in path if joint.coupling), *pulled),
             motors=motors,
         )
 
-    def _with_loops(self, ends: Ends, name: str, closers: Sequence[Closure | Strut]) -> Described:
+    def _with_loops(
+        self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
+    ) -> Described:
         """Returns a robot with loops: first from the common ancestor, then from the base."""
-        links = {ends.base, ends.tip, *self.loops.links(closers)}
+        links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
-        connected = {joint.child for link in links for joint in self.tree.way(root, link) or ()}
+        connected = {
+            joint.child for link in links for joint in self.tree.path_down(root, link) or ()
+        }
         tree = [joint for joint in self.bodies.joints if joint.child in connected]
         self.loops.check_laws(tree, is_in_a_tree=True)
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
@@ -115,15 +119,17 @@ class MjcfFile:
             name=name,
             joints=tuple(joint.joint() for joint in tree),
             actuated=self.loops.actuated(tree),
-            closures=tuple(closer for closer in closers if isinstance(closer, Closure)),
-            struts=tuple(closer for closer in closers if isinstance(closer, Strut)),
+            closures=tuple(
+                loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Closure)
+            ),
+            struts=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)),
             tool_body=tool_frame,
             title=self.model.name,
             source=self._source(ends),
             base_frame=identifier(root),
             tool_frame=tool_frame,
             reference=self.loops.reference(tree),
-            notes=(*ends.notes, *self._notes(tree, closers)),
+            notes=(*ends.notes, *self._notes(tree, loop_joints)),
             springs=self.loops.springs(tree),
         )
         return between(found, base_frame, tool_frame, str(self.file))
@@ -134,7 +140,7 @@ class MjcfFile:
     def _notes(
         self,
         tree: Sequence[BodyJoint],
-        closers: Sequence[object],
+        loop_joints: Sequence[object],
         tendons: Collection[str] = (),
     ) -> Iterator[str]:
         """Yields notes on the joints of a robot and on omitted parts of the model."""
@@ -144,7 +150,7 @@ class MjcfFile:
         yield from drives.notes([j.name for j in tree], [j.child for j in tree], tendons)
         # Passive loop joints need no limits.
         named = [
-            j.name for j in tree if j.is_unlimited and (not closers or j.name in drives.joints)
+            j.name for j in tree if j.is_unlimited and (not loop_joints or j.name in drives.joints)
         ]
         yield from without_limits(named)
 
@@ -152,14 +158,14 @@ class MjcfFile:
         raise file_error(str(self.file), None, field, value, expected) from None
 
 
-def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:
+def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
     """Raises an error for a coupled joint whose leader is outside the chain.
 
     Raises:
         NoChain: If a coupled joint has its leader outside the chain.
     """
-    names = {joint.name for joint in way}
-    for joint in way:
+    names = {joint.name for joint in path}
+    for joint in path:
         if joint.leader and joint.leader not in names:
             expected = leader_between(joint.name, ends)
             raise NoChain("joint equality", joint.leader, expected)

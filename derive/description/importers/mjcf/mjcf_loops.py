@@ -62,13 +62,13 @@ class ModelLoops:
         self.equalities = tuple(self._as_rod(equality, read) for equality in read)
         self.notes: list[str] = []
 
-    def through(self, way: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
+    def through(self, path: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
         """Returns the closures of all loops connected to a chain by shared moving joints.
 
         Raises:
             DescriptionError: A loop is not supported.
         """
-        moving = {joint.name for joint in way if joint.kind != "fixed"}
+        moving = {joint.name for joint in path if joint.kind != "fixed"}
         found: list[_Equality] = []
         left = list(self.equalities)
         while meeting := [e for e in left if moving & {j.name for j in self._around(e)}]:
@@ -79,9 +79,9 @@ class ModelLoops:
         found.sort(key=self.equalities.index)
         return tuple(_closures(found))
 
-    def links(self, closers: Iterable[Closure | Strut]) -> set[str]:
+    def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
         """Returns the links attached to closures and rods."""
-        names = {closer.name for closer in closers}
+        names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}
 
@@ -149,10 +149,10 @@ class ModelLoops:
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
         """Returns the tree joints between the two bodies of an equality."""
-        to_a, to_b = (self._way(end.link) for end in (equality.a, equality.b))
+        to_a, to_b = (self._path_to(end.link) for end in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
-    def _way(self, link: str) -> list[BodyJoint]:
+    def _path_to(self, link: str) -> list[BodyJoint]:
         found = []
         while link in self.carried:
             found.append(self.carried[link])
@@ -165,7 +165,7 @@ class ModelLoops:
         """Converts a ``connect`` of a body on a ball joint to a rod; ignores other equalities."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
-                ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
+                ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
                 if ball is not None and self._is_rod(ball, equality, others):
                     xyz = self._from_ball(ball, rod)
                     far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
@@ -186,7 +186,7 @@ class ModelLoops:
     def _from_ball(self, ball: BodyJoint, point: _End) -> Vector:
         """Returns a point on a rod relative to the center of its ball joint."""
         x, y, z = point.xyz
-        for joint in self._way(point.link):
+        for joint in self._path_to(point.link):
             if joint is ball:
                 break
             if joint.rpy != ORIGIN:

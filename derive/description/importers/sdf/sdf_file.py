@@ -239,8 +239,8 @@ class SdfFile:
         around = {joint.name for joint in path if joint.kind != "fixed"}
         loops = []
         for joint in self.closing:
-            way = self.tree.path(*self._ends(joint)) or ()
-            loops.append({each.name for each in way if each.kind != "fixed"})
+            joints = self.tree.path(*self._ends(joint)) or ()
+            loops.append({each.name for each in joints if each.kind != "fixed"})
         return any(around & loop for loop in loops)
 
     # --- one joint ---

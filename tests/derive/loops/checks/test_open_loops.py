@@ -26,8 +26,8 @@ from chasles.derive import (
     read_text,
 )
 from chasles.derive.loops.checks.closable import doubts_of
-from chasles.derive.loops.closing import gaps
-from chasles.derive.loops.closing.gaps import open_loop
+from chasles.derive.loops.closing import open_loops
+from chasles.derive.loops.closing.open_loops import open_loop
 from chasles.derive.loops.closing.swapped_ends import doubtful_ends
 from chasles.derive.loops.model.numeric_mechanism import NumericMechanism
 from chasles.derive.model.mechanism import Closure
@@ -73,7 +73,7 @@ def spoilt_error(name, parameter, value):
     return error_of(with_parameter(mechanism(name), parameter, value))
 
 
-# --- gaps of open loops and remedies ---
+# --- closure errors of open loops, and remedies ---
 
 OFFER = re.compile(
     r"^    (\w+).*, now \S+ (?:mm|deg): (\S+)(?: to (\S+))? (mm|deg)( or more)?$", re.M
@@ -145,7 +145,7 @@ def test_loop_error_holds_gap_and_remedies():
     assert type(made) is LoopError
     error = pickle.loads(pickle.dumps(made))
     assert str(error) == str(made)
-    assert error.gap == pytest.approx(np.hypot(0.1, 0.35) - 0.33, abs=1e-6)
+    assert error.closure_error == pytest.approx(np.hypot(0.1, 0.35) - 0.33, abs=1e-6)
     assert {"b (coupler)", "c (rocker)"} < {remedy.name for remedy in error.remedies}
     assert error.file == ""
 
@@ -239,8 +239,8 @@ def test_error_states_excess_length_of_a_cylinder():
 
 
 def test_proposed_angles_are_wrapped_to_half_a_revolution():
-    assert gaps._wrapped(math.radians(-615.1), False) == pytest.approx(math.radians(104.9))
-    assert gaps._wrapped(-615.1, True) == -615.1
+    assert open_loops._wrapped(math.radians(-615.1), False) == pytest.approx(math.radians(104.9))
+    assert open_loops._wrapped(-615.1, True) == -615.1
 
 
 PIN_ACROSS = """
@@ -412,7 +412,7 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
     assert "'far' does not close" in stated
     assert "the axis of 'rocker' is 0.873 mrad out of parallel" in stated
     count = {"pin": "3 constraints are", "ball": "1 constraint is"}[kind]
-    assert f"{count} redundant; smallest achievable gaps: 'far' 1.72 mm" in stated
+    assert f"{count} redundant; smallest achievable closure errors: 'far' 1.72 mm" in stated
     assert ("0.873 mrad of misalignment" in stated) == (kind == "pin")
     assert 'closure = "least squares" at the top of the file' in stated
     assert message(with_a_tilted_rocker(kind, "least squares")) == ""
@@ -440,7 +440,7 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The direction of the closure gap is (1, -2), because the lever arm of the rod is twice the
+    # The direction of the closure error is (1, -2), because the lever arm of the rod is twice the
     # lever arm of the third crank.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated

@@ -71,14 +71,14 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
     const int first = least[0] < square, second = least[LANES] < square;
     if (!(nominal < POLISH_REACH)) {
         const int nearly = nominal < POLISH_DEVIATIONS(10.0) && least[LANES] < 9.0 * square;
-        return first && (second || nearly) ? POLISH_FEW_WAYS : 0;
+        return first && (second || nearly) ? POLISH_FEW_DIRECTIONS : 0;
     }
     if (is_distinct && residual <= POLISH_SETTLED && !first)
         return 0;
     /* With fewer than six joints, only some branches reach the pose. */
     if (POLISH_N < 6 && !(residual <= POLISH_SETTLED) && !first)
         return 0;
-    return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_WAYS;
+    return nominal > POLISH_FOLD && !second ? 1 : POLISH_FEW_DIRECTIONS;
 }
 #endif
 
@@ -158,7 +158,8 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
         for (int i = 0; i < POLISH_N; i++)
             q[POLISH_N * k + i] = NAN;
     }
-    s->in = in, s->q = q, s->residual = residual, s->margin = margin, s->waiting = s->ways = 0;
+    s->in = in, s->q = q, s->residual = residual, s->margin = margin,
+    s->waiting = s->directions = 0;
     POLISH_NAME(mark)(s);
 #if POLISH_IS_SEARCHED
 #if POLISH_UNFOLDS
@@ -172,14 +173,14 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
-        int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
+        int directions = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
         /* If no branch has a solution, any branch may have the smallest residual. */
         if (s->count == 0 && isfinite(start.residual[k]))
-            ways = POLISH_FEW_WAYS;
-        is_unsure[k] = ways > 0;
-        s->ways = ways > s->ways ? ways : s->ways;
+            directions = POLISH_FEW_DIRECTIONS;
+        is_unsure[k] = directions > 0;
+        s->directions = directions > s->directions ? directions : s->directions;
     }
-    if (s->ways == 0 || !POLISH_NAME(is_rigid)(in))
+    if (s->directions == 0 || !POLISH_NAME(is_rigid)(in))
         return;
     for (int k = 0; k < POLISH_SLOTS; k++) {
         if (is_unsure[k] && !s->taken[k])

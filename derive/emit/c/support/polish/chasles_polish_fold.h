@@ -93,7 +93,7 @@ typedef struct {
 } POLISH_NAME(pairs);
 
 /* Returns whether a solution is known near a configuration. */
-static int POLISH_NAME(is_held)(const POLISH_NAME(search) * s, const double *q, double far2)
+static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q, double far2)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
         if (s->taken[k] && POLISH_NAME(apart2)(q, s->q + POLISH_N * k) < far2)
@@ -164,10 +164,10 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
         pairs->far2[pairs->count] = far2;
         for (int side = 0; side < 2; side++) {
             double *place = pairs->q[pairs->count][side];
-            const double way = ((side ? root : -root) - slope) / bend;
+            const double step = ((side ? root : -root) - slope) / bend;
             for (int i = 0; i < POLISH_N; i++)
-                place[i] = q[LANES * i] + way * along[LANES * i];
-            if (!POLISH_NAME(is_held)(s, place, far2))
+                place[i] = q[LANES * i] + step * along[LANES * i];
+            if (!POLISH_NAME(is_known)(s, place, far2))
                 POLISH_NAME(add)(s, place, slot[lane], start->margin[slot[lane]]);
         }
         pairs->count++;
@@ -209,8 +209,8 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
     if (s->waiting > 0)
         POLISH_NAME(follow)(s);
     for (int k = 0; k < pairs.count && is_clear; k++) {
-        is_clear = POLISH_NAME(is_held)(s, pairs.q[k][0], pairs.far2[k]) &&
-                   POLISH_NAME(is_held)(s, pairs.q[k][1], pairs.far2[k]);
+        is_clear = POLISH_NAME(is_known)(s, pairs.q[k][0], pairs.far2[k]) &&
+                   POLISH_NAME(is_known)(s, pairs.q[k][1], pairs.far2[k]);
     }
     return is_clear && s->count > 0 && s->count % 2 == 0 && s->count >= reached;
 }

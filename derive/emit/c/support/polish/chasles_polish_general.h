@@ -58,11 +58,11 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
  * no two roots near each other. The solutions are then complete. Certainly complex roots do not
  * count as solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
-                                    const chasles_general_split *split,
+                                    const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
 {
-    const int joint = split->joint[2], own = six->own[joint];
-    const double sign = split->sense * chasles_general_direction(six, joint);
+    const int joint = order->joint[2], own = six->own[joint];
+    const double sign = order->sense * chasles_general_direction(six, joint);
     int real = 0;
     for (int i = 0; i < roots->count; i++) {
         int near = 0;
@@ -88,10 +88,10 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
 /* Converts the known solutions to values of the suppressed joint of an elimination order. Returns
  * the number of values. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
-                              const chasles_general_split *split, double *root)
+                              const chasles_general_order *order, double *root)
 {
-    const int joint = split->joint[2], own = six->own[joint];
-    const double sign = split->sense * chasles_general_direction(six, joint);
+    const int joint = order->joint[2], own = six->own[joint];
+    const double sign = order->sense * chasles_general_direction(six, joint);
     int count = 0;
     for (int k = 0; k < POLISH_RESULTS; k++) {
         if (s->taken[k])
@@ -105,20 +105,20 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
  * elbow angle, for example, is the same on several branches. `system` receives the equations of the
  * last evaluated order, or remains null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
-                                                   const chasles_general_six *six, int splits,
+                                                   const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
-                                                   const chasles_general_split **asked)
+                                                   const chasles_general_order **asked)
 {
     double root[POLISH_RESULTS];
     chasles_polish_verdict verdict = CHASLES_UNCLEAR;
     *asked = NULL;
-    for (int k = 0; k < splits && verdict == CHASLES_UNCLEAR; k++) {
-        const chasles_general_split *split = six->arm->split + k;
-        const int count = POLISH_NAME(roots)(s, six, split, root);
+    for (int k = 0; k < orders && verdict == CHASLES_UNCLEAR; k++) {
+        const chasles_general_order *order = six->arm->order + k;
+        const int count = POLISH_NAME(roots)(s, six, order, root);
         if (!chasles_polish_may_be_all(root, count))
             continue;
-        chasles_general_eliminate(six, split, s->in, system);
-        *asked = split;
+        chasles_general_eliminate(six, order, s->in, system);
+        *asked = order;
         verdict = chasles_polish_are_all(system, root, count);
     }
     return verdict;
@@ -133,20 +133,20 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
 {
     chasles_general_system system;
     chasles_circle_roots roots;
-    const chasles_general_split *asked;
+    const chasles_general_order *asked;
     found->count = 0;
     /* If solutions are missing, no further elimination order can prove completeness. */
-    const int splits = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->splits;
-    if (POLISH_NAME(verdict)(s, six, splits, &system, &asked) == CHASLES_COMPLETE)
+    const int orders = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->orders;
+    if (POLISH_NAME(verdict)(s, six, orders, &system, &asked) == CHASLES_COMPLETE)
         return 1;
-    for (int k = 0; k < six->arm->splits; k++) {
-        const chasles_general_split *split = six->arm->split + k;
-        if (k > 0 || split != asked)
-            chasles_general_eliminate(six, split, s->in, &system);
-        const int is_sure = chasles_general_isolated(&system, &roots);
-        if (is_sure && POLISH_NAME(is_one_each)(s, six, split, &roots))
+    for (int k = 0; k < six->arm->orders; k++) {
+        const chasles_general_order *order = six->arm->order + k;
+        if (k > 0 || order != asked)
+            chasles_general_eliminate(six, order, s->in, &system);
+        const int is_certain = chasles_general_isolated(&system, &roots);
+        if (is_certain && POLISH_NAME(is_one_each)(s, six, order, &roots))
             return 1;
-        if (chasles_general_by_roots(six, s->in, split, &system, &roots, found) && is_sure &&
+        if (chasles_general_by_roots(six, s->in, order, &system, &roots, found) && is_certain &&
             (found->count > 0 || k > 0))
             return 1;
     }
@@ -178,9 +178,9 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
             return 0;
     }
     chasles_general_set(&POLISH_GENERAL, s->in + 16, &six);
-    const int is_sure = POLISH_NAME(solve_generally)(s, start, &six, &found);
+    const int is_certain = POLISH_NAME(solve_generally)(s, start, &six, &found);
     POLISH_NAME(add_found)(s, start, &six, &found);
-    return is_sure;
+    return is_certain;
 }
 
 /* Adds solutions near a nominal self-motion if some branches nearly reach the pose. */

@@ -14,7 +14,7 @@ typedef struct {
     double *q, *residual, *margin;
     int taken[POLISH_RESULTS]; /* whether the slot contains a new solution */
     int count;                 /* of these */
-    int ways;                  /* number of pose lines for branches with a known solution */
+    int directions;            /* number of pose lines for branches with a known solution */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
@@ -145,7 +145,7 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
 
 /* Computes a twist of about `size` (radian, or relative to the arm length), linear part first; its
  * direction differs for each index. */
-static void POLISH_NAME(direction)(int way, double size, double *u)
+static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
     /* The six axes of an icosahedron; these axes and their opposites are evenly distributed. */
     static const double axes[6][3] = {
@@ -153,16 +153,16 @@ static void POLISH_NAME(direction)(int way, double size, double *u)
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
     };
     for (int i = 0; i < 3; i++) {
-        u[i] = size * axes[(way + 2) % 6][i];
-        u[3 + i] = size * axes[way % 6][i];
+        u[i] = size * axes[(direction + 2) % 6][i];
+        u[3 + i] = size * axes[direction % 6][i];
     }
 }
 
 /* Computes the inputs for a nearby pose, displaced by such a twist. */
-static void POLISH_NAME(nearby)(const double *in, double size, int way, double *near)
+static void POLISH_NAME(nearby)(const double *in, double size, int direction, double *near)
 {
     double u[6];
-    POLISH_NAME(direction)(way, size, u);
+    POLISH_NAME(direction)(direction, size, u);
     const double a = 0.5 * u[3], b = 0.5 * u[4], c = 0.5 * u[5];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
     /* Uses Cayley's formula, so that the result is a rotation. */
@@ -201,9 +201,10 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
     double near[POLISH_INPUTS];
-    for (int way = 0; way < POLISH_WAYS && s->count < POLISH_RESULTS; way++) {
+    for (int direction = 0; direction < POLISH_DIRECTIONS && s->count < POLISH_RESULTS;
+         direction++) {
         for (int side = -1; side <= 1; side += 2) {
-            POLISH_NAME(nearby)(s->in, side * POLISH_AROUND * POLISH_DEVIATION, way, near);
+            POLISH_NAME(nearby)(s->in, side * POLISH_AROUND * POLISH_DEVIATION, direction, near);
             POLISH_NOMINAL(near, (double *)&other);
             for (int k = 0; k < POLISH_SLOTS; k++) {
                 if (is_unsure[k] && other.residual[k] < POLISH_START)
@@ -281,8 +282,8 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
     double q[POLISH_N];
     for (int i = 0; i < POLISH_N; i++) {
         const double from = ((const double *)before)[LANES * i + lane];
-        const double way = ((const double *)k->c.q)[LANES * i + lane] - from;
-        q[i] = from + part * remainder(way, 6.283185307179586);
+        const double change = ((const double *)k->c.q)[LANES * i + lane] - from;
+        q[i] = from + part * remainder(change, 6.283185307179586);
     }
     POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
 }
@@ -370,14 +371,15 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
     POLISH_NAME(curves) k;
     double near[POLISH_INPUTS], u[6];
     k.count = 0;
-    for (int way = 0; way < POLISH_WAYS && s->count < POLISH_RESULTS; way++) {
+    for (int direction = 0; direction < POLISH_DIRECTIONS && s->count < POLISH_RESULTS;
+         direction++) {
         const int known = s->count;
         int begun = 0;
-        POLISH_NAME(direction)(way, POLISH_HALF, u);
+        POLISH_NAME(direction)(direction, POLISH_HALF, u);
         k.arrived = 0;
         for (k.side = -1; k.side <= 1; k.side += 2) {
             int starts = 0;
-            POLISH_NAME(nearby)(s->in, -k.side * POLISH_LINE * POLISH_DEVIATION, way, near);
+            POLISH_NAME(nearby)(s->in, -k.side * POLISH_LINE * POLISH_DEVIATION, direction, near);
             POLISH_NOMINAL(near, (double *)&other);
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
@@ -399,7 +401,7 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
         }
         if (s->waiting > 0)
             POLISH_NAME(follow)(s);
-        if (begun > 0 && s->count > 0 && s->count == known && way + 1 >= s->ways)
+        if (begun > 0 && s->count > 0 && s->count == known && direction + 1 >= s->directions)
             break;
     }
 }

@@ -101,8 +101,8 @@
 #define POLISH_STEPS 6
 #define POLISH_MAX_STEPS 30
 #define POLISH_MAX_STRIDES 60
-#define POLISH_WAYS 6
-#define POLISH_FEW_WAYS 2
+#define POLISH_DIRECTIONS 6
+#define POLISH_FEW_DIRECTIONS 2
 
 /* Offset [rad] from a fold point at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03

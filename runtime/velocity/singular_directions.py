@@ -43,7 +43,7 @@ class SingularityDistance(NamedTuple):
     type_2: FloatArray
 
 
-class SingularWayMethods(LoopMethods, SingularityMethods):
+class SingularDirectionMethods(LoopMethods, SingularityMethods):
     """Methods of robots with a velocity relation and a leg inverse."""
 
     @needs("velocity_relation")
@@ -79,13 +79,13 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         """
         method, n = "distance_to_singularity", len(self.chain_joints)
         start = self._reals(method, "theta", theta, (n,))
-        start, way = np.broadcast_arrays(start, self._reals(method, "direction", direction, (n,)))
-        batch, start, way = start.shape[:-1], start.reshape(-1, n), way.reshape(-1, n)
+        start, step = np.broadcast_arrays(start, self._reals(method, "direction", direction, (n,)))
+        batch, start, step = start.shape[:-1], start.reshape(-1, n), step.reshape(-1, n)
         slots = self._slots(start, q)
         rows = np.arange(len(start))
 
         def f(s: FloatArray, at: IntArray) -> tuple[FloatArray, FloatArray]:
-            there = start[at] + s[:, None] * way[at]
+            there = start[at] + s[:, None] * step[at]
             margin, determinant = self._values(there, slots[at])
             return margin.min(-1), determinant
 

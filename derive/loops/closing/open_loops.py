@@ -14,13 +14,13 @@ import numpy as np
 from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
-from ...model.tolerances import GAP, REPEATED_EQUATION
+from ...model.tolerances import CLOSED_LOOP, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
 from ..model.numeric_rows import NumericRows
 from .actuation import across, check_actuation
 from .closed_loops import ClosedLoops
 from .swapped_ends import swapped_ends
-from .tilted_pins import what_holds_it_open
+from .tilted_pins import explain_open_loop
 
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""
@@ -75,16 +75,16 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
     """
     bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
-    for closer in mechanism.closers:
-        tried.append(closer.name)
+    for loop_joint in mechanism.loop_joints:
+        tried.append(loop_joint.name)
         values = _closed(bodies, values, tried)
-        gap = bodies.gaps(values)[closer.name]
-        if not bodies.is_closed(gap) or not bodies.all_closed(values, tried):
-            return _loop_error(bodies, closer, values, tried)
+        closure_error = bodies.closure_errors(values)[loop_joint.name]
+        if not bodies.is_closed(closure_error) or not bodies.all_closed(values, tried):
+            return _loop_error(bodies, loop_joint, values, tried)
     return None
 
 
-def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
+def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
     """Returns the error, with advice, for loops that the solver did not close at the reference.
 
     Args:
@@ -95,17 +95,17 @@ def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionErr
     swapped = swapped_ends(mechanism)
     if found is not None:
         more = f"\n    Or {swapped}" if swapped else ""
-        cause = what_holds_it_open(mechanism)
+        cause = explain_open_loop(mechanism)
         text = f"robot {mechanism.name!r}: {found}{cause}{more}"
-        return LoopError(text, gap=found.gap, remedies=found.remedies)
+        return LoopError(text, closure_error=found.closure_error, remedies=found.remedies)
     if swapped:
         return type(error)(f"{error}\n    Perhaps {swapped}")
     bodies = NumericMechanism(mechanism)
-    for closer in mechanism.closers:
-        words = across(bodies, closer)
+    for loop_joint in mechanism.loop_joints:
+        words = across(bodies, loop_joint)
         if words:
-            return type(error)(f"{error} ({closer.name}: {words})")
-    names = [closer.name for closer in mechanism.closers]
+            return type(error)(f"{error} ({loop_joint.name}: {words})")
+    names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     at = _closed(bodies, bodies.values, names)
     actuation = _wrong_actuation(mechanism, at)
     if actuation is not None:
@@ -171,14 +171,16 @@ def _closed(
         if bodies.all_closed(trial, loops):
             return trial
         found.append(trial)
-    found.sort(key=lambda at: _gap(bodies, at, loops))
+    found.sort(key=lambda at: _misfit(bodies, at, loops))
     least = [bodies.nearest(at, bodies.unknown, loops, last) for at in (best, *found[:MAX_REFINED])]
-    return min(least, key=lambda at: _gap(bodies, at, loops))
+    return min(least, key=lambda at: _misfit(bodies, at, loops))
 
 
-def _gap(bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]) -> float:
-    gaps = bodies.gaps(values)
-    return max(gaps[name].distance / bodies.size + gaps[name].turn for name in loops)
+def _misfit(bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]) -> float:
+    closure_errors = bodies.closure_errors(values)
+    return max(
+        closure_errors[name].distance / bodies.size + closure_errors[name].turn for name in loops
+    )
 
 
 # --- remedies ---
@@ -186,27 +188,29 @@ def _gap(bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[
 
 def _loop_error(
     bodies: NumericMechanism,
-    closer: Closure | Strut,
+    loop_joint: Closure | Strut,
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> LoopError:
-    gap, words = _gap_in_words(bodies, closer, values)
-    head = f"the loop of {closer.name!r} does not close{_where(bodies, closer)}: {words}"
-    words = across(bodies, closer)
+    closure_error, words = _error_in_words(bodies, loop_joint, values)
+    head = f"the loop of {loop_joint.name!r} does not close{_where(bodies, loop_joint)}: {words}"
+    words = across(bodies, loop_joint)
     if words:
-        return LoopError(f"{head}; {words}", gap=gap)
-    remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
+        return LoopError(f"{head}; {words}", closure_error=closure_error)
+    remedies = sorted(
+        _remedies(bodies, loop_joint, values, loops), key=lambda r: _change(bodies, r)
+    )
     if not remedies:
         text = f"{head}; no single length, angle or coordinate of it closes the loop"
-        return LoopError(text, gap=gap)
+        return LoopError(text, closure_error=closure_error)
     lines = [f"    {remedy}" for remedy in remedies[:MAX_REMEDIES]]
     text = "\n".join([f"{head}. Any one of these closes it:", *lines])
-    return LoopError(text, gap=gap, remedies=tuple(remedies))
+    return LoopError(text, closure_error=closure_error, remedies=tuple(remedies))
 
 
-def _where(bodies: NumericMechanism, closer: Closure | Strut) -> str:
+def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
     """Lists the actuated coordinates of the loop at the reference."""
-    names = {name for name, _, _ in _candidates(bodies, closer)}
+    names = {name for name, _, _ in _candidates(bodies, loop_joint)}
     stated = [
         f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
         for c in bodies.mechanism.coordinates
@@ -215,36 +219,36 @@ def _where(bodies: NumericMechanism, closer: Closure | Strut) -> str:
     return f" at the reference ({', '.join(stated)})" if stated else " at the reference"
 
 
-def _gap_in_words(
-    bodies: NumericMechanism, closer: Closure | Strut, values: Mapping[str, float]
+def _error_in_words(
+    bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
     """Returns the closure error (metre) and its text, with the angle between the frames."""
-    _, _, d = bodies.ends(closer, values)
+    _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
-    if isinstance(closer, Strut):
-        length = bodies.length(closer, values)
+    if isinstance(loop_joint, Strut):
+        length = bodies.length(loop_joint, values)
         word = "too short" if distance > length else "too long"
         words = (
-            f"its ends on {closer.a.body} and {closer.b.body} are at best {shown(distance, True)} "
-            f"apart, but it is {shown(length, True)} long, {shown(abs(distance - length), True)}"
-            f" {word}"
+            f"its ends on {loop_joint.a.body} and {loop_joint.b.body} are at best"
+            f" {shown(distance, True)} apart, but it is {shown(length, True)} long,"
+            f" {shown(abs(distance - length), True)} {word}"
         )
         return abs(distance - length), words
-    gap = bodies.gaps(values)[closer.name]
-    parts = [shown(gap.distance, True)] if gap.distance > GAP * bodies.size else []
-    parts += [shown(gap.turn, False)] if gap.turn > GAP else []
+    error = bodies.closure_errors(values)[loop_joint.name]
+    parts = [shown(error.distance, True)] if error.distance > CLOSED_LOOP * bodies.size else []
+    parts += [shown(error.turn, False)] if error.turn > CLOSED_LOOP else []
     apart = f"are at best {' and '.join(parts)} apart"
-    words = f"its frames on {closer.a.body} and {closer.b.body} {apart}"
-    return float(gap.distance), words
+    words = f"its frames on {loop_joint.a.body} and {loop_joint.b.body} {apart}"
+    return float(error.distance), words
 
 
 def _remedies(
     bodies: NumericMechanism,
-    closer: Closure | Strut,
+    loop_joint: Closure | Strut,
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> Iterator[Remedy]:
-    for name, words, factor in _candidates(bodies, closer):
+    for name, words, factor in _candidates(bodies, loop_joint):
         found = _range(bodies, name, values, loops)
         if found is not None:
             now = values.get(name, bodies.constants.get(name, 0.0))
@@ -256,13 +260,13 @@ def _remedies(
 
 
 def _candidates(
-    bodies: NumericMechanism, closer: Closure | Strut
+    bodies: NumericMechanism, loop_joint: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
     """Yields the constants and actuated coordinates in a loop, each with description and factor."""
     mechanism = bodies.mechanism
-    ways = [mechanism.way(frame.body) for frame in (closer.a, closer.b)]
-    joints = [joint for way in ways for joint in way if not all(joint in w for w in ways)]
-    yield from _constants(bodies, closer, [joint.before for joint in joints])
+    paths = [mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
+    joints = [joint for path in paths for joint in path if not all(joint in w for w in paths)]
+    yield from _constants(bodies, loop_joint, [joint.before for joint in joints])
     for joint in joints:
         if offset_of(joint) in bodies.constants:
             yield (
@@ -270,40 +274,42 @@ def _candidates(
                 f"distance of joint {joint.name} from the origin of {joint.parent}",
                 1.0,
             )
-    moved = {joint.name for joint in joints} | {closer.name}
+    moved = {joint.name for joint in joints} | {loop_joint.name}
     for c in mechanism.coordinates:
         if c.moves in moved or _spans_moving(mechanism, c.moves, moved):
             yield c.moves, c.name, bodies.number(c.ratio)
 
 
 def _constants(
-    bodies: NumericMechanism, closer: Closure | Strut, placements: Sequence[Placement]
+    bodies: NumericMechanism, loop_joint: Closure | Strut, placements: Sequence[Placement]
 ) -> Iterator[tuple[str, str, float]]:
     if (
-        isinstance(closer, Strut)
-        and length_of(closer) in bodies.constants
-        and not closer.is_cylinder
+        isinstance(loop_joint, Strut)
+        and length_of(loop_joint) in bodies.constants
+        and not loop_joint.is_cylinder
     ):
-        yield length_of(closer), f"length of {closer.name}", 1.0
-    used = set().union(*map(symbols_of, (*placements, closer.a.placement, closer.b.placement)))
-    if isinstance(closer, Strut):
-        used |= closer.length.free_symbols
+        yield length_of(loop_joint), f"length of {loop_joint.name}", 1.0
+    used = set().union(
+        *map(symbols_of, (*placements, loop_joint.a.placement, loop_joint.b.placement))
+    )
+    if isinstance(loop_joint, Strut):
+        used |= loop_joint.length.free_symbols
     for parameter in bodies.mechanism.parameters:
         if parameter.symbol in used and parameter.kind != "ratio":
             meaning = f" ({parameter.meaning})" if parameter.meaning else ""
             yield parameter.name, f"{parameter.name}{meaning}", 1.0
-    for side, frame in (("a", closer.a), ("b", closer.b)):
-        if offset_of(closer, side) in bodies.constants:
-            words = f"distance of {closer.name}'s end {side} from the origin of {frame.body}"
-            yield offset_of(closer, side), words, 1.0
+    for side, frame in (("a", loop_joint.a), ("b", loop_joint.b)):
+        if offset_of(loop_joint, side) in bodies.constants:
+            words = f"distance of {loop_joint.name}'s end {side} from the origin of {frame.body}"
+            yield offset_of(loop_joint, side), words, 1.0
 
 
 def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
     """Whether a strut spans a moving joint of a loop."""
     for strut in mechanism.struts:
         if strut.name == name:
-            ways = {j.name for f in (strut.a, strut.b) for j in mechanism.way(f.body)}
-            return bool(ways & moved)
+            paths = {j.name for f in (strut.a, strut.b) for j in mechanism.path_to(f.body)}
+            return bool(paths & moved)
     return False
 
 

@@ -25,14 +25,14 @@ from ...model.tolerances import (
 from .line_quantities import Array
 from .raghavan_roth import (
     JOINTS,
+    EliminationOrder,
     LineEquations,
-    Split,
+    elimination_orders,
     equations,
     forward,
     is_fit,
     moved,
     numbers,
-    splits,
     suppressed,
 )
 
@@ -58,14 +58,14 @@ class Rating:
     """Rating of an elimination order.
 
     Attributes:
-        split: The split.
+        order: The elimination order.
         separations: Second smallest singular value of M divided by the largest, for each
             configuration, or NaN if the degree of det M is not 8.
         pairs: Smallest singular value of A divided by the largest, for each configuration. The
             matrix A determines the angles of joints 1 and 2.
     """
 
-    split: Split
+    order: EliminationOrder
     separations: tuple[float, ...]
     pairs: tuple[float, ...]
 
@@ -73,7 +73,7 @@ class Rating:
     def least(self) -> tuple[float, ...]:
         """Smaller value of ``separations`` and ``pairs`` at each configuration.
 
-        NaN propagates. NaN propagates.
+        NaN propagates.
         """
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
@@ -123,9 +123,9 @@ class Choice:
         return self.ratings[0].key[1]
 
     @property
-    def splits(self) -> tuple[Split, ...]:
+    def orders(self) -> tuple[EliminationOrder, ...]:
         """The elimination orders with the indices of the six free joints."""
-        return tuple(rating.split for rating in self.ratings)
+        return tuple(rating.order for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
@@ -137,20 +137,20 @@ def choose(robot: SerialRobot) -> Choice | None:
     Args:
         robot: The description.
     """
-    found = _best(robot, ways_to_give(robot))
+    found = _best(robot, sets_to_fix(robot))
     is_poor = found is None or found.separation < POOR_SEPARATION
     if not (slides_of(robot) and is_poor and len(robot.moving) == JOINTS + 1):
         return found
-    ways = [(k,) for k in range(len(robot.moving)) if is_fit(robot, (k,))]
-    return _best(robot, ways)
+    sets = [(k,) for k in range(len(robot.moving)) if is_fit(robot, (k,))]
+    return _best(robot, sets)
 
 
-def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
+def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
     """Returns the best-rated choice among several sets of fixed joints."""
-    if not ways:
+    if not sets:
         return None
     constants, slides = numbers(robot), slides_of(robot)
-    found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
+    found = [choice for given in sets if (choice := choice_at(constants, given, slides))]
     # Among equally good results, the joint nearest to the tool is fixed, because an operator can
     # set this joint easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
@@ -161,7 +161,7 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
     return frozenset(k for k, joint in enumerate(robot.moving) if joint.kind == "prismatic")
 
 
-def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
+def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
     """Returns the possible sets of fixed joints with six free joints.
 
     Prismatic joints and the revolute joints next to the base (as in a torso) are fixed first; the
@@ -174,12 +174,12 @@ def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
     if len(robot.moving) < JOINTS or len(robot.moving) > MAX_JOINTS:
         return []
     if surplus < 0:
-        ways = [(*given,) for given in combinations(slides, len(slides) + surplus)]
-        return [given for given in ways if is_fit(robot, given)]
+        sets = [(*given,) for given in combinations(slides, len(slides) + surplus)]
+        return [given for given in sets if is_fit(robot, given)]
     lasts: list[tuple[int, ...]] = [(k,) for k in turns[surplus - 1 :]] if surplus else [()]
     first = turns[: max(surplus - 1, 0)]
-    ways = [tuple(sorted((*slides, *first, *last))) for last in lasts]
-    return [given for given in ways if is_fit(robot, given)]
+    sets = [tuple(sorted((*slides, *first, *last))) for last in lasts]
+    return [given for given in sets if is_fit(robot, given)]
 
 
 def choice_at(
@@ -231,9 +231,9 @@ def _ratings(
     because solutions that agree in one joint may differ in another joint.
     """
 
-    def tells_apart(rating: Rating) -> tuple[bool, bool]:
-        joint = rating.split.joints[2]
-        is_new = all(joint != other.split.joints[2] for other in kept)
+    def separates(rating: Rating) -> tuple[bool, bool]:
+        joint = rating.order.joints[2]
+        is_new = all(joint != other.order.joints[2] for other in kept)
         return not apart or apart[joint] > SEPARATE, not apart or is_new
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
@@ -245,21 +245,21 @@ def _ratings(
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
             for rating in left
-            if not sliding.issuperset(rating.split.joints[:2])
+            if not sliding.issuperset(rating.order.joints[:2])
         ]
     kept: list[Rating] = []
     while left and len(kept) < MAX_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
-        best = max(left, key=lambda r: (tells_apart(r), len(r.good_at - known), r.key))
+        best = max(left, key=lambda r: (separates(r), len(r.good_at - known), r.key))
         if len(kept) >= KEPT and best.good_at <= known:
             break
         kept.append(best)
-        left = [rating for rating in left if _order(rating.split) != _order(best.split)]
+        left = [rating for rating in left if _numbering(rating.order) != _numbering(best.order)]
     return tuple(kept)
 
 
-def _order(split: Split) -> tuple[tuple[int, ...], int]:
-    return split.joints, split.sense
+def _numbering(order: EliminationOrder) -> tuple[tuple[int, ...], int]:
+    return order.joints, order.sense
 
 
 def _rated(
@@ -267,24 +267,24 @@ def _rated(
 ) -> list[Rating]:
     found: dict[tuple[tuple[int, ...], int], list[LineEquations]] = {}
     sliding = slides_left(slides, len(constants) - 1, given)
-    orders = {_order(split): split for split in splits(sliding)}
+    numbered = {_numbering(order): order for order in elimination_orders(sliding)}
     configured = configurations(len(constants) - 1, given)
     size = length(constants)
     for angles in configured:
         values = [_value_at(angle, size, k in slides) for k, angle in enumerate(angles)]
         six = without(constants, {k: moved(values[k], k in slides) for k in given})
         scaled = _scaled([*six, forward(six, _solved(values, given), sliding)], length(six))
-        for order, split in orders.items():
-            found.setdefault(order, []).append(equations(scaled[:-1], split, scaled[-1], sliding))
+        for key, order in numbered.items():
+            found.setdefault(key, []).append(equations(scaled[:-1], order, scaled[-1], sliding))
     stacked = {
-        order: LineEquations(np.stack([e.left for e in each]), np.stack([e.right for e in each]))
-        for order, each in found.items()
+        key: LineEquations(np.stack([e.left for e in each]), np.stack([e.right for e in each]))
+        for key, each in found.items()
     }
     q = np.array([_solved(angles, given) for angles in configured])
-    pairs = {order: _pairs(each) for order, each in stacked.items()}
+    pairs = {key: _pairs(each) for key, each in stacked.items()}
     return [
-        Rating(split, _separations(stacked[_order(split)], split, q), pairs[_order(split)])
-        for split in splits(sliding)
+        Rating(order, _separations(stacked[_numbering(order)], order, q), pairs[_numbering(order)])
+        for order in elimination_orders(sliding)
     ]
 
 
@@ -330,21 +330,21 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     return tuple(map(float, parts))
 
 
-def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, ...]:
+def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tuple[float, ...]:
     """Returns the second smallest singular value of M divided by the largest, at solutions.
 
     The result is NaN if the elimination order is unsuitable.
 
     Args:
         found: The equations (C, 14, 9) and (C, 3, 14, 9) of all poses.
-        split: The elimination order of the equations.
+        order: The elimination order of the equations.
         q: Joint values (C, 6) at each pose; only the suppressed angle is used.
     """
-    M = suppressed(found, split.halved)
+    M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     degrees = np.abs(np.fft.rfft(np.linalg.det(_at(turns, M[:, None]))))
     is_fit = degrees[:, DEGREE + 1 :].max(-1) < DETERMINANT_TAIL * degrees.max(-1)
-    sizes = np.linalg.svd(_at(split.sense * q[:, split.joints[2]], M), compute_uv=False)
+    sizes = np.linalg.svd(_at(order.sense * q[:, order.joints[2]], M), compute_uv=False)
     parts = np.full(len(q), np.nan)
     np.divide(sizes[:, -2], sizes[:, 0], out=parts, where=is_fit)
     return tuple(map(float, parts))

@@ -14,7 +14,12 @@ from numpy.typing import NDArray
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import GAP, MEASURED_STRUCTURE, REPEATED_AS_BUILT, REPEATED_EQUATION
+from ...model.tolerances import (
+    CLOSED_LOOP,
+    MEASURED_STRUCTURE,
+    REPEATED_AS_BUILT,
+    REPEATED_EQUATION,
+)
 from ..model.numeric_mechanism import NumericMechanism
 from ..model.numeric_rows import NumericRows
 from .actuation import overactuated_start, spare_actuators
@@ -26,7 +31,7 @@ REPORTED = 0.05
 
 
 @dataclass(frozen=True)
-class ResidualGaps:
+class LeastSquaresClosure:
     """Overconstrained loops that cannot all close.
 
     Attributes:
@@ -34,7 +39,8 @@ class ResidualGaps:
             actuated coordinates. The configuration lists joints and cylinders by name (radian or
             metre).
         repeated: Number of redundant constraints.
-        gaps: Descriptions of the gaps that remain at each closure or strut, widest gap first.
+        closure_errors: Description of the closure error that remains at each closure or strut,
+            largest error first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
             freedom.
         actuators: Number of actuators beyond the degrees of freedom. The loops then close only for
@@ -43,24 +49,26 @@ class ResidualGaps:
 
     at: Mapping[str, float]
     repeated: int
-    gaps: Mapping[str, str]
+    closure_errors: Mapping[str, str]
     spare: tuple[str, ...]
     actuators: int = 0
 
     def __str__(self) -> str:
-        """Returns text that describes the redundant constraints and the gaps."""
+        """Returns text that describes the redundant constraints and the closure errors."""
         if self.actuators:
             return f"{self.actuators} more actuators than degrees of freedom"
-        open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
+        open_ = ", ".join(
+            f"{name!r} {closure_error}" for name, closure_error in self.closure_errors.items()
+        )
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
-        message = f"{many} redundant; smallest achievable gaps: {open_}"
+        message = f"{many} redundant; smallest achievable closure errors: {open_}"
         if not self.spare:
             return message
         spare = " or ".join(map(repr, self.spare))
         return f"{message}; omitting {spare} adds no freedom"
 
 
-def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
+def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
     """Returns the overconstrained loops that cannot all close near the reference.
 
     The result is None if all loops close, if no equation is redundant, or if a closure error
@@ -68,13 +76,16 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     not independent.
     """
     bodies = NumericMechanism(mechanism)
-    closers = [closer.name for closer in mechanism.closers]
-    at = bodies.nearest(bodies.values, bodies.unknown, closers)
-    gaps = bodies.gaps(at)
-    if bodies.all_closed(at, closers) or not all(
-        max(gaps[closer.name].distance / bodies.size, gaps[closer.name].turn)
-        <= MEASURED_STRUCTURE * _joints(mechanism, closer)
-        for closer in mechanism.closers
+    loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
+    at = bodies.nearest(bodies.values, bodies.unknown, loop_joints)
+    closure_errors = bodies.closure_errors(at)
+    if bodies.all_closed(at, loop_joints) or not all(
+        max(
+            closure_errors[loop_joint.name].distance / bodies.size,
+            closure_errors[loop_joint.name].turn,
+        )
+        <= MEASURED_STRUCTURE * _joints(mechanism, loop_joint)
+        for loop_joint in mechanism.loop_joints
     ):
         return None
     rows = NumericRows(bodies)
@@ -85,24 +96,28 @@ def residual_gaps(mechanism: Mechanism) -> ResidualGaps | None:
     if _rank(every, REPEATED_AS_BUILT) > J.shape[1]:
         return None
     spare = tuple(
-        name for name in closers if _rank(J[owners != name], REPEATED_AS_BUILT) == J.shape[1]
+        name for name in loop_joints if _rank(J[owners != name], REPEATED_AS_BUILT) == J.shape[1]
     )
-    message = _message(bodies, mechanism.closers, at)
-    return ResidualGaps(at, J.shape[0] - J.shape[1], message, spare)
+    message = _message(bodies, mechanism.loop_joints, at)
+    return LeastSquaresClosure(at, J.shape[0] - J.shape[1], message, spare)
 
 
-def overactuated(mechanism: Mechanism) -> ResidualGaps | None:
+def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
     """Returns the loops of a platform with more actuators than freedoms; None for other robots."""
     try:
         spare = spare_actuators(ClosedLoops(mechanism))
     except DescriptionError:
         return None
-    return ResidualGaps(overactuated_start(mechanism), spare, {}, (), spare) if spare else None
+    return (
+        LeastSquaresClosure(overactuated_start(mechanism), spare, {}, (), spare) if spare else None
+    )
 
 
-def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, with its closure: each adds an error to the gap."""
-    one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
+def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
+    """Returns the number of joints in a loop, with its closure: each adds to the closure error."""
+    one, other = (
+        {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
+    )
     return len(one ^ other) + 1
 
 
@@ -113,33 +128,40 @@ def _rank(J: Floats, least: float) -> int:
 
 
 def _message(
-    bodies: NumericMechanism, closers: Sequence[Closure | Strut], at: Mapping[str, float]
+    bodies: NumericMechanism, loop_joints: Sequence[Closure | Strut], at: Mapping[str, float]
 ) -> dict[str, str]:
-    gaps = bodies.gaps(at)
-    sizes = {name: gap.distance / bodies.size + gap.turn for name, gap in gaps.items()}
+    closure_errors = bodies.closure_errors(at)
+    sizes = {
+        name: closure_error.distance / bodies.size + closure_error.turn
+        for name, closure_error in closure_errors.items()
+    }
     widest = max(sizes.values())
     found = {}
-    for closer in sorted(closers, key=lambda closer: -sizes[closer.name]):
-        if sizes[closer.name] < REPORTED * widest:
+    for loop_joint in sorted(loop_joints, key=lambda loop_joint: -sizes[loop_joint.name]):
+        if sizes[loop_joint.name] < REPORTED * widest:
             continue
-        gap, parts = gaps[closer.name], []
-        if gap.distance > GAP * bodies.size:
-            parts.append(f"{_distance(bodies, closer, at)}")
-        if gap.turn > GAP:
-            parts.append(f"{1e3 * gap.turn:.3g} mrad of misalignment")
-        found[closer.name] = " and ".join(parts)
+        closure_error, parts = closure_errors[loop_joint.name], []
+        if closure_error.distance > CLOSED_LOOP * bodies.size:
+            parts.append(f"{_distance(bodies, loop_joint, at)}")
+        if closure_error.turn > CLOSED_LOOP:
+            parts.append(f"{1e3 * closure_error.turn:.3g} mrad of misalignment")
+        found[loop_joint.name] = " and ".join(parts)
     return found
 
 
-def _distance(bodies: NumericMechanism, closer: Closure | Strut, at: Mapping[str, float]) -> str:
+def _distance(
+    bodies: NumericMechanism, loop_joint: Closure | Strut, at: Mapping[str, float]
+) -> str:
     """Describes a distance; for a pin, by its components along and across the pin axis."""
-    gap = bodies.gaps(at)[closer.name].distance
-    if isinstance(closer, Strut):
-        return f"{1e3 * gap:.3g} mm in length"
-    if closer.kind != "pin":
-        return f"{1e3 * gap:.3g} mm"
-    A, _, d = bodies.ends(closer, at)
+    closure_error = bodies.closure_errors(at)[loop_joint.name].distance
+    if isinstance(loop_joint, Strut):
+        return f"{1e3 * closure_error:.3g} mm in length"
+    if loop_joint.kind != "pin":
+        return f"{1e3 * closure_error:.3g} mm"
+    A, _, d = bodies.ends(loop_joint, at)
     along = abs(float(A[:3, 2] @ d))
-    across = float(np.sqrt(max(gap**2 - along**2, 0.0)))
+    across = float(np.sqrt(max(closure_error**2 - along**2, 0.0)))
     parts = [(along, "along its axis"), (across, "across its axis")]
-    return " and ".join(f"{1e3 * v:.3g} mm {way}" for v, way in parts if v > REPORTED * gap)
+    return " and ".join(
+        f"{1e3 * v:.3g} mm {path}" for v, path in parts if v > REPORTED * closure_error
+    )
