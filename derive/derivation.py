@@ -35,7 +35,7 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Name of the loop margin function, by the domain of the functions that it guards."""
+"""Name of the loop margin function for each input domain of the functions that it guards."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
 """Roles of functions that need no loop margin function."""
 

@@ -123,7 +123,7 @@ def _moved(T: FloatArray, points: FloatArray) -> FloatArray:
 
 
 class _Marks:
-    """Generator of the lines and areas of all shapes."""
+    """Yields the lines and areas of all shapes."""
 
     def __init__(self, skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> None:
         self.skeleton, self.poses, self.view, self.unit = skeleton, poses, view, unit

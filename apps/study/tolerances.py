@@ -27,7 +27,8 @@ TANGENT = 1e-12
 error."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; less for
-short arcs. The distance exceeds SAME_ARC, so that a test point is beyond all equal arcs."""
+short arcs. The distance exceeds SAME_ARC, so the test point lies outside all arcs that count as
+equal."""
 
 # --- static loads ---
 

@@ -36,7 +36,8 @@ class TreeBody:
 
     Attributes:
         name: Unique name of the body.
-        parent: Index of the body that carries the joint; -1 for the ground and strut sections.
+        parent: Index of the body to which the joint is attached; -1 for the ground and for parts of
+            struts.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
         span: The end points of the strut, or None for bodies that are not sections of a strut.

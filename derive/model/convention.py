@@ -136,7 +136,7 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name, because a robot's repr is hashed and the repr of a function varies."""
+        """Returns the name: a robot's repr is hashed, and a default repr contains an address."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:

@@ -1,7 +1,7 @@
 """Constant poses as products of elementary motions, in exact numbers.
 
-Lengths are in metres, angles in radians. Each motion acts in the frame that the motions to its left
-produce. A placement therefore has the same order as the product of the matrices.
+Lengths are in metres, angles in radians. Each motion is expressed in the frame that results from
+the motions to its left. A placement therefore has the same order as the product of the matrices.
 """
 
 from collections.abc import Mapping

@@ -131,8 +131,8 @@ OFF_AXIS = 1e-12
 ZERO_COMPONENT = 1e-25
 """Vector components below this value are zero (no unit, or metre between points).
 
-Components are evaluated at 40-digit precision, so 15 digits remain for rounding errors. No intended
-nonzero component is as small as this value.
+Components are evaluated at 40-digit precision, so 15 digits remain for rounding errors. A component
+below this value counts as a rounding error of 0.
 """
 CLOSED_LOOP = 1e-12
 """Below this residual (metre, or sine of an angle), a loop is closed in double precision."""
@@ -184,7 +184,7 @@ At larger distances, Newton's method may find a different assembly mode with dif
 freedom. The distance is large enough to detect singular values that vanish at the reference (4e-4
 if they grow quadratically).
 """
-CLOSED_LOOP = 1e-7
+NUMERICALLY_CLOSED = 1e-7
 """Up to this closure error (relative to the size, or radian), a loop counts as closed in a
 numerical search. A search with finite differences ends about 1e-10 from closure. At a dead point,
 the closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""
@@ -309,8 +309,8 @@ INDEPENDENT_SLIDES = EXACT_STRUCTURE
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Up to this sine of the angle between axis 6 and axes 2 to 4, all these axes count as parallel.
 
-The sum of angles 2 to 4 is then chosen to bring the elbow within reach, with an orientation error
-of at most this value.
+In this case, the sum of angles 2 to 4 may change by at most this angle to bring the elbow within
+reach.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Up to this distance (metre) of a point from an axis, a rotation does not move the point.

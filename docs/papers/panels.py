@@ -25,7 +25,7 @@ PALE = "#e8e8e8"
 
 
 def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tuple[Any, Any]:
-    """Returns a figure of column width and its axes, in the style of this file.
+    """Returns a figure as wide as a text column, and its axes, in the style of this file.
 
     Args:
         height: Height of the figure [inch].

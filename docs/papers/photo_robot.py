@@ -326,7 +326,7 @@ def figures() -> Figures:
 
 
 def end_state(part: str) -> str:
-    """Formats the end state of a panel of figure 3, which we chose."""
+    """Formats the end state that we chose for a panel of figure 3."""
     return f"{ENDS[part]:g} m" if AXES[part] in SLIDES else f"{np.degrees(ENDS[part]):.0f} deg"
 
 

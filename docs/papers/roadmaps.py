@@ -81,7 +81,7 @@ def rate(points: int, step: float) -> float:
 
 @cache
 def spread_maps(points: int, step: float) -> list[Any]:
-    """Returns roadmaps in which the step is the smallest distance between points."""
+    """Returns roadmaps whose points have at least the distance of one step."""
     return [prm(workshop(), points, dispersion=step, rng=key) for key in range(SPREAD_RUNS)]
 
 

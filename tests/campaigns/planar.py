@@ -41,7 +41,7 @@ class Compared:
         missed: Number of modes found only by Newton's method.
         wrong: Number of modes from which Newton's method moves to a different pose.
         unsure: Whether the function reports that its list of modes may be incomplete.
-        modes: Number of modes of the function.
+        modes: Number of assembly modes that the function returns.
     """
 
     missed: int

@@ -20,8 +20,8 @@ TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
-For two redundant measured values, more noise has a probability below 1e-6. With a single redundant
-measured value, the noise is not tested.
+For two redundant measured values, more noise has a probability below 1e-6. If only one measured
+value is redundant, the noise is not tested.
 """
 MIN_SURPLUS = 2
 

@@ -157,9 +157,9 @@ def problem_nearby(
     """Return the problem with the identifiable variables of a robot with loops.
 
     Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
-    real delta robot, for example, are not parallel. A first fit therefore varies all candidates;
-    candidates with the same effect share the deviation. The variables of the returned problem are
-    identified at this fit.
+    real delta robot, for example, are not parallel. A first fit therefore varies all candidates,
+    and distributes the deviation among candidates with the same effect. The variables of the
+    returned problem are identified at this fit.
 
     Args:
         first: The problem with the variables that are identified at the nominal robot.

@@ -1,10 +1,10 @@
 """Planar regions bounded by circular arcs, and the regions that they sweep in a rotation.
 
-All borders are computed from candidates, arcs that contain the border. The candidates are cut at
-their intersections. A piece belongs to the border if the region lies on exactly one of its sides.
-A region rotates about a point by angles from a to b. The candidates are its border, rotated by a
-and by b, and circles about the point. The circles are tangent to the border or pass through its
-corners.
+All borders are computed from candidates, arcs that contain the border. The candidate curves are
+divided at their intersections. A piece belongs to the border if the region lies on exactly one of
+its sides. A region rotates about a point by angles from a to b. The candidates are its border,
+rotated by a and by b, and circles about the point. The circles are tangent to the border or pass
+through its corners.
 """
 
 from __future__ import annotations

@@ -82,8 +82,8 @@ def singularity_curves(
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.
-        InputValueError: The bounds do not ascend, the resolution is below 2, or x or y is None and
-            the region of `constant_orientation_workspace` is unknown.
+        InputValueError: The bounds are not in ascending order, or the resolution is below 2. Or x
+            or y is None, and the region of `constant_orientation_workspace` is unknown.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

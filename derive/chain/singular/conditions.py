@@ -1,6 +1,6 @@
 """Singularity conditions of an arm: factors of the Jacobian minors that must be 0.
 
-All minors are 0 if a common factor is 0, or if one factor of each minor is 0 at the same time. A
+All minors are 0 if a common factor is 0, or if in each minor one of its own factors is 0. A
 condition is a minimal set of factors that make all minors 0.
 """
 

@@ -1,7 +1,7 @@
 """Evaluates xacro expressions without Python's ``eval``, so a file cannot run commands.
 
 Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a file access to any
-Python function. In this module, Python only parses an expression. The evaluator below supports
+Python function. This module uses Python only to parse an expression. The evaluator below supports
 numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
 functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
 and ``str.format``. No accepted symbol may give access to a rejected function: ``map``, for example,

@@ -29,7 +29,7 @@ PARAMETRIC = (
 )
 """Files for loops with geometry as input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""Files for robots that compare their leg-by-leg inverse with forward kinematics."""
+"""Files of robots whose inverse solves each leg and is compared with forward kinematics."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:

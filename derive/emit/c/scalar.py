@@ -44,7 +44,7 @@ def source(
         functions: The functions, with documented arguments and results.
         programs: The programs of the functions.
         written: Functions in separate files, which this file includes.
-        further: Names of files that this file includes last.
+        further: Names of the files that this file includes at its end.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):

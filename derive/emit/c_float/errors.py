@@ -28,7 +28,7 @@ SOLVED = 1e-9
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
 """Names of inputs that are rates or accelerations."""
 ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}
-"""Entries of a pose that are the components of a task."""
+"""The entries of a pose that a task constrains."""
 ROWS = {"position": [0, 1, 2], "plane": [0, 1], "orientation": [3, 4, 5]}
 """Rows of the Jacobian that belong to these components."""
 _TURN = 2 * math.pi

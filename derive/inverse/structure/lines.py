@@ -37,7 +37,8 @@ MAX_ADDENDS = 16
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of an added joint: the first about the tool axis, the second about any other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic prismatic value (metre): axes that intersect at this value intersect at all values."""
+"""Generic value of prismatic joints (metre); axes that intersect at this value also intersect at
+every other value."""
 SOME_TURN = 0.7548776662
 """Generic revolute value (radian): an angle at which no axes align by chance."""
 APART = 0.5698402910

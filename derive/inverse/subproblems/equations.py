@@ -93,7 +93,7 @@ class LineAndPlane(Equation):
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the displacement."""
+        """Returns the terms of the displacement, which is their sum."""
         return tuple(sp.Add.make_args(-self.rest / self.rate))
 
 

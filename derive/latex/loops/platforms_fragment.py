@@ -170,7 +170,7 @@ class PrintedTriad:
         letters: The letters of the polynomial's symbols.
         equations: The elimination.
         u: Vectors from the first rod to the second and third, with named components.
-        norms: Named norms of both vectors, in terms of the components of u.
+        norms: The norms of both vectors as named terms, computed from the components of u.
         k: Named right sides of the two linear equations, in terms of the norms.
         w: Symbols of the first rod's components.
         position: x and y in terms of coordinates, parameters and :attr:`w`.

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import CLOSED_LOOP, REPEATED_EQUATION
+from ...model.tolerances import NUMERICALLY_CLOSED, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from .closed_loops import ClosedLoops, Vector
 
@@ -115,7 +115,7 @@ def across(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
         for joint in path
         if joint.kind == "revolute" and not all(joint in other for other in paths)
     ]
-    if not turning or not all(abs(axis @ turning[0]) > 1 - CLOSED_LOOP for axis in turning):
+    if not turning or not all(abs(axis @ turning[0]) > 1 - NUMERICALLY_CLOSED for axis in turning):
         return ""
     n = turning[0]
     A, B = bodies.frames(poses, loop_joint)
@@ -137,12 +137,12 @@ def across(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 
 
 def _tilts(frame: Vector, n: Vector) -> bool:
-    return bool(abs(frame[:3, 2] @ n) <= 1 - CLOSED_LOOP)
+    return bool(abs(frame[:3, 2] @ n) <= 1 - NUMERICALLY_CLOSED)
 
 
 def _rotation(n: Vector) -> str:
     """Returns the rotation of a frame whose z axis becomes the direction n in the frame."""
-    along = [k for k in range(2) if abs(n[k]) > 1 - CLOSED_LOOP]
+    along = [k for k in range(2) if abs(n[k]) > 1 - NUMERICALLY_CLOSED]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 
 

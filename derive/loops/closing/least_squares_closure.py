@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import (
-    CLOSED_LOOP,
     MEASURED_STRUCTURE,
+    NUMERICALLY_CLOSED,
     REPEATED_AS_BUILT,
     REPEATED_EQUATION,
 )
@@ -141,9 +141,9 @@ def _message(
         if sizes[loop_joint.name] < REPORTED * widest:
             continue
         closure_error, parts = closure_errors[loop_joint.name], []
-        if closure_error.distance > CLOSED_LOOP * bodies.size:
+        if closure_error.distance > NUMERICALLY_CLOSED * bodies.size:
             parts.append(f"{_distance(bodies, loop_joint, at)}")
-        if closure_error.turn > CLOSED_LOOP:
+        if closure_error.turn > NUMERICALLY_CLOSED:
             parts.append(f"{1e3 * closure_error.turn:.3g} mrad of misalignment")
         found[loop_joint.name] = " and ".join(parts)
     return found

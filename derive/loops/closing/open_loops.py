@@ -14,7 +14,7 @@ import numpy as np
 from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
-from ...model.tolerances import CLOSED_LOOP, REPEATED_EQUATION
+from ...model.tolerances import NUMERICALLY_CLOSED, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
 from ..model.numeric_rows import NumericRows
 from .actuation import across, check_actuation
@@ -235,8 +235,10 @@ def _error_in_words(
         )
         return abs(distance - length), words
     error = bodies.closure_errors(values)[loop_joint.name]
-    parts = [shown(error.distance, True)] if error.distance > CLOSED_LOOP * bodies.size else []
-    parts += [shown(error.turn, False)] if error.turn > CLOSED_LOOP else []
+    parts = (
+        [shown(error.distance, True)] if error.distance > NUMERICALLY_CLOSED * bodies.size else []
+    )
+    parts += [shown(error.turn, False)] if error.turn > NUMERICALLY_CLOSED else []
     apart = f"are at best {' and '.join(parts)} apart"
     words = f"its frames on {loop_joint.a.body} and {loop_joint.b.body} {apart}"
     return float(error.distance), words

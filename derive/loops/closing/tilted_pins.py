@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
-from ...model.tolerances import CLOSED_LOOP, MEASURED_STRUCTURE
+from ...model.tolerances import MEASURED_STRUCTURE, NUMERICALLY_CLOSED
 from ...terms.terms import Terms
 from ..model.planes import Loop, axes_in_numbers, linkages
 from .least_squares_closure import least_squares_closure
@@ -53,7 +53,7 @@ class Tilt:
     @property
     def is_rounding(self) -> bool:
         """Whether the axes are parallel to rounding, and the ends are in one plane."""
-        return max(self.angle * self.span, self.offset) <= CLOSED_LOOP * self.span
+        return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
         """Describes the deviation."""

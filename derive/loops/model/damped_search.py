@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.tolerances import CLOSED_LOOP, DIFFERENCE_STEP
+from ...model.tolerances import DIFFERENCE_STEP, NUMERICALLY_CLOSED
 
 Floats = NDArray[np.float64]
 ITERATIONS = 80
@@ -43,7 +43,7 @@ def least(
     r, J = _linear(residual, x, apart)
     damping, growth, poor = START, FACTOR, 0
     for _ in range(ITERATIONS):
-        if r @ r < (CLOSED_LOOP / 10) ** 2 or damping > STRONGEST:
+        if r @ r < (NUMERICALLY_CLOSED / 10) ** 2 or damping > STRONGEST:
             break
         g = J.T @ r
         step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
-from ...model.tolerances import CLOSED_LOOP, CLOSING_GAIN, WORTHWHILE_GAIN
+from ...model.tolerances import CLOSING_GAIN, NUMERICALLY_CLOSED, WORTHWHILE_GAIN
 from ...terms.terms import Terms
 from .damped_search import least
 from .planes import planar_loop_joints
@@ -212,7 +212,8 @@ class NumericMechanism:
     def is_closed(self, closure_error: ClosureResidual) -> bool:
         """Whether a closure error is small enough for the loop to count as closed."""
         return (
-            closure_error.distance <= CLOSED_LOOP * self.size and closure_error.turn <= CLOSED_LOOP
+            closure_error.distance <= NUMERICALLY_CLOSED * self.size
+            and closure_error.turn <= NUMERICALLY_CLOSED
         )
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:

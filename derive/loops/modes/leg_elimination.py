@@ -31,7 +31,8 @@ class LegElimination:
         n: Components of the line normals with their symbols, at the platform angle.
         norms: The norms of the circles' u vectors, expressed in the vectors' components.
         k: The right-hand sides of the linear pair.
-        w: Symbols of the components of w, from the first leg's fixed point to its point b_1.
+        w: Symbols of the components of w, the vector from the fixed point of the first leg to its
+            point b_1.
         position: x and y of the platform in terms of w.
         linear: The left-hand sides of both linear equations, in vector form.
         solution: w if the first leg is a circle; with three lines, w from the first two.

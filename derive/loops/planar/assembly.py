@@ -45,7 +45,7 @@ class Assembly:
         values: The determined joint, swing angle and cylinder values. Angles are sums of solved
             angles and coordinates, and may exceed a full turn.
         loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that are zero.
+        relations: Sums of rotated vectors that equal zero.
         open: Names of the joints between bodies that could not be joined.
     """
 

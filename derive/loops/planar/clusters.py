@@ -90,7 +90,7 @@ class Clusters:
         all: The clusters.
         steps: The solution steps recorded so far.
         loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that are zero.
+        relations: Sums of rotated vectors that equal zero.
         travels: Slide travels solved by earlier steps, by name.
         bases: Vectors between the two base pins of dyads.
     """

@@ -66,7 +66,7 @@ def test_gif_shows_trajectory_at_its_times(tmp_path, monkeypatch):
 
 
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
-    """The packaged ffmpeg writes the film and reads it again."""
+    """The test writes the film with the packaged ffmpeg and reads it again."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)

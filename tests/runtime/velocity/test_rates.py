@@ -291,8 +291,8 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
-    # From a tenth of the speed in the same direction, the acceleration limit of one joint limits
-    # the increase in speed.
+    # The motion starts with a tenth of the speed in the same direction, so the acceleration limit
+    # of one joint limits the increase in speed.
     found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)

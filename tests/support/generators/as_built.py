@@ -133,7 +133,7 @@ def _moved(placement: Placement, of: Value) -> Placement:
 
 
 def _end(frame: Frame, of: Value) -> Frame:
-    """Returns a body-fixed frame with transformed lengths."""
+    """Returns a body-fixed frame whose lengths are transformed."""
     return replace(frame, placement=_moved(frame.placement, of))
 
 

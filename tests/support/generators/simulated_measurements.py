@@ -128,8 +128,7 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length parameter whose error differs from every base, tool and zero-offset
-    error."""
+    """Returns a length parameter whose error no base, tool or zero-offset error can replace."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])

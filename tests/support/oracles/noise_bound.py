@@ -26,8 +26,8 @@ def least_error(
 ) -> tuple[float, float]:
     """Returns the validation error [m] of an estimator that reaches the bound.
 
-    The error is the mean length of the vectors ``K dx``. As a function of standard normal numbers
-    g, with ``dx = A g`` and ``A A^T = C``, its Lipschitz constant L is at most the largest singular
+    The error is the mean length of the vectors ``K dx``. For ``dx = A g`` with ``A A^T = C`` and
+    standard normal numbers g, the Lipschitz constant of this error is at most the largest singular
     value of ``K A`` divided by the square root of the point count. A Lipschitz function of normal
     numbers exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance``
     (Borell; Tsirelson, Ibragimov and Sudakov).

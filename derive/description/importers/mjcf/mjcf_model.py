@@ -130,7 +130,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
     Args:
         file: The model, or an included file.
         by: The model.
-        seen: The files checked so far; the function adds this file.
+        seen: The files checked so far, to which the function adds the current file.
     """
     seen.append(file)
     # MuJoCo reads UTF-8, whatever encoding the file declares.

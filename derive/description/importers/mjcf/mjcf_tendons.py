@@ -48,7 +48,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields sets of joints that share driven tendons, with these tendons."""
+    """Yields each set of joints that share driven tendons, together with these tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

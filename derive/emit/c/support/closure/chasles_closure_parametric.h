@@ -58,8 +58,7 @@ static void CLOSURE_NAME(levers)(CLOSURE_NAME(closed) * s, const double *J, doub
     }
 }
 
-/* Computes J = J_x - L c_x for the first columns of the arrays J_x and c_x, whose row lengths
- * differ. */
+/* Computes J = J_x - L c_x for the first columns of two arrays with different row lengths. */
 static void CLOSURE_NAME(through)(const double *J_x, const double *L, const double *c_x, int width,
                                   int columns, double *J)
 {
