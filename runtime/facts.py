@@ -144,8 +144,8 @@ class RobotFacts(GeneratedFunctions):
     def unit_length(self) -> float:
         """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
-        It is the power of 1000 nearest to the workspace size, 1 m for robots from 0.03 m to 30 m
-        and for robots without `fk`.
+        This length is the power of 1000 nearest to the workspace size: 1 m for robots from 0.03 m
+        to 30 m and for robots without `fk`.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)

@@ -31,9 +31,8 @@ AT_REST = 1e-7
 """Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
 much to reach smaller residuals."""
 AT_REST_RATE = 1e-3
-"""Directions with a larger singular value (length or radian per coordinate unit) are not
-self-motions; for a self-motion, it is about 1e-7. The rate is equally small at the workspace
-boundary."""
+"""Maximum singular value (length or radian per coordinate unit) of a direction that may be a
+self-motion (1e-7). The rate is equally small at the workspace boundary."""
 AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""

@@ -27,8 +27,9 @@ def pytest_addoption(parser):
 def pytest_collection_finish():
     """Hides all modules that the tests import from the garbage collector.
 
-    A full garbage collection then takes milliseconds. Otherwise each collection takes 0.4 s,
-    because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need dozens of collections.
+    A full garbage collection then takes milliseconds. Without this, each garbage collection takes
+    0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need dozens of
+    collections.
     """
     gc.collect()
     gc.freeze()

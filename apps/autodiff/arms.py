@@ -11,7 +11,7 @@ from .differentiable_arm import DifferentiableArm
 def for_jax(robot: Robot) -> DifferentiableArm:
     """Return the functions of a robot for JAX, on the processor (CPU).
 
-    They support `jit`, `grad`, `vmap` and `jacrev`. Arrays are float64, or float32 without
+    The functions support `jit`, `grad`, `vmap` and `jacrev`. Arrays are float64, or float32 without
     `jax_enable_x64`. The C++ compiler of this machine builds a small library on first use.
 
     Args:

@@ -32,11 +32,12 @@ class DifferentiableArm:
         fk: `fk(q)` returns poses (..., 4, 4).
         jacobian: `jacobian(q)` returns mixed Jacobians (..., 6, n): twists (v, omega) of the tool's
             origin, in base axes.
-        hessian: `hessian(q)` returns derivatives (..., 6, n, n) of the Jacobian. It has no
-            derivative of its own.
+        hessian: `hessian(q)` returns derivatives (..., 6, n, n) of the Jacobian. The derivatives of
+            the Jacobian cannot be differentiated again.
         ik: `ik(T)` returns `Solutions`, or `ik(T, *fixed)` with the values of the fixed joints. The
-            derivatives of q follow from the inverse Jacobian. They are NaN at a singular solution,
-            and 0 in slots without a solution. The derivatives of residual and margin are 0.
+            derivatives of q follow from the inverse Jacobian. The derivatives are NaN at a singular
+            solution, and 0 in slots without a solution. The derivatives of residual and margin are
+            0.
     """
 
     robot: Robot

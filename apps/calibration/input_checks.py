@@ -2,9 +2,9 @@
 
 The nominal robot normally fits the measurements to a few percent of their spread, and the
 calibrated robot fits far better. If the misfit is larger, the checks repeat the fit with corrected
-input. The checks try other units, joint signs and zeros, and swapped joint columns. They also add a
-joint to a later joint, as in controllers for parallel links. The checks also try shifted rows, a
-left-handed frame and other orientation conventions.
+input. The checks try other units, joint signs and zeros, and swapped joint columns. The checks also
+add the value of a joint to a later joint, as controllers of arms with parallel links do. The checks
+also try shifted rows, a left-handed frame and other orientation conventions.
 """
 
 from __future__ import annotations

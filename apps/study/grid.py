@@ -3,11 +3,11 @@
 The estimate counts visited cells instead of points, because the density of points is not uniform.
 At each end of a line along x through the body, the last visited cell adds half a cell on average.
 To first order, the volume of the visited cells exceeds the volume of the body by h/2 times the area
-of their open faces. Here, h is the side of a cell, and the open faces along x are the surface
-projected along x. The correction along each axis is a factor 1 - c, where c is half the number of
-open faces per cell. The product of the three factors is exact for boxes and never negative. If a
-random half of the points misses many of the visited cells, the points are too few, and the estimate
-enlarges the cells. Four errors remain:
+of their open faces. The side of a cell is h, and the open faces along x are the surface projected
+along x. The correction along each axis is a factor 1 - c, where c is half the number of open faces
+per cell. The product of the three factors is exact for boxes and never negative. If a random half
+of the points misses many of the visited cells, the points are too few, and the estimate enlarges
+the cells. Four errors remain:
 
 - If the surface is parallel to the grid, all lines end at the same position within their cells, and
   the excess is between 0 and h per open face. A face of this kind is coplanar with the
@@ -52,8 +52,8 @@ _CHANCE = 0.5
 _SECOND = 0.5
 """Relative error of the second-order correction, which is exact only for boxes."""
 _MISSED = 0.1
-"""Maximum fraction of the visited cells that a random half of the points may miss. Otherwise, the
-cells missed by all points cannot be extrapolated."""
+"""Maximum fraction of the visited cells that a random half of the points may miss. Above this
+fraction, the number of cells that all points miss cannot be extrapolated."""
 _FEWEST = 4
 """Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
 _MAX_CELLS = 10**9

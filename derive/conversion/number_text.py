@@ -1,8 +1,8 @@
 """Exact numbers as text of robot files and URDF.
 
 The reader snaps decimals that look rounded or noisy (:mod:`~chasles.derive.description.noise`). The
-reader would change some decimals. They are written as a quotient by 3, which has no finite decimal
-and is read as written.
+reader would change some decimals. Such decimals are written as a quotient by 3, which has no finite
+decimal and is read as written.
 """
 
 import math

@@ -104,7 +104,7 @@ class Inverses:
         """Describes the joints that move without moving the tool, in every configuration.
 
         The text is empty for arms without a self-motion, and for arms with more joints than a pose
-        determines. It is also empty if loops couple the surplus joints of a chain.
+        determines. The text is also empty if loops couple the surplus joints of a chain.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)

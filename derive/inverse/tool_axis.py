@@ -4,8 +4,8 @@ The added joint 6 rotates the tool about the tool axis. Position and direction o
 not depend on angle 6, and a solution with angle 6 at 0 exists at every reachable pose. If the six
 joints fit no family, a joint that stays at 0 and has a different axis is added, for the pose task
 only. The added axis passes through the intersection of the last or first two axes, for a spherical
-wrist. Otherwise, it passes through a point of an axis next to a prismatic joint, or at a distance
-from the other axes.
+wrist. If this gives no solution, the added axis passes through a point of an axis next to a
+prismatic joint, or at a distance from the other axes.
 """
 
 from collections.abc import Iterator, Sequence

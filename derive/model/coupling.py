@@ -50,9 +50,9 @@ class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
     A coordinate is a motor, or a joint with a separate coordinate. A joint may occur in its own
-    coupling. It then has a separate coordinate, and the coupling adds other coordinates. A leader
-    may itself be a coupled joint without a separate coordinate; the equation of this joint is then
-    inserted.
+    coupling. A joint in its own coupling has a separate coordinate, to which the coupling adds
+    other coordinates. A leader may itself be a coupled joint without a separate coordinate; the
+    equation of this joint is then inserted.
 
     Attributes:
         joint: Name of the joint.

@@ -71,7 +71,7 @@ def with_input_check(program: Program) -> Program:
         program: The program of an inverse, for all solution slots or for a single slot.
 
     Returns:
-        The program. Its residual depends on each input of the coordinates.
+        The program. The residual of the returned program depends on each input of the coordinates.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

@@ -104,8 +104,8 @@
  *
  * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e: rates are bounded. */
 
-/* Default threshold e = d of joint_rates, dimensionless: rates are at most 25 times the twist. It
- * is 1/4 of the median smallest singular value of six-axis arms over random configurations. */
+/* Default threshold e = d of joint_rates, dimensionless: rates are at most 25 times the twist. The
+ * threshold is 1/4 of the median smallest singular value of random six-axis configurations. */
 #define RATES_DAMPING_THRESHOLD 0.04
 
 /* Threshold e and minimum d of track, dimensionless. These values are smaller than

@@ -1,6 +1,6 @@
 """The characteristic length of a robot, which scales radians to metres.
 
-It is the root mean square distance L of the tip from the rotation axes of the coordinates,
+The length L is the root mean square distance of the tip from the rotation axes of the coordinates,
 
     L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
 
@@ -47,7 +47,7 @@ class LengthMethods(RobotFacts):
     def characteristic_length(self) -> float:
         """The default length [m] that scales radians to metres.
 
-        It is the root mean square distance of the tip from the rotation axes, over 256
+        The default is the root mean square distance of the tip from the rotation axes, over 256
         configurations within the limits, or at the reference configuration alone if the robot has
         no function `jacobian_mixed`.
         """

@@ -1,9 +1,9 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
-Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. Others have no ball joints:
-tripteron, Exechon, 3-UPU and 3-RUU. Further kinds are a Par4, a delta with a telescopic shaft, a
-pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every valid solution slot is the
-target pose, one slot is the generating configuration, and no slot is valid in another assembly
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The platforms tripteron,
+Exechon, 3-UPU and 3-RUU have no ball joints. Further kinds are a Par4, a delta with a telescopic
+shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every valid solution slot is
+the target pose, one slot is the generating configuration, and no slot is valid in another assembly
 mode. ``fk`` agrees with Newton's method on the description, which follows the line from the
 reference in small steps.
 """

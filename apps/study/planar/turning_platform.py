@@ -211,8 +211,8 @@ def _judged(
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
     """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
 
-    A leg reaches a point in certain angle intervals. They end at the border of the leg's annulus or
-    of the range, so only these angles are tested.
+    A leg reaches a point in certain angle intervals. Each interval ends at the border of the leg's
+    annulus or of the range, so only the angles at these borders are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

@@ -2,10 +2,10 @@
 
 Segments between configurations are checked continuously, not at samples. If the clearance at a
 configuration exceeds the largest motion of any point of the robot on the segment, the segment is
-free. Otherwise the segment is halved, down to a resolution at which the segment counts as blocked.
-`loop_bounds.py` bounds the joint motion caused by loops, `hulls.py` the body motion caused by
-joints. A segment near a dead point or a parallel singularity counts as blocked, so that no segment
-connects different assembly modes.
+free. If the clearance is smaller, the segment is halved; a segment as short as the resolution
+counts as blocked. `loop_bounds.py` bounds the joint motion caused by loops, `hulls.py` the body
+motion caused by joints. A segment near a dead point or a parallel singularity counts as blocked, so
+that no segment connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and

@@ -5,8 +5,9 @@ the other body of the closure is also known, the leg is an arm, and its last lin
 A family of inverses solves this arm. So the legs of a tripteron (a slide and three parallel axes),
 of an Exechon and of a 3-UPU, and rods between universal joints have closed forms.
 
-Several passive configurations of a leg can have the same actuated coordinate. They share a slot.
-Its residual is the smallest residual of these configurations.
+Several passive configurations of a leg can have the same actuated coordinate. Configurations with
+equal actuated coordinates share a slot. The residual of the slot is the smallest residual of its
+configurations.
 """
 
 from collections.abc import Collection, Mapping, Sequence

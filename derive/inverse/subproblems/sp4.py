@@ -13,7 +13,7 @@ the line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is below MEETING_SOLUTIONS (a^2 + b^2).
-Otherwise, rounding would move a solution by 1e-8 from its singular position and hide the
+Without this merging, rounding would move a solution by 1e-8 from its singular position and hide the
 singularity from later steps. Merging changes the component along h only by the fraction 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a

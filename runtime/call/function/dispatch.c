@@ -50,7 +50,7 @@ static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyO
     return 1;
 }
 
-/* Runs the kernel on core arrays. It creates outputs if outs is NULL or contains None. */
+/* Runs the kernel on core arrays. The function creates outputs if outs is NULL or contains None. */
 static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
     const Kernel *kernel = self->kernel;

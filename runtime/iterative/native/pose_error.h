@@ -1,8 +1,8 @@
 /* The weighted error between two poses, and its Jacobian.
  *
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
- * Otherwise it is the displacement, so that the distance does not depend on an ignored rotation.
- * The error is measured at the tip and expressed in the task axes: base axes or tip axes. */
+ * If a weight is 0, the error is the displacement, so that an ignored rotation has no effect. The
+ * error is measured at the tip and expressed in the task axes: base axes or tip axes. */
 #ifndef CHASLES_POSE_ERROR_H
 #define CHASLES_POSE_ERROR_H
 

@@ -41,7 +41,7 @@ void rate_problem_free(RateProblem *p)
 
 /* ------------------------------------------------------------------ one candidate */
 
-/* Writes y = J# V with the damped inverse J#. Its gain is 1 / sigma, or sigma / border^2 for
+/* Writes y = J# V with the damped inverse J#. The gain of J# is 1 / sigma, or sigma / border^2 for
  * singular values below the border. */
 static void apply_damped_inverse(const RateProblem *p, const double *V, double *y)
 {

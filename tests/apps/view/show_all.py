@@ -6,8 +6,8 @@ compares the pose of each body with the functions of the robot. The tool must th
 handle back.
 
 The script prints for each robot the page size, the number of displayed branches, and the frame
-times of a slider and of the handle. It also prints the largest errors of bodies and tool, and all
-failures. The pictures are written to a folder.
+times of a slider and of the handle. The script also prints the largest errors of bodies and tool,
+and all failures. The pictures are written to a folder.
 """
 
 import shutil

@@ -69,7 +69,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The ram and the bars a0 and b1 form a loop. It contains a swing angle and closures, but no
+    """The loop of the ram and the bars a0 and b1 contains a swing angle and closures, but no
     joint of the tree."""
     hybrid = solved(scissor_lift(sign, ram))
     assert not hybrid.forward.open

@@ -329,7 +329,8 @@ typedef struct {
 } chasles_general_rest;
 
 /* Finds the configurations with the smallest residuals from many starts, if no solution is known.
- * Then the pose is out of reach, or several solutions coincide and convergence is slow. */
+ * If no solution is known, the pose is out of reach, or several solutions coincide and convergence
+ * is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {

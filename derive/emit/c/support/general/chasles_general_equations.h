@@ -2,9 +2,9 @@
  * and is the same for every robot.
  *
  * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
- * B(s) x. Here y contains the products of the cosines and sines of two joints (the pair), and x is
- * (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint, the
- * suppressed joint. The target pose may be part of any constant transform of the loop. Six row
+ * B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair), and
+ * x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint,
+ * the suppressed joint. The target pose may be part of any constant transform of the loop. Six row
  * combinations are free of y. With the half angle of v, they become twelve equations M(s) u = 0 in
  * twelve unknowns. det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its
  * real roots (chasles_general_roots.h), and each root gives the other joints
@@ -49,7 +49,7 @@
  * correct. */
 #define CHASLES_NOISE 1e-6
 /* If its largest coefficient is below this value, the determinant (of entries of order 1) may be a
- * zero polynomial with rounding errors. It is accepted if its relative error is below
+ * zero polynomial with rounding errors. The polynomial is accepted if its relative error is below
  * CHASLES_CLEAN. For some axis structures, the determinant is zero. For an arm within 1e-3 of such
  * a structure, the determinant may be 1e-20 and still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15

@@ -118,9 +118,9 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
 }
 
 /* Returns whether solutions may lie away from a fold point although the nominal arm misses the pose
- * by far. Then its nearest configuration is singular, but its error is not along the unreachable
- * direction. For example, a wrist rotation that keeps the tool fixed would bring the pose within
- * reach. `cost` is the squared error (radian, or relative to the length). */
+ * by far. The nearest configuration of the nominal arm is then singular, but its error is not along
+ * the unreachable direction. For example, a wrist rotation that keeps the tool fixed would bring
+ * the pose within reach. `cost` is the squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;

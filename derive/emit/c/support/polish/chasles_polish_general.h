@@ -2,8 +2,8 @@
  * is part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
  * robot that the general solver supports.
  */
-/* Stores a further solution. It replaces a less exact copy of itself; otherwise it is stored in the
- * free slot of the nearest nominal branch, or in an extra slot. */
+/* Stores a further solution. The solution replaces a less exact copy of itself, or fills the free
+ * slot of the nearest nominal branch, or an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
