@@ -75,7 +75,7 @@ typedef struct {
     npy_intp count;
 } Limits;
 
-/* Returns the number of turns from a value to its first listed winding. */
+/* Returns the number of full turns from a value to the first of its windings. */
 static double first_turn(const Limits *limits, npy_intp j, double q, double at_limit)
 {
     if (limits->turn[j] == 0) {

@@ -1,8 +1,8 @@
 /* Orthogonalization of matrix rows by plane rotations: Hestenes's one-sided Jacobi method.
  *
  * After the rotations, the matrix is Y^T diag(s) V: each row is a singular value times a unit
- * vector, and Y, initially the identity, accumulates the rotations. Small singular values have the
- * same relative accuracy as large ones. Nearly orthogonal rows need few rotations.
+ * vector, and Y, initially the identity, accumulates the rotations. Small and large singular values
+ * have the same relative accuracy. Nearly orthogonal rows need few rotations.
  *
  * Source: M. R. Hestenes, Inversion of matrices by biorthogonalization and related results, 1958.
  */

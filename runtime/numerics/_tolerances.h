@@ -73,7 +73,7 @@
 #define LM_MU_INCREASE 8.0
 
 /* Range of lambda, in the unit of J^T J. J^T J may be singular, with a rounding error of 1e-16.
- * Above the maximum, even the shortest steps do not reduce the error. */
+ * At a larger lambda, steps are so short that they do not reduce the error. */
 #define LM_MIN_LAMBDA 1e-14
 #define LM_GREATEST_LAMBDA 1e8
 
@@ -83,7 +83,7 @@
 #define LM_SHORTEST_STEP 1e-15
 
 /* Minimum relative reduction of the squared error per step; smaller reductions end the attempt.
- * HASTY soon ends an attempt; PATIENT continues it to the minimum error, up to rounding error. */
+ * HASTY soon ends an attempt; PATIENT iterates to the minimum error, up to rounding error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 

@@ -14,7 +14,7 @@ typedef struct {
 } LeadingShape;
 
 /* Sorts the arguments: first each input, then out, threads and fixed; NULL for a missing argument.
- * A function with fixed= has one input by position or name. Returns -1 on error. */
+ * A function with fixed= takes one other input, by position or by name. Returns -1 on error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 

@@ -7,7 +7,7 @@
  *                  the leading dimensions, with threads= on parts of the batch (threads.py);
  *                  arguments with __array_ufunc__ are passed to overrides.py
  *
- * An inverse of poses has its redundancy parameters in fixed=; Python handles other fixed joints.
+ * An inverse of poses has its redundancy parameters in fixed=. Python handles other fixed joints.
  */
 #include <string.h>
 

@@ -18,8 +18,8 @@ typedef struct {
     double tolerance;        /* maximum residual of a valid branch */
     PyObject *refinement;    /* refines branches that are nearly valid; NULL without refinement */
     double near;             /* maximum residual of a refined branch */
-    PyObject *general; /* handles other calls of ik(T, *, fixed, ...); NULL for other functions */
-    PyObject *parameters; /* keys of fixed= for all inputs after the first; may be NULL */
+    PyObject *general;       /* Python function for other calls of ik(T, *, fixed, ...), or NULL */
+    PyObject *parameters;    /* keys of fixed= for all inputs after the first; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;

@@ -183,7 +183,7 @@ static PyObject *nearest_vectorcall(PyObject *object, PyObject *const *args, siz
     return PyObject_Vectorcall(self->general, args, n_flagged, keywords);
 }
 
-/* The objects that a Nearest owns. */
+/* Members of Nearest that hold references to Python objects. */
 static const size_t OWNED[] = {
     offsetof(Nearest, inverse), offsetof(Nearest, general),    offsetof(Nearest, result),
     offsetof(Nearest, moves),   offsetof(Nearest, parameters), offsetof(Nearest, name),

@@ -12,10 +12,10 @@
 /* Returns a tuple of new references, or NULL on error. */
 PyObject *new_tuple(int n, PyObject *const *items);
 
-/* Returns the branches as Solutions, refined if necessary. Takes ownership of the three results. */
+/* Takes ownership of three results. Returns the branches as Solutions, refined if necessary. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Returns the ufunc's result, as Solutions if the outputs are branches. Takes ownership of it. */
+/* Takes ownership of a ufunc's result and returns it, as Solutions if the outputs are branches. */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Packs results, unless the guard raises an error for values in `memory` that are not finite. This

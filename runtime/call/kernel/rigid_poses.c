@@ -20,7 +20,7 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* Returns the residual of a matrix that is not a pose: NaN if it is not finite, else infinite. */
+/* Returns the residual of a matrix that is not a pose: NaN if it has NaN or inf, else inf. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;
@@ -149,7 +149,7 @@ static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *in
     double *to[SLOTS_MARGIN + 1];
     npy_intp k = slots_of(kernel);
     if (kernel->poses == POSES_BY_RESIDUAL) {
-        /* All rows at once: the code for many poses writes large results past the caches. */
+        /* Solves all rows in one call, because large results can then bypass the caches. */
         kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
     }
     for (npy_intp first = 0; first < n; first += BLOCK) {

@@ -123,8 +123,8 @@ typedef struct {
     int critical; /* the joint that limits the scale, or -1 */
 } Candidate;
 
-/* Computes y = a + b. The rates a of the free joints perform the task. The rates b are the bounded
- * joints' rates, and the free joints' rates that compensate them. */
+/* Computes y = a + b. The rates a of the free joints perform the task. The rates b contain the
+ * rates of the bounded joints, and the rates of the free joints that compensate for them. */
 static Candidate compute_candidate(RateProblem *p)
 {
     int n = p->n;

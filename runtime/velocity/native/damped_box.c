@@ -42,7 +42,7 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* The product is relative to the longer row: its component in a short row is below the damping. */
+/* The longer row is the scale: its component along a short row is below the damping. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;
@@ -122,7 +122,7 @@ static void solve_free(DampedBox *box, int count)
     solve_symmetric(box->A, count, n, box->z);
 }
 
-/* Moves x towards z up to the first bound, and fixes the variable there. Returns 0 if none. */
+/* Moves x towards z up to the first bound, and fixes the variable there. Returns 0 at no bound. */
 static int advance_to_bound(DampedBox *box, int count, const double *lower, const double *upper)
 {
     double part = 1;

@@ -34,7 +34,7 @@ void tracking_free(Tracking *t)
     free(t->memory);
 }
 
-/* Computes T and J at q. Returns 0 if they are not finite (an open loop). */
+/* Computes T and J at q. Returns 0 if T or J is not finite, which means that a loop is open. */
 static int forward_kinematics(Tracking *t, const double *q)
 {
     t->kernel->call(&q, (double *[]){t->T, t->J});
@@ -77,7 +77,7 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     }
     double most = t->rate[j] * t->dt, change = clamp(step, -most, most);
     double to = clamp(from + change, t->lower[j], t->upper[j]);
-    /* Lowers the change by units in its last place; the units of `to` are small near zero. */
+    /* Reduces the change by units in its last place until it is within the limit. */
     while (fabs(to - from) > most || fabs((to - from) / t->dt) > t->rate[j]) {
         change = nextafter(change, 0);
         to = clamp(from + change, t->lower[j], t->upper[j]);

@@ -102,7 +102,7 @@ static void move(double A[RODS][RODS + 1], double e[4], double p[3])
  * e, p     (count, 4) unit quaternions and (count, 3) positions: the start poses, then the results
  * closes   length error at which the iteration ends
  *
- * Returns the number of poses found. These poses come first in e and p.
+ * Returns the number of poses found. The found poses are the first rows of e and p.
  */
 __attribute__((visibility("default"))) int rods_newton(const double *a, const double *b,
                                                        const double *lengths, int count, double *e,

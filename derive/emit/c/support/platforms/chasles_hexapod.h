@@ -361,8 +361,8 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* Finds the assembly modes of rods with double joints. Returns their number, or -1 if the number is
- * uncertain.
+/* Finds the assembly modes of rods with double joints. Returns the number of modes, or -1 if the
+ * number is uncertain.
  */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)

@@ -77,8 +77,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Continues the iteration of a slot whose residual is valid but not yet minimal. Returns whether it
- * reaches the solution of another slot. */
+/* Continues the iteration of a slot whose residual is valid but not yet minimal. Returns whether
+ * the iteration reaches the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;

@@ -147,7 +147,8 @@ typedef struct {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
 } POLISH_NAME(factors);
 
-/* Computes the damped step dq from c. `pivots` receives the smallest pivots of its equations. */
+/* Computes the damped step dq from c. `pivots` receives the smallest pivots of the equations of the
+ * step. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                         POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
@@ -160,7 +161,8 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
     POLISH_NAME(step_of)(f->J, b[0], dq);
 }
 
-/* Moves q by the damped step from c. `pivots` receives the smallest pivots of its equations. */
+/* Moves q by the damped step from c. `pivots` receives the smallest pivots of the equations of the
+ * step. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                      lanes *q, lanes *pivots)
 {
@@ -220,10 +222,10 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 /* Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates. `first`
  * receives the smallest pivots of the first step (damped only in the lanes of `near`) and the
  * squared step. With a search at fold points, it also receives the trace of (J J^T)^-1 after this
- * step, approximately the inverse square of the smallest singular value of J. With loops, it
- * receives the squared error of the start instead. After a short step, the next steps reuse its
- * equations, because the Jacobian has hardly changed. With fewer than six joints, only some
- * branches reach the pose; the other branches end once this is clear. */
+ * step, approximately the inverse square of the smallest singular value of J. For robots with
+ * loops, the argument receives the squared error of the start instead. After a short step, the next
+ * steps reuse its equations, because the Jacobian has hardly changed. With fewer than six joints,
+ * only some branches reach the pose; the other branches end once this is clear. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {

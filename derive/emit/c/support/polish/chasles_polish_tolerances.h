@@ -49,7 +49,8 @@
  * reached. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
-/* The iteration continues only if a step reduces the squared error to this fraction of it. */
+/* The iteration continues only if a step reduces the squared error to at most this fraction. */
+
 #define POLISH_SLOW 0.95
 
 /* Tool displacement (m, rad) that corresponds to a multiple of the axis deviation (radian, or
