@@ -2,7 +2,8 @@
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
 Engineering. The robot is `well_manipulator`; `robots/well_first_cylinder.toml` in this
-folder is its first cylinder, with pin B as printed in (64).
+folder is its first cylinder, with pin B as printed in (64). The motion of the paper fixes
+theta2 and both telescopes; without `fixed=`, `ik` fixes theta7 instead of theta2.
 """
 
 from __future__ import annotations

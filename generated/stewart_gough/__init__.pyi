@@ -968,7 +968,7 @@ def ik_legs(
 
     Returns:
         q (..., 1, 6): coordinates of the legs (m).
-        residual (..., 1): gaps of the loops and distance of the main chain's tool from the target (1).
+        residual (..., 1): closure errors of the loops, and distance of the main chain's tool from the target (1).
         margin (..., 1): length of the shortest leg (m).
     """
 

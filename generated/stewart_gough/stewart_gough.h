@@ -443,7 +443,7 @@ void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]);
  * 163 operations: multiply 60, add 86, other 17.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: coordinates of the legs, 1 x 6 (m)
- *   residual: gaps of the loops and distance of the main chain's tool from the target, 1 (1)
+ *   residual: closure errors of the loops, and distance of the main chain's tool from the target, 1 (1)
  *   margin: length of the shortest leg, 1 (m) */
 void stewart_gough_ik_legs(const double T[16], double q[6], double residual[1], double margin[1]);
 

@@ -23,8 +23,8 @@
 #define CHASLES_TERMS 11
 /* Maximum number of intervals to examine: typical poses need fifty, degenerate poses far more. */
 #define CHASLES_MAX_PARTS 400
-/* Maximum number of halvings of a cell, down to a width of 1e-6 rad. Closer roots are treated
- * as one root. */
+/* Maximum number of halvings of a cell, down to a width of 1e-6 rad. Roots with a smaller distance
+ * are treated as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
@@ -268,7 +268,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* Three tests: the interval has no root (not even a nearly real one), no extremum, no
+    /* Results of three tests: the interval has no root and no nearly real root; no extremum; no
      * inflection. */
     const double wide = 1.0 + part->nearly / part->radius;
     double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;

@@ -60,16 +60,16 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
 {
-    double from[CLOSURE_W], way[CLOSURE_Q], done = 0.0, stride = 1.0;
+    double from[CLOSURE_W], displacement[CLOSURE_Q], done = 0.0, stride = 1.0;
     const double contraction = CLOSURE_M == CLOSURE_U ? CLOSURE_CONTRACTION : CLOSURE_CAREFUL;
     memcpy(from, s->w, sizeof from);
     for (int k = 0; k < CLOSURE_Q; k++)
-        way[k] = q[k] - from[CLOSURE_NAME(actuated)[k]] / CLOSURE_NAME(ratio)[k];
+        displacement[k] = q[k] - from[CLOSURE_NAME(actuated)[k]] / CLOSURE_NAME(ratio)[k];
     while (s->count < CLOSURE_MAX) {
         const int is_last = stride >= 1.0 - done;
         const double to = is_last ? 1.0 : done + stride;
         for (int k = 0; k < CLOSURE_Q; k++) {
-            const double rest = (to - 1.0) * way[k];
+            const double rest = (to - 1.0) * displacement[k];
             s->w[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * (q[k] + rest);
         }
         for (int k = 0; k < CLOSURE_U; k++) {
@@ -80,7 +80,7 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
             if (is_last)
                 return CLOSURE_NAME(is_closed)(s);
             memcpy(from, s->w, sizeof from);
-            CLOSURE_NAME(slope)(s, way, tangent);
+            CLOSURE_NAME(slope)(s, displacement, tangent);
             done = to;
             stride *= 2.0;
         } else {
@@ -102,10 +102,10 @@ static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q]
     for (int k = 0; k < CLOSURE_U; k++)
         tangent[k] = 0.0;
     for (int j = 0; j < CLOSURE_Q; j++) {
-        const double way = q[j] - CLOSURE_NAME(start_q)[j];
-        finite += 0.0 * way;
+        const double displacement = q[j] - CLOSURE_NAME(start_q)[j];
+        finite += 0.0 * displacement;
         for (int k = 0; k < CLOSURE_U; k++)
-            tangent[k] += CLOSURE_NAME(tangent)[k * CLOSURE_Q + j] * way;
+            tangent[k] += CLOSURE_NAME(tangent)[k * CLOSURE_Q + j] * displacement;
     }
     const int is_reached = finite == 0.0 && CLOSURE_NAME(follow)(s, q, CLOSURE_SENSE, tangent);
     CLOSURE_NAME(reached)(s, is_reached);

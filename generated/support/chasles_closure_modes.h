@@ -13,8 +13,8 @@
 
 /* Returns the residual of a solution, the larger of the leg error `legs` and the deviation of its
  * fk pose `reached` from T. The residual is infinite if the pose belongs to another assembly mode,
- * or NaN if the forward kinematics fails. Modes are distinguished with lengths relative to the
- * robot size. */
+ * or NaN if the forward kinematics fails. Two modes are compared with lengths relative to the robot
+ * size. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {

@@ -11,8 +11,8 @@
  * theorem, a unique nearby solution exists if the Kantorovich constant is below 1/2. The ratio of
  * two steps is about half of this constant. */
 #define CLOSURE_CONTRACTION 0.2
-/* Ratio of successive steps for redundant equations. No determinant of such equations distinguishes
- * the branches. */
+/* Ratio of successive steps for redundant equations. No determinant of these redundant equations
+ * distinguishes the branches. */
 #define CLOSURE_CAREFUL 0.05
 /* A start whose first step is larger than this value is too far away. */
 #define CLOSURE_FARTHEST 0.5

@@ -11,7 +11,8 @@
 #include <math.h>
 
 /* GCC 12 produced wrong results when it packed scalar code into AVX-512 vectors (a delta robot's
- * rods, -O2 -march=native -fno-math-errno). Such packing does not make this code faster. */
+ * rods, -O2 -march=native -fno-math-errno). Packing scalar code into vectors does not make this
+ * code faster. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize")
 #endif

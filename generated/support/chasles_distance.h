@@ -35,7 +35,8 @@ static inline double chasles_move(double apart, double turn)
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));
 }
 
-/* Returns the distance of n coordinates from a seed, or NaN if a displacement is NaN. */
+/* Returns the distance between a configuration of n coordinates and a seed, or NaN if a
+ * displacement is NaN. */
 static inline double chasles_distance(int n, const double *q_seed, const double *q,
                                       const double *turn, const double *scale)
 {

@@ -9,10 +9,10 @@
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
  * = Delta_i. The product of this expression over the four sign combinations has no square roots.
- * Multiplied by its denominators, it is a trigonometric polynomial of degree 8 in t_1, with up to
- * sixteen poses. If the axes of all circles are coplanar, as with three double joints on both
- * sides, all sines of angles from that plane cancel. The polynomial then has degree 8 in cos(t_1),
- * and poses come in mirrored pairs.
+ * Multiplied by its denominators, this equation is a trigonometric polynomial of degree 8 in t_1,
+ * with up to sixteen poses. If the axes of all circles are coplanar, as with three double joints on
+ * both sides, all sines of angles from that plane cancel. The polynomial then has degree 8 in
+ * cos(t_1), and poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -239,7 +239,8 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
     return left;
 }
 
-/* Computes the axes of a triangle as rows. Returns the sine of the angle at its first corner. */
+/* Computes the axes of a triangle as rows. Returns the sine of the angle at the first corner of the
+ * triangle. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -298,7 +299,7 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
 }
 
 /* Computes the real pose at a zero of the polynomial (angle of the first joint). Returns whether
- * there is such a pose. */
+ * this pose exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];

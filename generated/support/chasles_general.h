@@ -57,23 +57,24 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
 /* Stores a solution. Returns the index of the stored solution, or -1 if the configuration is not a
  * solution. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
-                                const chasles_general_way *way)
+                                const chasles_general_iterate *iterate)
 {
-    if (!(way->left <= CHASLES_SOLVED))
+    if (!(iterate->left <= CHASLES_SOLVED))
         return -1;
-    int own = chasles_general_same(six, found, way->q, 0);
+    int own = chasles_general_same(six, found, iterate->q, 0);
     /* In a continuum of solutions, a refined solution may be the same as two stored solutions. */
-    if (own < found->count && (found->residual[own] <= way->left ||
-                               chasles_general_same(six, found, way->q, own + 1) < found->count))
+    if (own < found->count &&
+        (found->residual[own] <= iterate->left ||
+         chasles_general_same(six, found, iterate->q, own + 1) < found->count))
         return own;
     if (own == CHASLES_SLOTS)
-        own = chasles_general_room(six, found, way->J);
+        own = chasles_general_room(six, found, iterate->J);
     if (own < 0)
         return -1;
     found->count += own == found->count;
-    memcpy(found->q[own], way->q, sizeof way->q);
-    memcpy(found->J[own], way->J, sizeof way->J);
-    found->residual[own] = way->left;
+    memcpy(found->q[own], iterate->q, sizeof iterate->q);
+    memcpy(found->J[own], iterate->J, sizeof iterate->J);
+    found->residual[own] = iterate->left;
     return own;
 }
 
@@ -103,30 +104,32 @@ static void chasles_general_least(const double *J, double length, double *direct
 /* Iterates a configuration to convergence and stores the solution. Returns a bit mask with the
  * index of the solution. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
-                                       chasles_general_way *way, chasles_general_found *found)
+                                       chasles_general_iterate *iterate,
+                                       chasles_general_found *found)
 {
-    chasles_general_polish(six, T, CHASLES_STEPS, way);
+    chasles_general_polish(six, T, CHASLES_STEPS, iterate);
     /* Near a double solution, a step only halves the error, so recognizing duplicates requires more
      * steps. */
-    if (way->left <= CHASLES_SOLVED && !way->is_over)
-        chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
-    const int own = chasles_general_keep(six, found, way);
-    found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
+    if (iterate->left <= CHASLES_SOLVED && !iterate->is_over)
+        chasles_general_polish(six, T, 2 * CHASLES_STEPS, iterate);
+    const int own = chasles_general_keep(six, found, iterate);
+    found->open += iterate->left > CHASLES_SOLVED && iterate->left < CHASLES_NEAR;
     return own < 0 ? 0 : 1u << own;
 }
 
 /* Starts the iteration on both sides of a configuration at a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
-                                  const chasles_general_start *start, chasles_general_way *ways)
+                                  const chasles_general_start *start,
+                                  chasles_general_iterate *iterates)
 {
     double q[6], direction[6];
-    chasles_general_begin(six, T, start->q, ways);
-    chasles_general_least(ways->J, six->arm->length, direction);
-    const double apart = sqrt(ways->left) + start->imaginary;
+    chasles_general_begin(six, T, start->q, iterates);
+    chasles_general_least(iterates->J, six->arm->length, direction);
+    const double apart = sqrt(iterates->left) + start->imaginary;
     for (int side = 0; side < 2; side++) {
         for (int k = 0; k < 6; k++)
             q[k] = start->q[k] + (side ? apart : -apart) * direction[k];
-        chasles_general_begin(six, T, q, ways + side);
+        chasles_general_begin(six, T, q, iterates + side);
     }
 }
 
@@ -141,12 +144,12 @@ static int chasles_general_bits(unsigned places)
 /* Returns whether solutions may be missing near a root. As many solutions as real roots must lie
  * near a root; an even number of further solutions is possible. */
 static int chasles_general_is_short(const chasles_general_six *six,
-                                    const chasles_general_split *split,
+                                    const chasles_general_order *order,
                                     const chasles_general_start *starts, int count,
                                     const chasles_general_found *found, int k)
 {
-    const int joint = split->joint[2];
-    const double sign = split->sense * chasles_general_direction(six, joint);
+    const int joint = order->joint[2];
+    const double sign = order->sense * chasles_general_direction(six, joint);
     int roots = 0, near = 0;
     for (int i = 0; i < count; i++) {
         const double apart = chasles_circle_wrapped(starts[i].along - starts[k].along);
@@ -162,20 +165,20 @@ static int chasles_general_is_short(const chasles_general_six *six,
 /* Finds solutions at pairs of close roots of the determinant, where both null vectors of the matrix
  * are starts of Newton's iteration. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
-                                         const chasles_general_split *split,
+                                         const chasles_general_order *order,
                                          const chasles_general_system *system,
                                          const chasles_general_start *starts, int count,
                                          chasles_general_found *found)
 {
     chasles_general_start twins[2 * CHASLES_MAX_ROOTS];
-    chasles_general_way ways[2 * CHASLES_MAX_ROOTS];
+    chasles_general_iterate iterates[2 * CHASLES_MAX_ROOTS];
     unsigned places = 0;
-    const int all = chasles_general_twins(six, split, system, starts, count, twins);
+    const int all = chasles_general_twins(six, order, system, starts, count, twins);
     for (int k = 0; k < all; k++)
-        chasles_general_begin(six, T, twins[k].q, ways + k);
-    chasles_general_together(six, T, ways, all);
+        chasles_general_begin(six, T, twins[k].q, iterates + k);
+    chasles_general_together(six, T, iterates, all);
     for (int k = 0; k < all; k++)
-        places |= chasles_general_finish(six, T, ways + k, found);
+        places |= chasles_general_finish(six, T, iterates + k, found);
     return places;
 }
 
@@ -186,79 +189,79 @@ static unsigned chasles_general_by_starts(const chasles_general_six *six, const 
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
 {
-    chasles_general_way ways[2 * CHASLES_MAX_ROOTS];
+    chasles_general_iterate iterates[2 * CHASLES_MAX_ROOTS];
     unsigned places = 0;
     int all = 0;
     for (int k = 0; k < count; k++) {
         if (starts[k].imaginary > 0.0) {
-            chasles_general_sides(six, T, starts + k, ways + all);
+            chasles_general_sides(six, T, starts + k, iterates + all);
             all += 2;
         } else {
-            chasles_general_begin(six, T, starts[k].q, ways + all);
+            chasles_general_begin(six, T, starts[k].q, iterates + all);
             all++;
         }
     }
-    chasles_general_together(six, T, ways, all);
+    chasles_general_together(six, T, iterates, all);
     for (int k = 0; k < all; k++)
-        places |= chasles_general_finish(six, T, ways + k, found);
+        places |= chasles_general_finish(six, T, iterates + k, found);
     return places;
 }
 
 /* Finds the solutions at the roots of the determinant, for one elimination order. Returns whether
  * the number of solutions is certainly complete. */
 static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
-                                    const chasles_general_split *split,
+                                    const chasles_general_order *order,
                                     const chasles_general_system *system,
                                     const chasles_circle_roots *roots, chasles_general_found *found)
 {
     chasles_general_start starts[CHASLES_MAX_ROOTS];
-    int meeting = 0, sure;
-    const int count = chasles_general_starts(six, split, system, roots, starts, &sure);
+    int meeting = 0, certain;
+    const int count = chasles_general_starts(six, order, system, roots, starts, &certain);
     for (int k = 0; k < count; k++)
         meeting += starts[k].imaginary > 0.0;
     found->open = 0;
     unsigned places = chasles_general_by_starts(six, T, starts, count, found);
     if (meeting > 0 || chasles_general_bits(places) < count)
-        places |= chasles_general_by_twins(six, T, split, system, starts, count, found);
-    sure = sure && found->open == 0;
+        places |= chasles_general_by_twins(six, T, order, system, starts, count, found);
+    certain = certain && found->open == 0;
     for (int k = 0; k < count; k++)
-        sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
+        certain = certain && !chasles_general_is_short(six, order, starts, count, found, k);
     /* Solutions come in pairs. An elimination order that misses a known solution is unreliable. */
     const int own = chasles_general_bits(places);
-    return sure && own == found->count && own % 2 == 0;
+    return certain && own == found->count && own % 2 == 0;
 }
 
 /* Finds the solutions by one elimination order. Returns whether the solutions are certainly
  * complete. */
-static int chasles_general_by_split(const chasles_general_six *six, const double *T,
-                                    const chasles_general_split *split,
+static int chasles_general_by_order(const chasles_general_six *six, const double *T,
+                                    const chasles_general_order *order,
                                     chasles_general_found *found)
 {
     chasles_general_system system;
     chasles_circle_roots roots;
-    chasles_general_eliminate(six, split, T, &system);
-    const int sure = chasles_general_isolated(&system, &roots);
-    return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
+    chasles_general_eliminate(six, order, T, &system);
+    const int certain = chasles_general_isolated(&system, &roots);
+    return chasles_general_by_roots(six, T, order, &system, &roots, found) && certain;
 }
 
 /* Offsets of nearby poses (rad, or relative to the arm length). */
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* Returns a slightly rotated and shifted pose; the direction of the change differs for each `way`.
+/* Returns a slightly rotated and shifted pose; the direction of the change differs for each number.
  * Every offset has an opposite offset, because the pose may be at the boundary of the reachable
  * set. */
-static void chasles_general_nudged(const double *T, double length, double size, int way,
+static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)
 {
-    static const double ways[][6] = {
+    static const double directions[][6] = {
         {0.6, -0.5, 0.4, 0.3, 0.7, -0.6},
         {-0.3, 0.8, 0.5, -0.7, 0.2, 0.5},
         {0.7, 0.2, -0.6, 0.5, -0.4, -0.8},
         {-0.5, -0.6, -0.2, -0.4, 0.6, 0.3},
     };
-    const double *w = ways[way / 2 % 4];
-    size = way % 2 ? -size : size;
+    const double *w = directions[number / 2 % 4];
+    size = number % 2 ? -size : size;
     const double a = size * w[0], b = size * w[1], c = size * w[2];
     const double n = 1.0 / (1.0 + a * a + b * b + c * c);
     /* Uses Cayley's formula, so that the result is a rotation. */
@@ -278,12 +281,12 @@ static void chasles_general_nudged(const double *T, double length, double size, 
 
 /* Tries elimination orders until one certainly finds all solutions. Returns whether one order found
  * all solutions. If two elimination orders find no solution, the pose counts as out of reach. */
-static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
+static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
     found->count = 0;
-    for (int k = 0; k < six->arm->splits; k++) {
-        if (chasles_general_by_split(six, T, six->arm->split + k, found) &&
+    for (int k = 0; k < six->arm->orders; k++) {
+        if (chasles_general_by_order(six, T, six->arm->order + k, found) &&
             (found->count > 0 || k > 0))
             return 1;
     }
@@ -296,18 +299,18 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
                                      chasles_general_found *found)
 {
     chasles_general_found nearby;
-    chasles_general_way way;
+    chasles_general_iterate iterate;
     double near[16];
-    int sure = 0;
-    for (int k = 0; k < CHASLES_NUDGES && sure < CHASLES_AGREED; k++) {
+    int certain = 0;
+    for (int k = 0; k < CHASLES_NUDGES && certain < CHASLES_AGREED; k++) {
         chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
-        sure += chasles_general_by_splits(six, near, &nearby);
+        certain += chasles_general_by_orders(six, near, &nearby);
         for (int i = 0; i < nearby.count; i++) {
-            chasles_general_begin(six, T, nearby.q[i], &way);
-            chasles_general_finish(six, T, &way, found);
+            chasles_general_begin(six, T, nearby.q[i], &iterate);
+            chasles_general_finish(six, T, &iterate, found);
         }
     }
-    return sure >= CHASLES_AGREED;
+    return certain >= CHASLES_AGREED;
 }
 
 /* Finds all solutions of a pose. If roots coincide or the equations fail, starts from the complete
@@ -315,7 +318,7 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
-    if (!chasles_general_by_splits(six, T, found))
+    if (!chasles_general_by_orders(six, T, found))
         chasles_general_by_nearby(six, T, found);
 }
 
@@ -326,7 +329,8 @@ typedef struct {
 } chasles_general_rest;
 
 /* Finds the configurations with the smallest residuals from many starts, if no solution is known.
- * Then the pose is out of reach, or several solutions coincide and convergence is slow. */
+ * If no solution is known, the pose is out of reach, or several solutions coincide and convergence
+ * is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
@@ -334,20 +338,20 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
      * joints start within pi arm lengths. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
-    chasles_general_way way;
+    chasles_general_iterate iterate;
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         double q[6];
         for (int i = 0; i < 6; i++)
             q[i] = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
-        chasles_general_begin(six, T, q, &way);
-        chasles_general_polish(six, T, 200, &way);
-        if (way.left < CHASLES_NEAR) {
-            chasles_general_begin(six, T, way.q, &way);
-            chasles_general_polish(six, T, 1000, &way);
+        chasles_general_begin(six, T, q, &iterate);
+        chasles_general_polish(six, T, 200, &iterate);
+        if (iterate.left < CHASLES_NEAR) {
+            chasles_general_begin(six, T, iterate.q, &iterate);
+            chasles_general_polish(six, T, 1000, &iterate);
         }
-        memcpy(rest->q[k], way.q, sizeof way.q);
-        rest->left[k] = way.left;
-        chasles_general_keep(six, found, &way);
+        memcpy(rest->q[k], iterate.q, sizeof iterate.q);
+        rest->left[k] = iterate.left;
+        chasles_general_keep(six, found, &iterate);
     }
 }
 
@@ -366,14 +370,14 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
                                      const double *q, chasles_general_found *found)
 {
     chasles_general_walk_point start;
-    chasles_general_way ways[CHASLES_SLOTS];
+    chasles_general_iterate iterates[CHASLES_SLOTS];
     if (!chasles_general_walk_start(six, T, q, &start))
         return;
     for (int side = 0; side < 2; side++) {
         const double sense = side ? -1.0 : 1.0;
-        const int count = chasles_general_walk(six, T, &start, sense, ways, CHASLES_SLOTS);
+        const int count = chasles_general_walk(six, T, &start, sense, iterates, CHASLES_SLOTS);
         for (int k = 0; k < count; k++)
-            chasles_general_finish(six, T, ways + k, found);
+            chasles_general_finish(six, T, iterates + k, found);
     }
 }
 
@@ -386,7 +390,7 @@ static void chasles_general_by_self_motion(const chasles_general_six *six, const
     double near[16];
     for (int k = 0; k < CHASLES_NUDGES && found->count == 0; k++) {
         chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
-        chasles_general_by_splits(six, near, &nearby);
+        chasles_general_by_orders(six, near, &nearby);
         for (int i = 0; i < nearby.count && found->count == 0; i++)
             chasles_general_by_curve(six, T, nearby.q[i], found);
     }
@@ -397,15 +401,15 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
                                  chasles_general_rest *rest)
 {
     double q[6] = {0.0};
-    chasles_general_way way;
-    chasles_general_begin(six, T, q, &way);
-    for (int k = 0; k < 6 && way.left <= CHASLES_SOLVED; k++) {
+    chasles_general_iterate iterate;
+    chasles_general_begin(six, T, q, &iterate);
+    for (int k = 0; k < 6 && iterate.left <= CHASLES_SOLVED; k++) {
         q[k] = 1.0;
-        chasles_general_begin(six, T, q, &way);
+        chasles_general_begin(six, T, q, &iterate);
     }
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         memcpy(rest->q[k], q, sizeof q);
-        rest->left[k] = way.left;
+        rest->left[k] = iterate.left;
     }
 }
 
@@ -422,7 +426,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     chasles_general_rest rest;
     double margins[CHASLES_SLOTS];
     int order[CHASLES_SLOTS], finite = 1;
-    const int n = arm->joints, key = arm->split[0].joint[2];
+    const int n = arm->joints, key = arm->order[0].joint[2];
     for (int k = 0; k < 16; k++)
         finite = finite && T[k] - T[k] == 0.0;
     for (int k = 0; k < chasles_general_given(arm); k++)

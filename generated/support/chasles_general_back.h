@@ -115,7 +115,7 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
 }
 
 /* Computes all joints of at most CHASLES_VECTOR_LANES starts from their null vectors. */
-static void chasles_general_all(const chasles_general_six *six, const chasles_general_split *split,
+static void chasles_general_all(const chasles_general_six *six, const chasles_general_order *order,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
 {
@@ -128,7 +128,7 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
         rows[6][l] = start->c, rows[7][l] = start->s;
     }
     memcpy(given, rows, sizeof given);
-    const int half = split->halved;
+    const int half = order->halved;
     chasles_general_two(given, system->slides[half ? 3 : 4], two_c, two_s);
     c[2] = given[6], c[3] = two_c[half], c[4] = two_c[1 - half];
     s[2] = given[7], s[3] = two_s[half], s[4] = two_s[1 - half];
@@ -137,8 +137,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     for (int l = 0; l < count; l++)
         starts[l].left = CHASLES_LANE(left, l);
     for (int k = 0; k < 6; k++) {
-        const int joint = split->joint[k];
-        const double sign = split->sense * chasles_general_direction(six, joint);
+        const int joint = order->joint[k];
+        const double sign = order->sense * chasles_general_direction(six, joint);
         const chasles_vector value =
             sign * (system->slides[k] ? c[k] : chasles_general_angles(s[k], c[k]));
         for (int l = 0; l < count; l++)
@@ -284,16 +284,16 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
 }
 
 /* Computes starts for Newton's iteration: one per real root, and one per nearly double root.
- * Returns the number of starts; `sure` becomes 1 if no three roots are near each other. */
+ * Returns the number of starts; `certain` becomes 1 if no three roots are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
-                                  const chasles_general_split *split,
+                                  const chasles_general_order *order,
                                   const chasles_general_system *system,
                                   const chasles_circle_roots *roots, chasles_general_start *starts,
-                                  int *sure)
+                                  int *certain)
 {
     double along[CHASLES_MAX_ROOTS], c[CHASLES_MAX_ROOTS], s[CHASLES_MAX_ROOTS];
     int count = 0;
-    *sure = 1;
+    *certain = 1;
     for (int k = 0; k < roots->count; k++) {
         int near = 0, before = 0;
         for (int i = 0; i < roots->count; i++) {
@@ -301,7 +301,7 @@ static int chasles_general_starts(const chasles_general_six *six,
             near += i != k && apart < CHASLES_TWINS;
             before += i < k && apart < CHASLES_TWINS;
         }
-        *sure = *sure && near < 2;
+        *certain = *certain && near < 2;
         /* Solutions at three or more close roots are found from nearby poses. */
         if (near > 1 && before > 0)
             continue;
@@ -324,7 +324,7 @@ static int chasles_general_starts(const chasles_general_six *six,
             for (int l = 0; l < all; l++)
                 starts[k + l].n[i] = CHASLES_LANE(n[i], l);
         }
-        chasles_general_all(six, split, system, starts + k, all);
+        chasles_general_all(six, order, system, starts + k, all);
     }
     return chasles_general_kept(system, starts, count);
 }
@@ -332,7 +332,7 @@ static int chasles_general_starts(const chasles_general_six *six,
 /* Adds two starts for each root near another root, one per null vector. Returns the number of
  * starts.
  */
-static int chasles_general_twins(const chasles_general_six *six, const chasles_general_split *split,
+static int chasles_general_twins(const chasles_general_six *six, const chasles_general_order *order,
                                  const chasles_general_system *system,
                                  const chasles_general_start *starts, int count,
                                  chasles_general_start *twins)
@@ -366,7 +366,7 @@ static int chasles_general_twins(const chasles_general_six *six, const chasles_g
     }
     for (int k = 0; k < added; k += CHASLES_VECTOR_LANES) {
         const int all = added - k < CHASLES_VECTOR_LANES ? added - k : CHASLES_VECTOR_LANES;
-        chasles_general_all(six, split, system, twins + k, all);
+        chasles_general_all(six, order, system, twins + k, all);
     }
     return added;
 }

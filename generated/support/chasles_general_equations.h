@@ -2,14 +2,14 @@
  * and is the same for every robot.
  *
  * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
- * B(s) x. Here y contains the products of the cosines and sines of two joints (the pair), and x is
- * (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint, the
- * suppressed joint. The target pose may be part of any constant transform of the loop. Six row
+ * B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair), and
+ * x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint,
+ * the suppressed joint. The target pose may be part of any constant transform of the loop. Six row
  * combinations are free of y. With the half angle of v, they become twelve equations M(s) u = 0 in
  * twelve unknowns. det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its
  * real roots (chasles_general_roots.h), and each root gives the other joints
  * (chasles_general_back.h). Newton's iteration on the pose refines them (chasles_general_newton.h).
- * Such an order of the joints is an elimination order (type chasles_general_split). If one order
+ * Such an order of the joints is an elimination order (type chasles_general_order). If one order
  * fails, other elimination orders and nearby poses are tried (chasles_general.h). All computations
  * use vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has
  * no state and depends only on libm.
@@ -49,7 +49,7 @@
  * correct. */
 #define CHASLES_NOISE 1e-6
 /* If its largest coefficient is below this value, the determinant (of entries of order 1) may be a
- * zero polynomial with rounding errors. It is accepted if its relative error is below
+ * zero polynomial with rounding errors. The polynomial is accepted if its relative error is below
  * CHASLES_CLEAN. For some axis structures, the determinant is zero. For an arm within 1e-3 of such
  * a structure, the determinant may be 1e-20 and still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
@@ -76,7 +76,7 @@
 #define CHASLES_EQUATIONS 14
 #define CHASLES_CHAIN_MAX_JOINTS 12
 #define CHASLES_CHAIN_MAX_GIVEN (CHASLES_CHAIN_MAX_JOINTS - 6)
-#define CHASLES_SPLITS 4
+#define CHASLES_ORDERS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
 /* Origin of the half angle [rad]; it differs from the right angles that are common in arms. */
@@ -87,7 +87,7 @@ typedef struct {
     int joint[6]; /* indices of the pair, the suppressed joint, v and w, and the last joint */
     int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
     int halved;   /* joint with the half angle: 0 for the first of v and w, 1 for the second */
-} chasles_general_split;
+} chasles_general_order;
 
 /* A joint. */
 #define CHASLES_SOLVED_TURN 0
@@ -105,8 +105,8 @@ typedef struct {
     double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of a joint's motion about or along z */
     double length; /* size of the arm (m), which converts radians to metres */
     double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
-    int splits;
-    chasles_general_split split[CHASLES_SPLITS]; /* best first */
+    int orders;
+    chasles_general_order order[CHASLES_ORDERS]; /* best first */
 } chasles_general_arm;
 
 /* The arm with its fixed joints at given values. Lengths are relative to the arm length, including
@@ -231,7 +231,7 @@ static double chasles_general_wrapped(const chasles_general_six *six, int joint,
 
 /* Computes the constant transforms C_1 ... C_6 of the loop of arm and tool, in the elimination
  * order. */
-static void chasles_general_loop(const chasles_general_six *six, const chasles_general_split *split,
+static void chasles_general_loop(const chasles_general_six *six, const chasles_general_order *order,
                                  const double *T, double (*C)[12])
 {
     double pose[12], back[12], closing[12];
@@ -242,8 +242,8 @@ static void chasles_general_loop(const chasles_general_six *six, const chasles_g
     chasles_general_product(six->placed[6], back, pose);
     chasles_general_product(pose, six->placed[0], closing);
     for (int i = 0; i < 6; i++) {
-        const int k = split->joint[i];
-        if (split->sense > 0) {
+        const int k = order->joint[i];
+        if (order->sense > 0) {
             memcpy(C[i], k < 5 ? six->placed[k + 1] : closing, sizeof C[i]);
         } else {
             chasles_general_inverse(k > 0 ? six->placed[k] : closing, C[i]);
@@ -404,14 +404,14 @@ static void chasles_general_reflect(double (*S)[36])
 
 /* Separates the six equations without y from the eight equations that determine y. */
 static void chasles_general_eliminate(const chasles_general_six *six,
-                                      const chasles_general_split *split, const double *T,
+                                      const chasles_general_order *order, const double *T,
                                       chasles_general_system *system)
 {
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     double S[CHASLES_EQUATIONS][36];
-    chasles_general_loop(six, split, T, system->loop);
+    chasles_general_loop(six, order, T, system->loop);
     for (int k = 0; k < 6; k++)
-        system->slides[k] = six->slides[split->joint[k]];
+        system->slides[k] = six->slides[order->joint[k]];
     chasles_general_rows((const double(*)[12])system->loop, system->slides, S);
     chasles_general_reflect(S);
     for (int i = 0; i < 8; i++) {
@@ -419,7 +419,7 @@ static void chasles_general_eliminate(const chasles_general_six *six,
         for (int m = 0; m < 3; m++)
             memcpy(system->head[m][i], S[i] + 8 + 9 * m, sizeof system->head[m][i]);
     }
-    const int along = split->halved ? 1 : 3, across = split->halved ? 3 : 1;
+    const int along = order->halved ? 1 : 3, across = order->halved ? 3 : 1;
     for (int m = 0; m < 3; m++) {
         for (int i = 0; i < 6; i++) {
             const double *row = S[8 + i] + 8 + 9 * m;

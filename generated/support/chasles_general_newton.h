@@ -30,7 +30,7 @@ typedef struct {
     double damping; /* damping of the next step; 0 for a Newton step */
     int steps;      /* number of steps so far */
     int is_over;    /* whether no further step can improve the iterate */
-} chasles_general_way;
+} chasles_general_iterate;
 
 /* Computes all joints of the robot (rad, m) from the unknown joints, whose prismatic coordinates
  * are relative to a length (m). */
@@ -142,18 +142,19 @@ static double chasles_general_error(const double *T, const double *at, double *e
 }
 
 /* Computes a Levenberg-Marquardt step towards the pose. */
-static void chasles_general_damped(const chasles_general_way *way, double length, double *step)
+static void chasles_general_damped(const chasles_general_iterate *iterate, double length,
+                                   double *step)
 {
     double a[6][7], b[6][7];
     for (int i = 0; i < 6; i++) {
         const double weight = i < 3 ? 1.0 / length : 1.0;
         for (int k = 0; k < 6; k++)
-            a[i][k] = weight * way->J[6 * i + k];
-        a[i][6] = weight * way->e[i];
+            a[i][k] = weight * iterate->J[6 * i + k];
+        a[i][6] = weight * iterate->e[i];
     }
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < 7; k++) {
-            b[i][k] = i == k ? way->damping : 0.0;
+            b[i][k] = i == k ? iterate->damping : 0.0;
             for (int m = 0; m < 6; m++)
                 b[i][k] += a[m][i] * a[m][k];
         }
@@ -172,22 +173,22 @@ static double chasles_general_cost(const double *e, double length)
 }
 
 static void chasles_general_begin(const chasles_general_six *six, const double *T, const double *q,
-                                  chasles_general_way *way)
+                                  chasles_general_iterate *iterate)
 {
     double at[16];
-    memcpy(way->q, q, sizeof way->q);
-    chasles_general_forward(six, q, at, way->J);
-    way->left = chasles_general_error(T, at, way->e);
-    way->cost = chasles_general_cost(way->e, six->arm->length);
-    way->damping = 0.0;
-    way->steps = 0;
-    way->is_over = way->left <= CHASLES_CLOSED;
+    memcpy(iterate->q, q, sizeof iterate->q);
+    chasles_general_forward(six, q, at, iterate->J);
+    iterate->left = chasles_general_error(T, at, iterate->e);
+    iterate->cost = chasles_general_cost(iterate->e, six->arm->length);
+    iterate->damping = 0.0;
+    iterate->steps = 0;
+    iterate->is_over = iterate->left <= CHASLES_CLOSED;
 }
 
 /* Takes a step of at most half a radian or half the arm length if the error decreases; otherwise
  * increases the damping of the next step. */
 static void chasles_general_advance(const chasles_general_six *six, const double *T,
-                                    const double *step, chasles_general_way *way)
+                                    const double *step, chasles_general_iterate *iterate)
 {
     double q[6], at[16], J[36], e[6], most = 0.0, sum = 0.0;
     for (int k = 0; k < 6; k++) {
@@ -196,44 +197,44 @@ static void chasles_general_advance(const chasles_general_six *six, const double
     }
     const double part = !(sum < DBL_MAX) ? 0.0 : most > 0.5 ? 0.5 / most : 1.0;
     for (int k = 0; k < 6; k++)
-        q[k] = way->q[k] + (part > 0.0 ? part * step[k] : 0.0);
+        q[k] = iterate->q[k] + (part > 0.0 ? part * step[k] : 0.0);
     chasles_general_forward(six, q, at, J);
     const double left = chasles_general_error(T, at, e);
     const double cost = chasles_general_cost(e, six->arm->length);
-    way->steps++;
-    if (cost < way->cost) {
-        const int is_slow = cost > 0.999999 * way->cost && way->left > CHASLES_NEAR;
+    iterate->steps++;
+    if (cost < iterate->cost) {
+        const int is_slow = cost > 0.999999 * iterate->cost && iterate->left > CHASLES_NEAR;
         /* After a large improvement, the next step may be an undamped Newton step. */
-        way->damping = cost < 0.25 * way->cost || way->damping < CHASLES_DAMPING_DROPPED
-                           ? 0.0
-                           : 0.03 * way->damping;
-        way->left = left, way->cost = cost;
-        memcpy(way->q, q, sizeof q);
-        memcpy(way->J, J, sizeof J);
-        memcpy(way->e, e, sizeof e);
-        way->is_over = is_slow || left <= CHASLES_CLOSED;
-    } else if (way->left < CHASLES_NEARLY_CLOSED || way->damping > CHASLES_DAMPING_MAX) {
-        way->is_over = 1;
+        iterate->damping = cost < 0.25 * iterate->cost || iterate->damping < CHASLES_DAMPING_DROPPED
+                               ? 0.0
+                               : 0.03 * iterate->damping;
+        iterate->left = left, iterate->cost = cost;
+        memcpy(iterate->q, q, sizeof q);
+        memcpy(iterate->J, J, sizeof J);
+        memcpy(iterate->e, e, sizeof e);
+        iterate->is_over = is_slow || left <= CHASLES_CLOSED;
+    } else if (iterate->left < CHASLES_NEARLY_CLOSED || iterate->damping > CHASLES_DAMPING_MAX) {
+        iterate->is_over = 1;
     } else {
-        way->damping = way->damping > 0.0         ? 30.0 * way->damping
-                       : way->left > CHASLES_NEAR ? CHASLES_DAMPING_FAR
-                                                  : CHASLES_DAMPING_NEAR;
+        iterate->damping = iterate->damping > 0.0         ? 30.0 * iterate->damping
+                           : iterate->left > CHASLES_NEAR ? CHASLES_DAMPING_FAR
+                                                          : CHASLES_DAMPING_NEAR;
     }
 }
 
 /* Computes the next Newton steps of at most CHASLES_VECTOR_LANES configurations. */
 static void chasles_general_newton(const chasles_general_six *six, const double *T,
-                                   chasles_general_way *const *ways, int count)
+                                   chasles_general_iterate *const *iterates, int count)
 {
     double rows[7][6][CHASLES_VECTOR_LANES];
     chasles_vector a[7][6], determinant = {0.0};
     for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
-        const chasles_general_way *way = ways[l < count ? l : 0];
+        const chasles_general_iterate *iterate = iterates[l < count ? l : 0];
         for (int i = 0; i < 6; i++) {
             const double weight = i < 3 ? 1.0 / six->arm->length : 1.0;
             for (int k = 0; k < 6; k++)
-                rows[k][i][l] = weight * way->J[6 * i + k];
-            rows[6][i][l] = weight * way->e[i];
+                rows[k][i][l] = weight * iterate->J[6 * i + k];
+            rows[6][i][l] = weight * iterate->e[i];
         }
     }
     memcpy(a, rows, sizeof a);
@@ -243,33 +244,33 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
         double step[6];
         for (int k = 0; k < 6; k++)
             step[k] = CHASLES_LANE(a[6][k], l);
-        chasles_general_advance(six, T, step, ways[l]);
+        chasles_general_advance(six, T, step, iterates[l]);
     }
 }
 
 /* Computes a damped step. */
 static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
-                                        chasles_general_way *way)
+                                        chasles_general_iterate *iterate)
 {
     double step[6];
-    chasles_general_damped(way, six->arm->length, step);
-    chasles_general_advance(six, T, step, way);
+    chasles_general_damped(iterate, six->arm->length, step);
+    chasles_general_advance(six, T, step, iterate);
 }
 
 /* Iterates many configurations towards the pose, with damping where needed. */
 static void chasles_general_together(const chasles_general_six *six, const double *T,
-                                     chasles_general_way *ways, int count)
+                                     chasles_general_iterate *iterates, int count)
 {
-    chasles_general_way *going[CHASLES_VECTOR_LANES];
+    chasles_general_iterate *going[CHASLES_VECTOR_LANES];
     for (int moved = 1, step = 0; moved && step < CHASLES_STEPS; step++) {
         int some = 0;
         moved = 0;
         for (int k = 0; k < count; k++) {
-            if (!ways[k].is_over && ways[k].damping > 0.0) {
-                chasles_general_step_damped(six, T, ways + k);
+            if (!iterates[k].is_over && iterates[k].damping > 0.0) {
+                chasles_general_step_damped(six, T, iterates + k);
                 moved = 1;
-            } else if (!ways[k].is_over) {
-                going[some++] = ways + k;
+            } else if (!iterates[k].is_over) {
+                going[some++] = iterates + k;
             }
             if (some == CHASLES_VECTOR_LANES || (some > 0 && k == count - 1)) {
                 chasles_general_newton(six, T, going, some);
@@ -281,17 +282,17 @@ static void chasles_general_together(const chasles_general_six *six, const doubl
 
 /* Iterates one configuration towards the pose, with damping where needed. */
 static void chasles_general_polish(const chasles_general_six *six, const double *T, int most,
-                                   chasles_general_way *way)
+                                   chasles_general_iterate *iterate)
 {
-    while (!way->is_over && way->steps < most) {
-        if (way->damping > 0.0) {
-            chasles_general_step_damped(six, T, way);
+    while (!iterate->is_over && iterate->steps < most) {
+        if (iterate->damping > 0.0) {
+            chasles_general_step_damped(six, T, iterate);
         } else {
-            chasles_general_newton(six, T, &way, 1);
+            chasles_general_newton(six, T, &iterate, 1);
         }
     }
     for (int i = 0; i < 6; i++)
-        way->q[i] = chasles_general_wrapped(six, i, way->q[i]);
+        iterate->q[i] = chasles_general_wrapped(six, i, iterate->q[i]);
 }
 
 /* Computes the ratio of |det J| to the product of the column norms, for many J: at most 1, and 0
@@ -335,7 +336,7 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 
 /* A point on a self-motion curve. */
 typedef struct {
-    chasles_general_way way;
+    chasles_general_iterate iterate;
     double v[6], u[6];
     double left; /* u . e: the error that no joint can remove */
 } chasles_general_walk_point;
@@ -349,7 +350,8 @@ static int chasles_general_bordered(const chasles_general_walk_point *point, dou
         for (int k = 0; k < 6; k++) {
             const int row = transposed ? k : i, column = transposed ? i : k;
             const double weight = row < 3 ? 1.0 / length : 1.0;
-            a[i][k] = weight * point->way.J[6 * row + column] + point->u[row] * point->v[column];
+            a[i][k] =
+                weight * point->iterate.J[6 * row + column] + point->u[row] * point->v[column];
         }
         a[i][6] = b[i];
         x[i] = 0.0;
@@ -387,7 +389,7 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
         chasles_general_normalise(point->u);
         point->left = 0.0;
         for (int i = 0; i < 6; i++) {
-            e[i] = i < 3 ? point->way.e[i] / length : point->way.e[i];
+            e[i] = i < 3 ? point->iterate.e[i] / length : point->iterate.e[i];
             point->left += point->u[i] * e[i];
         }
         for (int i = 0; i < 6; i++) {
@@ -399,8 +401,8 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
         if (!chasles_general_bordered(point, length, 0, e, x))
             return 0;
         for (int i = 0; i < 6; i++)
-            x[i] += point->way.q[i];
-        chasles_general_begin(six, T, x, &point->way);
+            x[i] += point->iterate.q[i];
+        chasles_general_begin(six, T, x, &point->iterate);
     }
     return 0;
 }
@@ -413,7 +415,7 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     static const double some[6] = {0.41, -0.37, 0.45, 0.33, -0.48, 0.39};
     memcpy(point->v, some, sizeof some);
     memcpy(point->u, some, sizeof some);
-    chasles_general_begin(six, T, q, &point->way);
+    chasles_general_begin(six, T, q, &point->iterate);
     return chasles_general_onto_curve(six, T, point);
 }
 
@@ -422,7 +424,7 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
  */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
-                                chasles_general_way *ways, int most)
+                                chasles_general_iterate *iterates, int most)
 {
     chasles_general_walk_point before = *start, point = *start, next;
     int count = 0;
@@ -430,19 +432,19 @@ static int chasles_general_walk(const chasles_general_six *six, const double *T,
         double q[6];
         next = point;
         for (int i = 0; i < 6; i++)
-            q[i] = point.way.q[i] + sense * CHASLES_WALK_STEP * point.v[i];
-        chasles_general_begin(six, T, q, &next.way);
+            q[i] = point.iterate.q[i] + sense * CHASLES_WALK_STEP * point.v[i];
+        chasles_general_begin(six, T, q, &next.iterate);
         if (!chasles_general_onto_curve(six, T, &next) || fabs(next.left) > CHASLES_NEAR)
             break;
         const double own = fabs(point.left), after = fabs(next.left);
         if (point.left * next.left < 0.0) {
             const double part = own / (own + after);
             for (int i = 0; i < 6; i++)
-                q[i] = point.way.q[i] + part * (next.way.q[i] - point.way.q[i]);
-            chasles_general_begin(six, T, q, ways + count++);
+                q[i] = point.iterate.q[i] + part * (next.iterate.q[i] - point.iterate.q[i]);
+            chasles_general_begin(six, T, q, iterates + count++);
         } else if (own <= after && own <= fabs(before.left)) {
-            ways[count++] = point.way;
-            ways[count - 1].steps = 0;
+            iterates[count++] = point.iterate;
+            iterates[count - 1].steps = 0;
         }
         before = point;
         point = next;

@@ -299,8 +299,8 @@ static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const
 }
 
 /* Creates the homotopy from the start rods to the current rods. */
-static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
-                                   const chasles_hexapod_rods *rods, chasles_hexapod_way *way)
+static void chasles_hexapod_path_to(const chasles_hexapod_platform *platform,
+                                    const chasles_hexapod_rods *rods, chasles_hexapod_path *path)
 {
     chasles_hexapod_number a[6][3] = {{{0.0, 0.0}}}, c[6] = {{0.0, 0.0}};
     for (int i = 0; i < CHASLES_RODS; i++) {
@@ -310,19 +310,19 @@ static void chasles_hexapod_way_to(const chasles_hexapod_platform *platform,
             c[i].re += rods->a[i][k] * rods->a[i][k] + platform->b[i][k] * platform->b[i][k];
         }
     }
-    chasles_hexapod_forms_of(platform->a, platform->b, platform->c, &way->at);
-    chasles_hexapod_forms_of((const chasles_hexapod_number(*)[3])a, platform->b, c, &way->change);
+    chasles_hexapod_forms_of(platform->a, platform->b, platform->c, &path->at);
+    chasles_hexapod_forms_of((const chasles_hexapod_number(*)[3])a, platform->b, c, &path->change);
     for (int i = 0; i < CHASLES_RODS; i++) {
         for (int k = 0; k < 6; k++) {
-            way->change.M[i][k].re -= way->at.M[i][k].re;
-            way->change.M[i][k].im -= way->at.M[i][k].im;
+            path->change.M[i][k].re -= path->at.M[i][k].re;
+            path->change.M[i][k].im -= path->at.M[i][k].im;
         }
         for (int k = 0; k < 10; k++) {
-            way->change.S[i][k].re -= way->at.S[i][k].re;
-            way->change.S[i][k].im -= way->at.S[i][k].im;
+            path->change.S[i][k].re -= path->at.S[i][k].re;
+            path->change.S[i][k].im -= path->at.S[i][k].im;
         }
     }
-    way->moves = platform->moves;
+    path->moves = platform->moves;
 }
 
 /* Follows all paths to the current rods. Returns the number of doubtful path ends. */
@@ -331,13 +331,13 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
 {
     const double near[3] = {CHASLES_PATH_NEAR, CHASLES_PATH_NEARER, CHASLES_PATH_NEAREST};
     const int paths = platform->paths;
-    chasles_hexapod_way way;
+    chasles_hexapod_path path;
     int which[CHASLES_MAX_PATHS], again = paths, lost = 0;
-    chasles_hexapod_way_to(platform, rods, &way);
+    chasles_hexapod_path_to(platform, rods, &path);
     for (int k = 0; k < paths; k++)
         which[k] = k;
     for (int pass = 0; pass < 3 && again > 0; pass++) {
-        chasles_hexapod_follow(&way, platform->starts, which, again, near[pass], ends);
+        chasles_hexapod_follow(&path, platform->starts, which, again, near[pass], ends);
         again = chasles_hexapod_again(ends, paths, which);
     }
     for (int k = 0; k < paths; k++)
@@ -361,8 +361,8 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* Finds the assembly modes of rods with double joints. Returns their number, or -1 if the number is
- * uncertain.
+/* Finds the assembly modes of rods with double joints. Returns the number of modes, or -1 if the
+ * number is uncertain.
  */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)

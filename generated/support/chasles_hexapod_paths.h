@@ -58,14 +58,14 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
 }
 
 /* Computes the path tangent at x, orthogonal to `of`. */
-static void chasles_hexapod_tangent(const chasles_hexapod_way *way,
+static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                     chasles_hexapod_lanes *slope)
 {
     chasles_hexapod_lanes a[CHASLES_SOMA][CHASLES_SOMA + 1];
     chasles_hexapod_newton(place, x, of, a);
-    chasles_hexapod_along(way, x, a);
+    chasles_hexapod_along(path, x, a);
     chasles_hexapod_solve(a, slope);
 }
 
@@ -88,7 +88,7 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
 
 /* Computes the next pose of every lane after a trial step, and the squared lengths of both
  * corrections. */
-static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapod_place *place,
+static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
                                   chasles_vector *corrections)
 {
@@ -96,16 +96,16 @@ static void chasles_hexapod_tried(const chasles_hexapod_way *way, chasles_hexapo
     chasles_hexapod_lanes slope[4][CHASLES_SOMA], at[CHASLES_SOMA];
     const chasles_vector half = 0.5 * group->h;
     const chasles_vector middle = group->t + half, end = group->t + group->h;
-    chasles_hexapod_placed(way, &group->t, 0, place);
-    chasles_hexapod_tangent(way, place, x, x, slope[0]);
-    chasles_hexapod_placed(way, &middle, 0, place);
+    chasles_hexapod_placed(path, &group->t, 0, place);
+    chasles_hexapod_tangent(path, place, x, x, slope[0]);
+    chasles_hexapod_placed(path, &middle, 0, place);
     chasles_hexapod_sum(x, &half, slope[0], at);
-    chasles_hexapod_tangent(way, place, at, x, slope[1]);
+    chasles_hexapod_tangent(path, place, at, x, slope[1]);
     chasles_hexapod_sum(x, &half, slope[1], at);
-    chasles_hexapod_tangent(way, place, at, x, slope[2]);
-    chasles_hexapod_placed(way, &end, 0, place);
+    chasles_hexapod_tangent(path, place, at, x, slope[2]);
+    chasles_hexapod_placed(path, &end, 0, place);
     chasles_hexapod_sum(x, &group->h, slope[2], at);
-    chasles_hexapod_tangent(way, place, at, x, slope[3]);
+    chasles_hexapod_tangent(path, place, at, x, slope[3]);
     for (int k = 0; k < CHASLES_SOMA; k++) {
         next[k].re = x[k].re + group->h / 6.0 *
                                    (slope[0][k].re + 2.0 * (slope[1][k].re + slope[2][k].re) +
@@ -148,7 +148,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
 }
 
 /* Follows the paths `which` of a homotopy; each ends at the current rods or is lost. */
-static void chasles_hexapod_follow(const chasles_hexapod_way *way,
+static void chasles_hexapod_follow(const chasles_hexapod_path *path,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,
                                    chasles_hexapod_end *ends)
@@ -166,9 +166,9 @@ static void chasles_hexapod_follow(const chasles_hexapod_way *way,
         chasles_hexapod_next(&group, l, starts, which, count, &from);
     }
     chasles_hexapod_normal(group.x);
-    chasles_hexapod_placed(way, &group.t, 1, &place);
+    chasles_hexapod_placed(path, &group.t, 1, &place);
     while (left > 0) {
-        chasles_hexapod_tried(way, &place, &group, next, corrections);
+        chasles_hexapod_tried(path, &place, &group, next, corrections);
         for (int l = 0; l < CHASLES_VECTOR_LANES; l++) {
             const int path = group.path[l];
             const double first = sqrt(CHASLES_LANE(corrections[0], l)),

@@ -46,7 +46,7 @@ typedef struct {
 typedef struct {
     chasles_hexapod_forms at, change;
     int moves; /* whether not only the constants c change */
-} chasles_hexapod_way;
+} chasles_hexapod_path;
 
 /* The coefficients at each lane's path parameter. */
 typedef struct {
@@ -123,20 +123,23 @@ static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
 }
 
 /* Updates the coefficients for a path parameter; the first call computes all of them. */
-static void chasles_hexapod_placed(const chasles_hexapod_way *way, const chasles_vector *t, int all,
-                                   chasles_hexapod_place *place)
+static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasles_vector *t,
+                                   int all, chasles_hexapod_place *place)
 {
     static const int diagonal[4] = {0, 4, 7, 9};
     for (int i = 0; i < CHASLES_RODS; i++) {
-        if (all || way->moves) {
+        if (all || path->moves) {
             for (int k = 0; k < 6; k++)
-                chasles_hexapod_between(&way->at.M[i][k], &way->change.M[i][k], t, &place->M[i][k]);
+                chasles_hexapod_between(&path->at.M[i][k], &path->change.M[i][k], t,
+                                        &place->M[i][k]);
             for (int k = 0; k < 10; k++)
-                chasles_hexapod_between(&way->at.S[i][k], &way->change.S[i][k], t, &place->S[i][k]);
+                chasles_hexapod_between(&path->at.S[i][k], &path->change.S[i][k], t,
+                                        &place->S[i][k]);
         } else {
             for (int k = 0; k < 4; k++) {
                 const int d = diagonal[k];
-                chasles_hexapod_between(&way->at.S[i][d], &way->change.S[i][d], t, &place->S[i][d]);
+                chasles_hexapod_between(&path->at.S[i][d], &path->change.S[i][d], t,
+                                        &place->S[i][d]);
             }
         }
     }
@@ -191,7 +194,7 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
 }
 
 /* Writes half the negative rate of each equation along the path into the last column. */
-static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_hexapod_lanes *x,
+static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {
     chasles_vector zero = {0.0};
@@ -200,20 +203,20 @@ static void chasles_hexapod_along(const chasles_hexapod_way *way, const chasles_
         chasles_hexapod_add(&square, x + k, x + k);
     for (int i = 0; i < CHASLES_RODS; i++) {
         chasles_hexapod_lanes sum = {zero, zero};
-        if (way->moves) {
+        if (path->moves) {
             for (int k = 0; k < 6; k++) {
-                M[k].re = zero + way->change.M[i][k].re;
-                M[k].im = zero + way->change.M[i][k].im;
+                M[k].re = zero + path->change.M[i][k].re;
+                M[k].im = zero + path->change.M[i][k].im;
             }
             for (int k = 0; k < 10; k++) {
-                S[k].re = zero + way->change.S[i][k].re;
-                S[k].im = zero + way->change.S[i][k].im;
+                S[k].re = zero + path->change.S[i][k].re;
+                S[k].im = zero + path->change.S[i][k].im;
             }
             chasles_hexapod_gradient(M, S, x, half);
             for (int k = 0; k < CHASLES_SOMA; k++)
                 chasles_hexapod_subtract(&sum, half + k, x + k);
         } else {
-            const chasles_hexapod_number *c = way->change.S[i];
+            const chasles_hexapod_number *c = path->change.S[i];
             sum.re = -(c->re * square.re - c->im * square.im);
             sum.im = -(c->re * square.im + c->im * square.re);
         }

@@ -26,7 +26,7 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles. Each summand is rounded down, because -0 - +0 is -0. */
+/* pi/2 as a sum of doubles. Each summand is rounded down, so that the reduced angle of -0 is -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
 #define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes larger angles */
@@ -122,8 +122,8 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* Tuned for Haswell on every processor: among GCC 12's cost tables, its schedule of two interleaved
- * vectors spills least. The tables for Skylake or Zen make the code a third slower.
+/* All processors use GCC's tuning for Haswell: with GCC 12, two interleaved vectors then need the
+ * smallest number of register spills. The tables for Skylake or Zen make the code a third slower.
  *
  * LANES_MAX and LANES_MIN return the second argument if one is NaN. LANES_MINUS is the sign bit in
  * lanes where a condition is true. */
@@ -308,7 +308,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* The condition is true if both are infinite (the quotient is then 0), false if both are 0. */
+    /* The condition is true if both numbers are infinite (the quotient is then 0), and false if
+     * both are 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -324,7 +325,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis. The angle is measured backwards if exactly one holds: the point is steep, or x < 0. */
+     * axis. The angle is measured backwards if exactly one of two conditions holds: the point is
+     * steep, or x < 0. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

@@ -11,8 +11,8 @@
 #include "chasles_distance.h"
 
 #ifdef __TINYC__
-/* tcc folds neither its own INFINITY nor the negation of an infinity; without parentheses,
- * -INFINITY is a product of finite constants. */
+/* The compiler tcc accepts neither its own INFINITY nor a negated infinity in constant expressions;
+ * without parentheses, -INFINITY is a product of finite constants. */
 #undef INFINITY
 #define INFINITY 1e308 * 1e308
 #endif
@@ -47,8 +47,8 @@ typedef struct {
 } chasles_slots;
 
 /* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed
- * within the limits. Returns their distance, or INFINITY if a coordinate has no value within its
- * limits. A coordinate that violates a limit only by rounding is set to the limit. */
+ * within the limits. Returns the distance from the seed, or INFINITY if a coordinate has no value
+ * within its limits. A coordinate that violates a limit only by rounding is set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
                                      const double *q_seed, double *q)
 {
@@ -75,7 +75,7 @@ static inline double chasles_limited(int n, const chasles_moves *moves, const do
 }
 
 /* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed.
- * Returns whether they are within the limits. */
+ * Returns whether the shifted coordinates are within the limits. */
 static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
                                     const double *q_seed, double *q)
 {

@@ -84,7 +84,7 @@ def test_structure_with_fixed_joints_names_the_other_joints():
     text = fragment("well_manipulator", "inverse")
     assert "all other joints are revolute" in text
     assert (
-        r"undetermined, $l_{HI}$, $l_{MN}$ and $\theta_{7}$; their values are further inputs"
+        r"undetermined. The values of $l_{HI}$, $l_{MN}$ and $\theta_{7}$ are further inputs"
         in text
     )
     assert r"l\_HI" not in text

@@ -60,10 +60,13 @@ def _undetermined(page: Page, classification: Classification, found: Attempt) ->
     if not names:
         return []
     if len(names) == 1:
-        return [f"A pose leaves one joint undetermined, {names[0]}; its value is a further input."]
+        return [
+            f"A pose leaves one joint undetermined. The value of {names[0]} is a further input; if"
+            " another joint is fixed, the steps differ."
+        ]
     return [
-        f"A pose leaves {len(names)} joints undetermined, {in_words(names)}; their values are"
-        " further inputs."
+        f"A pose leaves {len(names)} joints undetermined. The values of {in_words(names)} are"
+        " further inputs; if other joints are fixed, the steps differ."
     ]
 
 
