@@ -133,9 +133,7 @@ def _name(robot: RobotFacts, label: str, item: str | int) -> str:
     parameters = [own.name for own in robot.redundancy]
     known = dict.fromkeys((*parameters, *robot.joint_names, *robot.coordinate_names))
     if item not in known:
-        raise InputValueError(
-            f"{label}: there is no joint {item!r} to fix; there are {', '.join(known)}"
-        )
+        raise InputValueError(f"{label}: cannot fix {item!r}; expected one of {', '.join(known)}")
     return item
 
 

@@ -183,7 +183,7 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
             raise InputValueError(
-                f"{language} writes {', '.join(twice)}, which another language writes"
+                f"{language} and another language write the same file: {', '.join(twice)}"
             )
         merged |= texts
     return merged

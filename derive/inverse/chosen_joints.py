@@ -88,7 +88,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
     unknown = [name for name in fixed if name not in names]
     if unknown:
         raise InputValueError(
-            f"{robot.name} has no joint {', '.join(unknown)} to be fixed; its joints are "
+            f"{robot.name}: cannot fix unknown joint {', '.join(unknown)}; the joints are "
             f"{', '.join(names)}"
         )
     if len({*fixed}) >= len(names):

@@ -322,8 +322,8 @@ class SerialRobot:
         for name in self.linear_map.coordinates:
             if name not in known or name in fixed:
                 raise DescriptionError(
-                    f"coordinate {name!r} is none of the motors and joints "
-                    f"({', '.join(sorted(known - fixed))})"
+                    f"unknown coordinate {name!r}; expected a motor or joint: "
+                    f"{', '.join(sorted(known - fixed))}"
                 )
 
     def _check_symbols(self) -> None:

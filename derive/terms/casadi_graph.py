@@ -203,7 +203,7 @@ class _Visitor:
         """Returns the value for the first true condition; NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
-            raise LoweringError(f"no value where no condition holds: {expression}")
+            raise LoweringError(f"no value if no condition is true: {expression}")
         node = self.node(value)
         for value, condition in reversed(cases):
             node = _chosen(self._condition(condition), self.node(value), node)

@@ -90,14 +90,14 @@ def survives(row: Row, digit: Digit) -> bool:
     tolerance, and in both directions just beyond twice the tolerance.
     """
     if row.source is None or row.judge is None:
-        raise ValueError(f"{row.item} does not keep how it was judged")
+        raise ValueError(f"{row.item} has no stored source and judge")
     near, far = _changes(row.source, digit)
     return all(_holds(row, change) for change in near) or any(_holds(row, c) for c in far)
 
 
 def _holds(row: Row, changed: Printed) -> bool:
     if row.judge is None:
-        raise ValueError(f"{row.item} does not keep how it was judged")
+        raise ValueError(f"{row.item} has no stored source and judge")
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):

@@ -128,9 +128,7 @@ class FixedJoints:
         coordinates = [c.name for c in self.manifest.coordinates]
         if name not in coordinates:
             known = ", ".join(dict.fromkeys((*self._joints, *coordinates)))
-            raise InputValueError(
-                f"{self._label}: there is no joint {name!r} to fix; there are {known}"
-            )
+            raise InputValueError(f"{self._label}: cannot fix {name!r}; expected one of {known}")
         index, reference = coordinates.index(name), self.manifest.loops.reference
         chain, moved = self._with_role("map", "actuators", "chain"), self._moved_alone(index)
         if reference is None or chain is None or moved is None:

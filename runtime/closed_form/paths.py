@@ -115,7 +115,7 @@ class InverseMethods(RobotFacts):
         if not isinstance(fixed, Mapping):
             raise InputTypeError(f"{label}: expected values of joints by name, got {fixed!r}")
         if unknown := fixed.keys() - {*self.coordinate_names}:
-            raise InputValueError(f"{label}: there is no joint {min(unknown)!r} to fix")
+            raise InputValueError(f"{label}: cannot fix unknown joint {min(unknown)!r}")
         free = [c.name for c in self.coordinates if c.unit == "rad" and c.name not in fixed]
         if len(free) != _FREE:
             raise InputValueError(f"{label}: expected 3 free revolute joints, got {free}")

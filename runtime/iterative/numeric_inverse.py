@@ -265,7 +265,7 @@ def _solver(robot: RobotFacts, tip: str | None, start_set: int) -> Solver:
     if tip not in offered:
         links = ", ".join((robot.tip_frame, *offered))
         raise InputValueError(
-            f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}"
+            f"{robot.name}.ik_numeric: unknown tip link {tip!r}; the links are {links}"
         )
     link = robot.link_names.index(tip)
     kernels = _kernels(robot, ["link_poses", *(["chain_D_q"] if robot.loops else [])])

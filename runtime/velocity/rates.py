@@ -277,7 +277,7 @@ class VelocityMethods(ManipulabilityMethods):
         if acceleration_limits is not None:
             if qd_previous is None or dt is None:
                 raise InputTypeError(
-                    f"{self.name}.{method}: acceleration_limits need qd_previous and dt as well"
+                    f"{self.name}.{method}: acceleration_limits also require qd_previous and dt"
                 )
             before = self._reals(method, "qd_previous", qd_previous, (self.n,))
         if dt is not None:

@@ -341,7 +341,7 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     assert "nothing to derive" in run("derive", *wanted, "--to", to).output
     wrong = run("derive", "panda", "--fixed", "elbow", "--to", to)
     assert wrong.exit_code == 1
-    assert "panda has no joint elbow to be fixed; its joints are joint1, joint2" in wrong.output
+    assert "panda: cannot fix unknown joint elbow; the joints are joint1, joint2" in wrong.output
     explained = run("explain", "photo_robot", "--fixed", "theta2, r4")
     assert "Structure: spherical wrist, with theta2 and r4 fixed." in explained.output
 

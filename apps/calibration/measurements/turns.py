@@ -78,7 +78,7 @@ def of_quaternions(found: FloatArray) -> FloatArray:
     if not abs(size[k] - usual) < _ROUNDED * usual:
         raise WrongRow(
             k,
-            f"the quaternion has the length {size[k]:.3g}, other rows have {usual:.3g}; check that "
+            f"the quaternion has length {size[k]:.3g}, but other rows have {usual:.3g}; check that "
             "the columns qw, qx, qy and qz are a quaternion",
         )
     return rotations(found)

@@ -99,8 +99,8 @@ class Motion:
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
-                f"Motion: the time scaling has length {self.time_scaling.length:g}, the curve only "
-                f"{self.curve.length:g}"
+                f"Motion: the time scaling has length {self.time_scaling.length:g}, but the curve "
+                f"has length {self.curve.length:g}"
             )
 
     @property

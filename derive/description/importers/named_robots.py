@@ -44,7 +44,7 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
     except (GitError, OSError, ImportError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else repr(error)
         raise DescriptionError(
-            f"robot:{name}: expected {known} to be downloaded ({reason})"
+            f"robot:{name}: {known} could not be downloaded ({reason})"
         ) from error
     for attribute in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH"):
         if hasattr(module, attribute):

@@ -133,7 +133,7 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
     if len(found) > 1:
         tips = ", ".join(ends.tip for ends in found)
         raise NoChain(
-            "tip", None, f"a choice of the tip link (chains of equal length end at: {tips})"
+            "tip", None, f"a choice of the tip link, because chains of equal length end at {tips}"
         )
     _check_joints(tree.path(found[0].base, found[0].tip) or (), found[0].base)
     return found[0]
@@ -154,7 +154,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
                 "joint",
                 joint.name,
                 f"revolute, prismatic and fixed joints between base and tip, not {kind} "
-                f"(--base {behind} begins behind it, --tip {before} ends before it)",
+                f"(--base {behind} starts after this joint, --tip {before} ends before it)",
             )
         before = behind
 
@@ -172,7 +172,7 @@ def _only_root(tree: KinematicTree) -> str:
         raise NoChain("link", None, "links; the file has no links, perhaps only macros")
     if len(tree.roots) != 1:
         found = ", ".join(tree.roots) or "none"
-        raise NoChain("base", None, f"a choice of the base link (there are: {found})")
+        raise NoChain("base", None, f"a choice of the base link among {found}")
     return tree.roots[0]
 
 

@@ -77,7 +77,7 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
         try:
             return _measured(_arm(description, file), _File(file), file)
         except NotExact as error:
-            raise DescriptionError(f"{file}: expected moderate numbers; one is {error}") from None
+            raise DescriptionError(f"{file}: a number is out of range: {error}") from None
 
 
 def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot:

@@ -115,7 +115,7 @@ def test_part_of_a_coupled_chain_keeps_the_equations_of_its_joints(tmp_path):
         *("left", "right", "forearm", "elbow", "shoulder", "waist")
     ]
     file.write_text(f"{ARM}[couplings]\nb = {{ a = 2 }}\n")
-    with pytest.raises(DescriptionError, match="coordinate 'a' is none of the motors and joints"):
+    with pytest.raises(DescriptionError, match="unknown coordinate 'a'; expected a motor or joint"):
         read(file, base="link1")
 
 

@@ -168,7 +168,7 @@ def test_urdf_tip_is_inferred_and_alternatives_are_noted(path):
     assert not any("also there" in note for note in read(path, tip="side").notes)
     assert [joint.name for joint in read(path, tip="side").joints] == ["turn", "f"]
     assert read(path, tip="arm").joints == read(path, tip="side").joints[:1]
-    assert "base: expected a choice of the base link (there are: base, x)" in wrong(
+    assert "base: expected a choice of the base link among base, x" in wrong(
         path, TWO_LINKS.replace("</robot>", '<link name="x"/></robot>')
     )
     assert read(path, base="base", tip="tool-0", name="my-arm 2").name == "my_arm_2"

@@ -51,7 +51,11 @@ def test_fixed_joints_become_function_inputs():
 @pytest.mark.parametrize(
     ("name", "fixed", "message"),
     [
-        ("panda", ("joint8",), "panda has no joint joint8 to be fixed; its joints are joint1, joi"),
+        (
+            "panda",
+            ("joint8",),
+            "panda: cannot fix unknown joint joint8; the joints are joint1, joi",
+        ),
         ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are fixed"),
         ("iiwa14", ("A4",), "the others could still move while the tool stands still; joints that"),
         (

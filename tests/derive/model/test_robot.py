@@ -70,5 +70,5 @@ def test_invalid_robot_parts_raise_specific_errors(make, words):
 
 def test_coupling_with_unknown_coordinate_is_rejected():
     follower = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0))
-    with pytest.raises(DescriptionError, match="coordinate 'x' is none of the motors and joints"):
+    with pytest.raises(DescriptionError, match="unknown coordinate 'x'; expected a motor or joint"):
         SerialRobot("r", (turning(), follower), couplings=(Coupling("k", (("x", 1),)),))

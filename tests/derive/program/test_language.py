@@ -163,7 +163,7 @@ def test_files_of_added_language_are_listed_and_later_removed(tmp_path):
 def test_two_languages_may_not_write_the_same_file(tmp_path):
     twice = (*RUN, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
     with pytest.raises(
-        InputValueError, match=r"another c writes scara\.c, which another language writes"
+        InputValueError, match=r"another c and another language write the same file: scara\.c"
     ):
         write(read(ROBOTS / "scara.toml"), tmp_path, functions=("fk",), languages=twice)
     assert not list(tmp_path.iterdir())

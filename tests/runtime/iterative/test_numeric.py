@@ -363,7 +363,7 @@ def test_small_weights_still_count_for_success(name, small):
         ({"task_weights": (1, 1, 1, 1, 1, -1)}, chasles.InputError, "not negative"),
         ({"task_weights": (1, 1, 1, 1, 1, np.nan)}, chasles.InputError, "weights"),
         ({"task_weights": (1, 1, 1, 1, 1, np.inf)}, chasles.InputError, "weights"),
-        ({"tip": "hand"}, chasles.InputError, "no link 'hand' for a tip; there are: ee, link1"),
+        ({"tip": "hand"}, chasles.InputError, "unknown tip link 'hand'; the links are ee, link1"),
         (
             {"max_evaluations": 0},
             chasles.InputError,

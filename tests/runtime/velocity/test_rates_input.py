@@ -34,7 +34,7 @@ def test_invalid_joint_rates_arguments_are_rejected(ur5e):
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": -1.0}),
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": np.nan}),
         (chasles.ShapeError, r"rate_limits must have shape", {"rate_limits": [1.0, 2.0]}),
-        (chasles.InputError, r"acceleration_limits need qd_previous and dt",
+        (chasles.InputError, r"acceleration_limits also require qd_previous and dt",
          {"acceleration_limits": 1.0, "dt": 1e-3}),
         (chasles.InputError, r"dt must be positive, got 0", {"dt": 0}),
         (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6\), V \(3, 6\)",

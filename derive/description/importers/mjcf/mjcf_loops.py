@@ -75,7 +75,7 @@ class ModelLoops:
             found += meeting
             left = [equality for equality in left if equality not in meeting]
             moving |= {j.name for e in meeting for j in self._around(e) if j.kind != "fixed"}
-        self.notes += [f"{equality.name}: not on the way to the tip" for equality in left]
+        self.notes += [f"{equality.name}: not on the path to the tip" for equality in left]
         found.sort(key=self.equalities.index)
         return tuple(_closures(found))
 

@@ -91,7 +91,7 @@ def test_quaternion_headings_are_recognized_and_norms_are_checked(arm, write):
     header = [*HEADER, "x [m]", "y [m]", "z [m]", *names]
     assert_allclose(read_measurements(write(header, rows), arm).measurements.T, T, atol=1e-14)
     rows[3][-1] = 7.0
-    with pytest.raises(InputValueError, match=r"line 5: the quaternion has the length 7.* have 2"):
+    with pytest.raises(InputValueError, match=r"line 5: the quaternion has length 7.* have 2"):
         read_measurements(write(header, rows), arm)
 
 

@@ -129,7 +129,10 @@ def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
     for base in ("world", None):
         message = wrong(path, ball, base, "hand")
         assert "between base and tip, not a ball joint" in message
-        assert "(--base link begins behind it, --tip base ends before it), found 'turn'" in message
+        assert (
+            "(--base link starts after this joint, --tip base ends before it), found 'turn'"
+            in message
+        )
     message = wrong(path, ARM, "world", "leg")
     assert "not a floating or planar joint" in message
     assert "found 'drift'" in message
@@ -143,7 +146,7 @@ def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
     assert "joint 'drift' is a free joint" in wrong(path, text, "base", "hand")
     side = loop.replace('body1="hand"', 'body1="free"')
     robot = read_model(path, ARM.replace("</mujoco>", side), tip="hand")
-    assert "pin: not on the way to the tip" in robot.notes
+    assert "pin: not on the path to the tip" in robot.notes
 
 
 def test_weld_to_mocap_body_closes_no_loop(path):

@@ -169,7 +169,7 @@ def test_wheels_alone_are_no_arm():
         (f"base>l:m:left_wheel base>r:m:right_wheel {SWERVE}", "only wheels move: left_wheel"),
         ("odom>base:x base>l:m:left_wheel base>r:m:right_wheel", r"\(only wheels move: left_wheel"),
         (f"{SWERVE} base>a:m:thumb base>b:m:finger", "; fingers move: thumb, finger"),
-        (f"{SWERVE} base>a:s base>b:s base>c:s", "chains of equal length end at: a, b, c"),
+        (f"{SWERVE} base>a:s base>b:s base>c:s", "chains of equal length end at a, b, c"),
     ):
         with pytest.raises(NoChain, match=words):
             only_chain(tree(text), None, None)
@@ -183,7 +183,9 @@ def test_joints_before_an_inferred_base_are_noted():
         assert found.base == "trunk"
         assert f"{note}; left out before it: lift_joint" in found.notes
     assert only_chain(lifted, "trunk", "l3").notes == ()
-    with pytest.raises(NoChain, match="--base trunk begins behind it, --tip lift ends before it"):
+    with pytest.raises(
+        NoChain, match="--base trunk starts after this joint, --tip lift ends before it"
+    ):
         only_chain(lifted, "world", "l3")
 
 
@@ -202,7 +204,7 @@ def test_two_arm_tree_yields_a_robot_per_arm():
         ("base", "left_tool0"),
         ("base", "right_tool0"),
     ]
-    with pytest.raises(NoChain, match="chains of equal length end at: left_tool0, right_tool0"):
+    with pytest.raises(NoChain, match="chains of equal length end at left_tool0, right_tool0"):
         only_chain(tree(TWO), None, None)
     assert only_chain(tree(TWO), "base", "right_tool0").notes == ()
 
