@@ -316,7 +316,7 @@ def _report(found: Calibration) -> str:
         factor, unit = SHOWN[units.get(name, "m")]
         nominal, change, half_width = (factor * x for x in (value - deviation, deviation, half))
         lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
-    lines += ["", *(f"held at nominal: {item}" for item in found.unidentifiable)]
+    lines += ["", *(f"fixed at nominal: {item}" for item in found.unidentifiable)]
     lines += [f"left out: {label}" for label in found.outliers]
     lines += [f"warning: {sentence}" for sentence in found.warnings]
     return "\n".join(lines).rstrip()

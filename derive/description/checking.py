@@ -1,8 +1,8 @@
 """Reports all errors of a robot description, not only the first.
 
 The reader stops at an error. The check then repairs the value in memory, with the word that the
-error suggests or with a harmless value, and reads the description again. The reader therefore
-remains the only validator.
+error suggests or with a harmless value, and reads the description again. So only the reader decides
+which descriptions are valid.
 """
 
 import re
@@ -84,7 +84,7 @@ def checked(
 
 
 def finding_of(error: DescriptionError, file: str = "") -> Finding:
-    """Returns an error as a finding; the file is used if the error names none."""
+    """Returns an error as a finding in the file that the error names, by default in ``file``."""
     line = "" if error.line is None else f":{error.line}"
     where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
     return Finding("error", where, str(error).removeprefix(f"{where}: "))

@@ -2,8 +2,8 @@
 
 A redundant arm is solved for fixed values of its surplus joints. A fixed joint at either end of the
 chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the end.
-Let E be the motion of a fixed joint. P and Q are the motions of the joints before and after it.
-Then
+Let E be the motion of a fixed joint. Let P be the motion of the joints before this joint, and Q the
+motion of the joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 

@@ -157,7 +157,7 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
 
 
 def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
-    """Returns the equation of a joint in coordinates; ``path`` are the joints that follow it."""
+    """Returns the equation of a joint in coordinates; ``path`` lists the joints that follow it."""
     if name in path:
         circle = " follows ".join((*path[path.index(name) :], name))
         raise DescriptionError(f"couplings form a circle: {circle}")

@@ -142,7 +142,7 @@ first. Two degrees from a dead point, a length error of a tenth of a millimetre 
 milliradians."""
 CLEAR_LEG = 0.25
 """If sin^2 of a leg's transmission angle at the reference is smaller, a leg farther from its dead
-point solves the joint. The angle is 30 degrees, a typical joint motion in use."""
+point solves the joint. The bound corresponds to 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
 """Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
@@ -227,7 +227,7 @@ The last digits of these values differ between machines, but the bytes of a draw
 DRAWN_AS_ONE = 1e-6
 """Below this distance, two points of a body are drawn as one point, relative to the robot's size.
 
-The eye resolves a hundred times as much; placements in double precision have errors of 1e-15.
+This is a hundredth of the smallest visible distance; placements have rounding errors of 1e-15.
 """
 DRAWN_DIGITS = 9
 """Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
@@ -302,8 +302,8 @@ JACOBIAN_RANK = 1e-9
 OBLIQUE_AXES = 1e-3
 """Minimum sine of the angle by which directions must differ from parallel or perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""The tool lies on its joint axis, or in the base plane, up to this distance (metre) and this sine
-of the angle."""
+"""Up to this distance (metre) and this sine of the angle, the tool counts as lying on its joint
+axis or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Up to this smallest singular value, unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
@@ -390,7 +390,7 @@ PARABOLA_STEP = sp.Rational(1, 10**5)
 NEARLY_SOLVED = sp.Rational(1, 10**5)
 """Below this error (radian, or relative to the arm's length), all conditions are solved together.
 
-A step loses at most half of the digits, so a solution is accurate to about 1e-8.
+A solution step loses at most half of the digits, so a solution is accurate to about 1e-8.
 """
 POSE_DAMPING = sp.Rational(1, 10**12)
 """Minimum squared ratio of singular values for undamped pose steps; rounding is 1e-16."""

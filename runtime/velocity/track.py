@@ -224,7 +224,7 @@ def _require(condition: bool, message: str) -> None:
 def _limit_remark(limit: str, by_name: Mapping[str, IntArray]) -> str:
     """Return a sentence about the coordinates at a limit, or "" if no coordinate is at a limit."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
-    return f"Held at {limit}: {', '.join(parts)}." if parts else ""
+    return f"At {limit}: {', '.join(parts)}." if parts else ""
 
 
 def _steps(at: IntArray) -> str:

@@ -126,7 +126,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[None]:
     """Resolves ``$(find package)`` in the folders near a file during the expansion of the file.
 
-    Xacro has no option for these folders: it only queries the package index of an installed ROS.
+    Xacro itself finds packages only in the package index of an installed ROS.
     """
     of_ros = substitution_args._eval_find
 

@@ -64,8 +64,8 @@ def kernel(
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of inputs and outputs.
-        alike: Angles that are equal in lanes 2 k and 2 k + 1 of every vector. Two such angles are
-            computed together: the even lanes compute the first angle and the odd lanes the second.
+        alike: Angles that are equal in lanes 2 k and 2 k + 1 of every vector. Two of these angles
+            are computed together: even lanes compute the first angle, and odd lanes the second.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)

@@ -1,6 +1,6 @@
 """Consecutive prismatic joints, and revolute joints determined by the orientation.
 
-Examples are gantries, machine tools and single joints. Up to three prismatic joints are
+Gantries, machine tools and single joints have this structure. Up to three prismatic joints are
 consecutive, with no revolute joint between them. The orientation determines the revolute joints,
 and the remaining position error determines the prismatic joints.
 

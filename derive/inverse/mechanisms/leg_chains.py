@@ -51,7 +51,7 @@ class LegWork(Work):
     Attributes:
         hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
         passive: The symbols of these signs, which are not slots.
-        asked: Number of branch signs of the leg so far.
+        asked: Number of branch signs that the leg has introduced so far.
     """
 
     hidden: frozenset[int] = frozenset()

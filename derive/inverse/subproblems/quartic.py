@@ -15,12 +15,12 @@ the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic has t
 and 2 Q at 1, so it always has a root in this range, and no complex arithmetic is needed. A line
 intersects the circle in two points, or misses the circle and has two complex roots.
 
-Among several roots tau, the root farthest from the other roots is used. Two coinciding roots of the
-quartic then lie on the same line of the pair, so their computation loses no accuracy. The double
-root tau is never used, because it is accurate only to 1e-8. Newton's method computes tau. The start
-value is farther from the other roots than tau, so the method converges monotonically. If the outer
-root has no real line pair, the circle has no intersections; the other two roots tau follow from a
-quadratic.
+If there are several roots tau, the root farthest from the other roots is used. Two coinciding roots
+of the quartic then lie on the same line of the pair, so their computation loses no accuracy. A
+double root tau is never used, because its accuracy is only 1e-8. Newton's method computes tau. The
+start value is farther from the other roots than tau, so the method converges monotonically. If the
+outer root has no real line pair, the circle has no intersections; the other two roots tau follow
+from a quadratic.
 
 Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; Newton's method refines t in the cubic
 

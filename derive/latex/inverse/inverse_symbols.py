@@ -125,7 +125,7 @@ class InverseSymbols:
         """Returns the value of a joint, or of a prismatic joint that replaces several."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The added joint, which would rotate the tool about the axis of this joint.
+            # The symbol of the added joint, which rotates the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]

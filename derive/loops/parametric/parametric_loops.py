@@ -307,8 +307,8 @@ def file_parts(
 
     Returns:
         Frames: the base body in the base frame, each joint in its parent body, both ends of each
-        closure or strut in their bodies, and the tool in its body. After these frames, the far end
-        of each strut along x follows, relative to its first end.
+        closure or strut in their bodies, and the tool in its body. The list ends with the far end
+        of each strut along x, relative to its first end.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

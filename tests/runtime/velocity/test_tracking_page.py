@@ -16,7 +16,7 @@ def test_tracking_page_examples_print_documented_output(capsys):
         # Rounding errors differ between machines, and so do the times during which joints are
         # saturated.
         assert kept(said) == kept(printed)
-        assert ("Held at its rate limit: wrist_" in said) == ("Held at its rate limit" in printed)
+        assert ("At its rate limit: wrist_" in said) == ("At its rate limit" in printed)
     assert names["track"].error[names["away"]].max() < 1e-10
 
 
