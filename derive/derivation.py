@@ -154,9 +154,9 @@ def derive(
     made |= laws | maps
     made |= kinematics.functions([name for name in chosen if name not in made])
     longer = None
-    if asked := [name for name in chosen if name in PARAMETRIC]:
+    if requested := [name for name in chosen if name in PARAMETRIC]:
         longer = Parametric.of(robot, terms)
-        made |= longer.functions(asked)
+        made |= longer.functions(requested)
     return Derivation(
         robot,
         terms,
@@ -221,8 +221,8 @@ def _of_mechanism(
         # The refined inverse of the nominal design replaces the leg-by-leg inverse.
         by_hand.pop(mode_check.IK, None)
         capabilities = [name for name in capabilities if name != mode_check.LEGS]
-    asked = [name for name in by_hand if functions is None or name in functions]
-    found = [function for name in asked if (function := by_hand[name](loops)) is not None]
+    requested = [name for name in by_hand if functions is None or name in functions]
+    found = [function for name in requested if (function := by_hand[name](loops)) is not None]
     written |= {function.name: function for function in found}
     robot = with_pose_change(loops.mechanism)
     laws = transmissions(robot, loops.terms, loops.arguments["q"])

@@ -32,20 +32,20 @@ def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = L
     )
 
 
-def questioned(robot: SerialRobot) -> tuple[str, ...]:
+def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
     """Returns notes about numbers of a robot with doubtful units."""
-    asked = [question for joint in robot.joints for question in _questioned_angles(joint)]
-    asked += filter(None, map(_questioned_limits, robot.joints))
+    questions = [question for joint in robot.joints for question in _implausible_angles(joint)]
+    questions += filter(None, map(_implausible_limits, robot.joints))
     longest = robot_size(robot)
     if longest > LONGEST_LENGTH:
-        asked.append(f"a length of {longest:.6g} m: is the file in millimetres?")
+        questions.append(f"a length of {longest:.6g} m: is the file in millimetres?")
     total = float(sum(lengths(robot)))
     if 0 < total < SHORTEST_ARM:
-        asked.append(f"all lengths together are {total:.3g} m: are they in another unit?")
-    return tuple(asked)
+        questions.append(f"all lengths together are {total:.3g} m: are they in another unit?")
+    return tuple(questions)
 
 
-def _questioned_limits(joint: Joint) -> str:
+def _implausible_limits(joint: Joint) -> str:
     """Returns a note about doubtful limits of a revolute joint, or an empty text."""
     limits = [limit for limit in joint.limits if limit is not None]
     if joint.kind != "revolute" or not any(abs(float(limit)) >= MAX_TURNED for limit in limits):
@@ -54,7 +54,7 @@ def _questioned_limits(joint: Joint) -> str:
     return f"joint {joint.name}: limits of {shown} rad: are they in degrees?"
 
 
-def _questioned_angles(joint: Joint) -> list[str]:
+def _implausible_angles(joint: Joint) -> list[str]:
     motions = [motion for part in (joint.before, joint.after) for motion in part]
     angles = [motion.angle for motion in motions if isinstance(motion, Rotation)]
     return [

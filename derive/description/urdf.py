@@ -28,7 +28,7 @@ from .importers.limits import without_limits
 from .importers.robot_xml import parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .importers.urdf_transmissions import DrivenJoints, TransmissionReader
-from .plausibility import questioned
+from .plausibility import implausible_values
 from .toml_file import file_error
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -156,7 +156,7 @@ class UrdfFile:
             for element in elements
             if KINDS[element.get("type", "")] != "fixed" and element.find("axis") is None
         ]
-        found = (*without_limits(unlimited), *driven.notes, *questioned(robot))
+        found = (*without_limits(unlimited), *driven.notes, *implausible_values(robot))
         notes = (*ends.notes, *assumed, *found)
         return replace(robot, notes=notes)
 

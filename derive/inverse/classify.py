@@ -137,7 +137,7 @@ def of_lines(
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
-        reason = "the others could still move while the tool stands still"
+        reason = "the others could move without moving the tool"
         reason += f"; {surplus} joints must be fixed" if surplus > len(give) else ""
         return Classification(lines, None, (), reason, give=give)
     attempts: list[Attempt] = []

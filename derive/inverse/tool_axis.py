@@ -51,8 +51,8 @@ def by_tool_axis(
     longer = of_lines(lines, families=families, give=give)
     if longer.found is None or longer.method != "exact" or longer.found.given != give:
         return None if give else _by_added_axis(robot, classification, families)
-    still = with_tool_axis(robot, classification.lines, stays=True)
-    solved = {"ik": pose_task(robot, still, longer.found)}
+    extended = with_tool_axis(robot, classification.lines, stays=True)
+    solved = {"ik": pose_task(robot, extended, longer.found)}
     if give:
         return longer, solved
     work = Work(lines.terms)
@@ -74,10 +74,10 @@ def with_still_axis(
     if len(classification.lines.axes) != JOINTS or unfit(robot):
         return None
     about_tool = with_tool_axis(robot, classification.lines, stays=True)
-    for still in (about_tool, *_with_added_axis(classification.lines)):
-        longer = of_lines(still, families=families)
+    for extended in (about_tool, *_with_added_axis(classification.lines)):
+        longer = of_lines(extended, families=families)
         if longer.found is not None and longer.method == "exact" and not longer.found.given:
-            return still, longer.found
+            return extended, longer.found
     return None
 
 
@@ -91,11 +91,11 @@ def _by_added_axis(
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None
-    for still in _with_added_axis(classification.lines):
-        longer = of_lines(still, families=families)
+    for extended in _with_added_axis(classification.lines):
+        longer = of_lines(extended, families=families)
         if longer.found is None or longer.method != "exact" or longer.found.given:
             continue
-        task = pose_task(robot, still, longer.found)
+        task = pose_task(robot, extended, longer.found)
         lost = lost_poses(arm, task.function)
         if best is None or lost < best[0]:
             best = lost, longer, task

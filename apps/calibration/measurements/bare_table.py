@@ -36,7 +36,7 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     """
     complete = _whole(rows)
     if len(complete) < _MIN:
-        raise _asked(path, rows, robot)
+        raise _header_error(path, rows, robot)
     values = np.array([[number(cell) for cell in row.cells] for row in complete])
     joints = [f"q{k + 1}" for k in range(robot.n)]
     counted = _counts(values)
@@ -44,7 +44,7 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     rest = values.shape[1] - len(named)
     first, last = values[:, counted : counted + robot.n], values[:, rest + counted :]
     if rest < len(AXES):
-        raise _asked(path, rows, robot)
+        raise _header_error(path, rows, robot)
     ends = [
         (header, positions)
         for header, own, positions in (
@@ -56,7 +56,7 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     if len(ends) > 1 and np.abs(ends[0][1]).max() < np.abs(first).max():
         ends = ends[1:]
     if not ends:
-        raise _asked(path, rows, robot)
+        raise _header_error(path, rows, robot)
     header = ends[0][0]
     said.append(f"there is no header; the columns are assumed to be {', '.join(header)}")
     return header
@@ -96,7 +96,7 @@ def _are_targets(values: FloatArray) -> bool:
     )
 
 
-def _asked(path: Path, rows: Sequence[TableLine], robot: Robot) -> InputValueError:
+def _header_error(path: Path, rows: Sequence[TableLine], robot: Robot) -> InputValueError:
     joints = ", ".join(f"q{k + 1} [deg]" for k in range(min(robot.n, 2)))
     return InputValueError(
         f"{path}: the first line contains numbers instead of a header, and the meaning of the "

@@ -252,13 +252,13 @@ def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
     with requires("chasles[study]"):
         import ruckig  # noqa: PLC0415
 
-    asked = ruckig.InputParameter(1)
-    asked.target_position = [length]
-    asked.max_velocity = [limits["speed"]]
-    asked.max_acceleration = [limits["acceleration"]]
-    asked.max_jerk = [limits["jerk"]]
+    request = ruckig.InputParameter(1)
+    request.target_position = [length]
+    request.max_velocity = [limits["speed"]]
+    request.max_acceleration = [limits["acceleration"]]
+    request.max_jerk = [limits["jerk"]]
     found = ruckig.Trajectory(1)
-    ruckig.Ruckig(1).calculate(asked, found)
+    ruckig.Ruckig(1).calculate(request, found)
     profile = found.profiles[0][0]
     return _by_jerk(length, profile.t, profile.j, order=3)
 

@@ -54,17 +54,17 @@ def _two_of_three(
     """Returns the angles of joints 1, 6 and 5. Angle 1 or angle 6 is 0."""
     terms, (a1, *_, a5, a6) = work.terms, lines.axes
     if a1.stays:
-        still, first, second = a1, a6.reversed(), a5.reversed()
+        fixed_axis, first, second = a1, a6.reversed(), a5.reversed()
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
         # If the tool is displaced, joint 5 rotates about its displaced axis.
-        still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
+        fixed_axis, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)
         wanted = target.turned(terms, subtracted(terms, S, a5.p))
     second_turn(work, first, second, offset, reach, wanted)
-    work.turns[still.joint] = NO_TURN
+    work.turns[fixed_axis.joint] = NO_TURN
     q1, q6, q5 = (work.turns[axis.joint] for axis in (a1, a6, a5))
     return q1, q6, q5
 

@@ -51,8 +51,8 @@ def _requires(lines: Lines) -> list[Requirement]:
     is_head = len(turning) == _MAX and turning[-1] - turning[0] < _MAX
     most = _MAX if is_head or len(sliding) == _MAX else _HEAD
     few = len(sliding) <= _MAX and len(turning) <= most
-    asked = "at most two joints turn, three in a row or of six"
-    count = Requirement(asked, 0.0 if few else np.inf)
+    rule = "at most two joints turn, three in a row or of six"
+    count = Requirement(rule, 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]

@@ -59,9 +59,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
-    still = dot(terms, h, subtracted(terms, a5.p, a1.p))
+    constant = dot(terms, h, subtracted(terms, a5.p, a1.p))
     rows = [
-        _row(terms, h, (negative(a1.h), W), (a5.h, reach), still),
+        _row(terms, h, (negative(a1.h), W), (a5.h, reach), constant),
         _row(terms, h, (negative(a1.h), v), (a5.h, a6.h), sp.Integer(0)),
     ]
     signs = work.sign(), work.sign()
@@ -202,14 +202,14 @@ def _row(
     h: Vector,
     left: tuple[Vector, Vector],
     right: tuple[Vector, Vector],
-    still: sp.Expr,
+    constant: sp.Expr,
 ) -> Row:
-    """Returns (sin, cos) coefficients and right side of ``h . R(k1) p1 = still + h . R(k2) p2``."""
+    """Returns (sin, cos) coefficients and right side of ``h . R(k1) p1 = c + h . R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))
     B = dot(terms, h, cross(terms, k2, p2)), dot(terms, h, perpendicular(terms, k2, p2))
-    return A, (-B[0], -B[1]), terms.let(still + along[1] - along[0])
+    return A, (-B[0], -B[1]), terms.let(constant + along[1] - along[0])
 
 
 PARALLEL_FOREARM = Family("three parallel axes 2, 3, 4", (6,), _requires, _solve)

@@ -100,8 +100,8 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
     arguments, joints = chain.coordinates(work)
     values = [joint.direction * x for joint, x in zip(h.robot.moving, joints, strict=True)]
     residual = pose_residual(h.terms, tool_of(h.terms, h.robot, values), POSE_SYMBOLS)
-    asked = (pose_argument(h.robot), *arguments)
-    solved = branches("ik", h.robot, work, asked, values, residual, IDENTITY, chain.given)
+    inputs_of_task = (pose_argument(h.robot), *arguments)
+    solved = branches("ik", h.robot, work, inputs_of_task, values, residual, IDENTITY, chain.given)
     return Inverses(classification, {"ik": solved})
 
 

@@ -387,8 +387,8 @@ def _solved(
 ) -> Solved:
     """Combines the solved task with its function."""
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
-    asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
-    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)
+    inputs_of_task = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
+    function = function_of("ik", work, inputs_of_task, q, unit, residual, IDENTITY, given, closing)
     return Solved(function, work, names, inputs)
 
 

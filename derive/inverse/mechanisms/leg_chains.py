@@ -51,17 +51,17 @@ class LegWork(Work):
     Attributes:
         hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
         passive: The symbols of these signs, which are not slots.
-        asked: Number of branch signs that the leg has introduced so far.
+        requested: Number of branch signs that the leg has introduced so far.
     """
 
     hidden: frozenset[int] = frozenset()
     passive: list[sp.Symbol] = field(default_factory=list)
-    asked: int = 0
+    requested: int = 0
 
     def sign(self) -> sp.Expr:
         """Returns a new symbol that selects one of two solutions."""
-        self.asked += 1
-        if self.asked - 1 not in self.hidden:
+        self.requested += 1
+        if self.requested - 1 not in self.hidden:
             return super().sign()
         self.passive.append(sp.Symbol(f"_passive{len(self.passive) + 1}", real=True))
         return self.passive[-1]

@@ -116,7 +116,7 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
     if len(function.inputs) != 1 + len(given) or len(function.signs) > MAX_CHOICES:
         return of_loops
     known, *inputs = _poses(built, given)
-    q, _ = _asked(function, inputs)
+    q, _ = _evaluated(function, inputs)
     far = np.nan_to_num(_moved(built, q - known).max(-1), nan=np.inf)
     unused = set()
     for k in sorted(of_loops):
@@ -152,7 +152,7 @@ def idle_choices(
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
-    q, residual = _asked(function, inputs)
+    q, residual = _evaluated(function, inputs)
     solves = np.asarray(residual < within)
     choices = range(len(function.signs))
     same = frozenset(k for k in choices if _is_idle(hybrid, q, solves, k))
@@ -196,7 +196,7 @@ def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
     return [known, T, *(np.array(theta(known.T))[k][None] for k in given)]
 
 
-def _asked(
+def _evaluated(
     function: SymbolicFunction, inputs: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Returns coordinates (2, ..., 2, N, n) and residuals (2, ..., 2, N) of every solution slot."""

@@ -61,7 +61,7 @@ class MovingChain:
         Args:
             work: Table that receives the joint values and the solution steps.
         """
-        terms, moving, work.still = work.terms, self.whole.moving, frozenset(self.locked)
+        terms, moving, work.locked = work.terms, self.whole.moving, frozenset(self.locked)
         symbols = {k: sp.Symbol(f"_{moving[k].name}", real=True) for k in self.given}
         arguments = tuple(given_argument(self.whole, k, symbol) for k, symbol in symbols.items())
         given = {k: moving[k].direction * symbol for k, symbol in symbols.items()}
@@ -86,7 +86,7 @@ def moving_chain(
         families: The families to try, in order.
     """
     locked = _locked(h)
-    robot = _with_still_joints(h.robot, locked)
+    robot = _with_locked_joints(h.robot, locked)
     numbers = [k for k in range(len(h.robot.moving)) if k not in locked]
     axes = axes_of(robot, h.terms)
     lines = Lines(
@@ -133,7 +133,7 @@ def _is_still(h: SolvedLoops, joint: Joint) -> bool:
     return len(values) > 1 and bool(np.all(np.abs(values - reference) <= STILL_JOINT * size))
 
 
-def _with_still_joints(robot: SerialRobot, locked: Mapping[int, sp.Expr]) -> SerialRobot:
+def _with_locked_joints(robot: SerialRobot, locked: Mapping[int, sp.Expr]) -> SerialRobot:
     """Returns the chain with fixed joints in place of the locked joints."""
     names = {robot.moving[k].name: value for k, value in locked.items()}
     return replace(

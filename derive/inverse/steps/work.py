@@ -90,7 +90,7 @@ class Work:
             call.
         remainders: Joints that are computed from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
-        still: Indices of the joints that cannot move in the closed loops of a robot.
+        locked: Indices of the joints that cannot move in the closed loops of a robot.
         signs: The sign symbols (1 or -1), in the order of the solution slots.
         settled: Indices of the redundant branch signs; these signs are always 1.
         choices: Number of branch signs introduced so far.
@@ -104,7 +104,7 @@ class Work:
     sums: list[Sum] = field(default_factory=list)
     remainders: list[Remainder] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
-    still: frozenset[int] = frozenset()
+    locked: frozenset[int] = frozenset()
     signs: list[sp.Symbol] = field(default_factory=list)
     settled: frozenset[int] = frozenset()
     choices: int = 0

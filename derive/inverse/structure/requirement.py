@@ -50,10 +50,10 @@ class Requirement:
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
     """Requires revolute joints."""
-    asked = tuple(indices)
-    slides = [lines.axes[k].name for k in asked if not lines.axes[k].turns]
+    requested = tuple(indices)
+    slides = [lines.axes[k].name for k in requested if not lines.axes[k].turns]
     verb = "slides" if len(slides) == 1 else "slide"
-    text = f"{_joints(lines, asked)} revolute" + (
+    text = f"{_joints(lines, requested)} revolute" + (
         f", but {', '.join(slides)} {verb}" if slides else ""
     )
     return Requirement(text, np.inf if slides else 0.0)
@@ -90,12 +90,12 @@ def askew(lines: Lines, i: int, j: int) -> Requirement:
     )
 
 
-def _joints(lines: Lines, asked: tuple[int, ...]) -> str:
-    if len(asked) == len(lines.axes):
+def _joints(lines: Lines, requested: tuple[int, ...]) -> str:
+    if len(requested) == len(lines.axes):
         return "all other joints are" if lines.is_part else "all joints are"
-    if len(asked) == 1:
-        return f"joint {lines.axes[asked[0]].name} is"
-    return f"joints {_names(lines, asked)} are"
+    if len(requested) == 1:
+        return f"joint {lines.axes[requested[0]].name} is"
+    return f"joints {_names(lines, requested)} are"
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

@@ -32,7 +32,7 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
     sign = _constant_sign(motions, joints)
     if sign:
         return f"the tool depends on {names[0]} {'+' if sign < 0 else '-'} {names[1]} alone"
-    return f"{listed(names)} can move while the tool stands still"
+    return f"{listed(names)} can move without moving the tool"
 
 
 def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:

@@ -104,9 +104,9 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """Sum of a fixed and a rotated vector: ``still + cos across + sin turned``."""
+    """Sum of a fixed and a rotated vector: ``fixed + cos across + sin turned``."""
 
-    still: Vector
+    fixed: Vector
     across: Vector
     turned: Vector
 
@@ -117,7 +117,7 @@ class _Arm:
         return cls(added(terms, offset, along), across, cross(terms, k, p))
 
     def at(self, terms: Terms, turn: CosSin) -> Vector:
-        return combination(terms, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
+        return combination(terms, (ONE, turn.c, turn.s), (self.fixed, self.across, self.turned))
 
     def rate(self, terms: Terms, turn: CosSin) -> Vector:
         return combination(terms, (turn.c, -turn.s), (self.turned, self.across))
@@ -149,15 +149,15 @@ class _Loop:
         def coefficients(scale: sp.Expr, c: Vector, arm: _Arm) -> Pair:
             return let(scale * dot(terms, c, arm.turned)), let(scale * dot(terms, c, arm.across))
 
-        squares = [dot(terms, x, x) for x in (w.still, w.across, v.still, v.across)]
-        along = dot(terms, self.k2, subtracted(terms, w.still, v.still))
+        squares = [dot(terms, x, x) for x in (w.fixed, w.across, v.fixed, v.across)]
+        along = dot(terms, self.k2, subtracted(terms, w.fixed, v.fixed))
         return (
             (
-                coefficients(2 * inverse2, v.still, v),
+                coefficients(2 * inverse2, v.fixed, v),
                 coefficients(inverse, self.k2, v),
             ),
             (
-                coefficients(-2 * inverse2, w.still, w),
+                coefficients(-2 * inverse2, w.fixed, w),
                 coefficients(-inverse, self.k2, w),
             ),
             (
@@ -209,7 +209,7 @@ class _Loop:
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
         """Returns angle derivatives (first and second) of ``k2 . v`` and ``|v'|^2 / (2 L)``."""
         rate = arm.rate(terms, turn)
-        arrow = subtracted(terms, arm.at(terms, turn), arm.still)
+        arrow = subtracted(terms, arm.at(terms, turn), arm.fixed)
         rate_across = perpendicular(terms, self.k2, rate)
         curvature = dot(terms, rate_across, rate_across) - dot(terms, across, arrow)
         return (

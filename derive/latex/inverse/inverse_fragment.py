@@ -339,8 +339,8 @@ def _rest(page: Page, task: PrintedTask) -> str:
         parts.append(
             f"The task does not determine {listed(map(page.tex, task.free))}, which is set to $0$."
         )
-    if task.still:
-        parts.append(f"The loops hold {listed(map(page.tex, task.still))} still.")
+    if task.locked:
+        parts.append(f"The loops lock {listed(map(page.tex, task.locked))}.")
     return sentence(*parts)
 
 

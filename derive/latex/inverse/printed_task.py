@@ -93,7 +93,7 @@ class PrintedTask:
         steps: The steps.
         rest: Coordinates that are computed from an angle sum, with their values.
         free: Coordinates that the task does not determine, which are set to 0.
-        still: Coordinates that are constant in the closed loops.
+        locked: Coordinates that are constant in the closed loops.
         symbols: The printed symbol of each input and sign of the derivation.
     """
 
@@ -105,7 +105,7 @@ class PrintedTask:
     steps: tuple[PrintedInverseStep, ...]
     rest: tuple[Definition, ...]
     free: tuple[sp.Symbol, ...]
-    still: tuple[sp.Symbol, ...]
+    locked: tuple[sp.Symbol, ...]
     symbols: Mapping[sp.Symbol, sp.Symbol]
 
 
@@ -312,9 +312,9 @@ class _Writer:
             for k, (joint, q) in enumerate(zip(self.robot.moving, self.notation.q, strict=True))
             if joint.name not in done
             and turns.get(k, NO_TURN) == NO_TURN
-            and k not in self.work.still
+            and k not in self.work.locked
         )
 
     def _still(self) -> tuple[sp.Symbol, ...]:
         """Returns the coordinates that are constant in the closed loops."""
-        return tuple(self.notation.q[k] for k in sorted(self.work.still))
+        return tuple(self.notation.q[k] for k in sorted(self.work.locked))

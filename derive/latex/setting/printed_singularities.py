@@ -98,9 +98,9 @@ def _singularities_with_fixed_joints(
     """Returns the Jacobian determinant of the free joints."""
     if not given:
         return PrintedSingularities(None, ())
-    still = {robot.moving[k].name for k in given}
+    locked = {robot.moving[k].name for k in given}
     joints = [
-        replace(joint, kind="fixed", limits=(None, None)) if joint.name in still else joint
+        replace(joint, kind="fixed", limits=(None, None)) if joint.name in locked else joint
         for joint in robot.joints
     ]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]

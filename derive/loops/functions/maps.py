@@ -313,10 +313,10 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
     """Returns the branch label of each solution slot, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
-    asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
+    requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
     # If two steps close the same loop, the loop's name needs a joint name as a suffix.
     named = {
-        joints: f"{name} at {joints[1].split('.')[0]}" if asked.count(name) > 1 else name
+        joints: f"{name} at {joints[1].split('.')[0]}" if requested.count(name) > 1 else name
         for joints, name in names.items()
     }
     return tuple(branch_label([(named[j], side) for j, side in of.items()]) for of in sides)

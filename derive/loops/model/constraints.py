@@ -160,10 +160,10 @@ def residuals(
         The residuals as in :func:`constraints`, each with its unit (m or 1).
     """
     at = _Constraints(mechanism, terms, values)
-    asked = [
+    requested = [
         at.residual_of(loop) for loop in loops(mechanism) if loop.loop_joint.name in loop_joints
     ]
-    return [pair for one in asked for pair in zip(one.entries, one.units, strict=True)]
+    return [pair for one in requested for pair in zip(one.entries, one.units, strict=True)]
 
 
 def swing_angles(

@@ -25,15 +25,17 @@ class Branch:
     """Branch signs: first the requested signs, then the signs at the reference.
 
     Attributes:
-        asked: For the first steps with two branches: 1 for the sign at the reference, -1 for the
-            opposite sign.
+        requested: The signs of the first steps with two branches: 1 for the sign at the reference,
+            -1 for the opposite sign.
         own: The branch sign at the reference, keyed by the joints or struts of a step.
-        taken: The branch signs chosen so far, with the same meaning of 1 and -1 as in ``asked``.
+        taken: The branch signs chosen so far; 1 and -1 have the same meaning as in ``requested``.
     """
 
-    def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
+    def __init__(
+        self, requested: Sequence[int] = (), own: Mapping[Joined, int] | None = None
+    ) -> None:
         """Creates a branch on which no sign is chosen yet."""
-        self.asked, self.own = tuple(asked), own or {}
+        self.requested, self.own = tuple(requested), own or {}
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
@@ -42,7 +44,7 @@ class Branch:
         Each such branch keeps all signs that precede the changed sign.
         """
         found = []
-        for k in range(max(taken, len(self.asked)), len(self.taken)):
+        for k in range(max(taken, len(self.requested)), len(self.taken)):
             other = Branch((*self.taken[:k], -1), self.own)
             other.taken = self.taken[:taken]
             found.append(other)
@@ -51,7 +53,7 @@ class Branch:
     def side(self, joined: Joined) -> sp.Expr:
         """Returns the sign of the next step with two branches."""
         k = len(self.taken)
-        self.taken.append(self.asked[k] if k < len(self.asked) else 1)
+        self.taken.append(self.requested[k] if k < len(self.requested) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
@@ -115,7 +117,7 @@ def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -
         branch = Branch(waiting.pop(), own)
         yield solve(branch)
         taken = tuple(branch.taken)
-        waiting += [(*taken[:k], -1) for k in range(len(branch.asked), len(taken))]
+        waiting += [(*taken[:k], -1) for k in range(len(branch.requested), len(taken))]
 
 
 class AtReference:

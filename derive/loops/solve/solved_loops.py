@@ -100,15 +100,15 @@ class SolvedLoops(LoopModel):
         unguarded = [
             [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
         ]
-        asked = [all(steps) for steps in unguarded]
-        if not any(asked):
+        requested = [all(steps) for steps in unguarded]
+        if not any(requested):
             return tuple(entries)
         # All entries share one term, because a second square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
                 i
-                for row, is_asked in zip(unguarded, asked, strict=True)
+                for row, is_asked in zip(unguarded, requested, strict=True)
                 if is_asked
                 for i in row[k]
             }
@@ -117,7 +117,7 @@ class SolvedLoops(LoopModel):
         gate = self.where(sp.Or(*conditions))
         return tuple(
             self.terms.let(entry + gate) if is_asked else entry
-            for entry, is_asked in zip(entries, asked, strict=True)
+            for entry, is_asked in zip(entries, requested, strict=True)
         )
 
     def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:

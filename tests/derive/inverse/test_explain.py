@@ -246,6 +246,6 @@ def test_self_motion_of_four_parallel_axes_names_them():
     text = f'name = "arm"\nconvention = "dh"\nunits = {{ length = "m", angle = "deg" }}\n{joints}'
     robot = read_text(text, file="arm.toml")
     lines = Lines(Terms({}), axes_of(robot, Terms({})))
-    words = "joint2, joint3, joint4 and joint5 can move while the tool stands still"
+    words = "joint2, joint3, joint4 and joint5 can move without moving the tool"
     assert self_motion(lines) == words
     assert self_motion(lines, (4,)) == ""

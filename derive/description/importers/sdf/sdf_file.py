@@ -22,7 +22,7 @@ from ....model.robot import Coupling, Joint, SerialRobot
 from ....model.tolerances import EVALUATION_DIGITS, UNLIMITED
 from ...chain_between import between, outwards
 from ...conventions.urdf_origin import urdf
-from ...plausibility import questioned
+from ...plausibility import implausible_values
 from ...pose_error import pose_in_digits
 from ..identifiers import identifier, prefix
 from ..kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
@@ -205,7 +205,9 @@ class SdfFile:
             tool_frame=identifier(ends.tip),
             couplings=tuple(self._couplings(path)),
         )
-        return replace(robot, notes=(*ends.notes, *self._unlimited(path), *questioned(robot)))
+        return replace(
+            robot, notes=(*ends.notes, *self._unlimited(path), *implausible_values(robot))
+        )
 
     def _with_loops(self, ends: Ends, name: str) -> Described:
         base, tip = identifier(ends.base), identifier(ends.tip)

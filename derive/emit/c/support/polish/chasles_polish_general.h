@@ -107,18 +107,18 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
-                                                   const chasles_general_order **asked)
+                                                   const chasles_general_order **decisive)
 {
     double root[POLISH_RESULTS];
     chasles_polish_verdict verdict = CHASLES_UNCLEAR;
-    *asked = NULL;
+    *decisive = NULL;
     for (int k = 0; k < orders && verdict == CHASLES_UNCLEAR; k++) {
         const chasles_general_order *order = six->arm->order + k;
         const int count = POLISH_NAME(roots)(s, six, order, root);
         if (!chasles_polish_may_be_all(root, count))
             continue;
         chasles_general_eliminate(six, order, s->in, system);
-        *asked = order;
+        *decisive = order;
         verdict = chasles_polish_are_all(system, root, count);
     }
     return verdict;
@@ -133,15 +133,15 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
 {
     chasles_general_system system;
     chasles_circle_roots roots;
-    const chasles_general_order *asked;
+    const chasles_general_order *decisive;
     found->count = 0;
     /* If solutions are missing, no further elimination order can prove completeness. */
     const int orders = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->orders;
-    if (POLISH_NAME(verdict)(s, six, orders, &system, &asked) == CHASLES_COMPLETE)
+    if (POLISH_NAME(verdict)(s, six, orders, &system, &decisive) == CHASLES_COMPLETE)
         return 1;
     for (int k = 0; k < six->arm->orders; k++) {
         const chasles_general_order *order = six->arm->order + k;
-        if (k > 0 || order != asked)
+        if (k > 0 || order != decisive)
             chasles_general_eliminate(six, order, s->in, &system);
         const int is_certain = chasles_general_isolated(&system, &roots);
         if (is_certain && POLISH_NAME(is_one_each)(s, six, order, &roots))
