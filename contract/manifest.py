@@ -308,7 +308,7 @@ class Manifest:
             functions.
         robot_file: For a robot with loops, a robot file template for different geometries. For an
             arm with masses, the springs section of that file. Otherwise "".
-        inverse: Solution method (tier) of the inverse, or the reason why there is no inverse.
+        inverse: Solution method of the inverse, or the reason why there is no inverse.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.

@@ -33,7 +33,7 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
 
     Args:
         path: The file to write.
-        is_new: Whether a file that exists, possibly since a moment ago, is an error.
+        is_new: Whether an existing file is an error, also if another process has just created it.
 
     Raises:
         InputValueError: The file cannot be written.
@@ -90,7 +90,7 @@ def _replacing(target: Path, is_new: bool) -> Iterator[Path]:
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
         if is_new and os.name == "posix":
-            # Unlike a move, a link never replaces the file that another process has written.
+            # A link, unlike a move, never replaces a file that another process has written.
             os.link(temporary, target)
         else:
             temporary.replace(target)

@@ -4,9 +4,10 @@ A wrench is (force, moment about the base origin) in base axes; its power on a b
 (v, omega) at the base origin is their scalar product. The unknowns are the forces x of struts and
 closures. For each coordinate j of the joint tree, the virtual work of all forces is
 
-    G_j x + Q_j + tau_j = 0, with Q of weights and tool wrench, and tau of the actuator, if any.
+    G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench, and tau_j the
+    force of an actuator on the coordinate.
 
-The rows without an actuator determine x. The other rows then determine tau.
+The rows without an actuator determine x. The rows with an actuator then determine tau.
 """
 
 from __future__ import annotations
@@ -60,15 +61,17 @@ class Equilibrium:
         lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
         struts: The rods and cylinders, keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: The strut or the row of G of each actuator, and its motion per unit of q.
+        driven: The strut or the row of G on which each actuator acts, and its motion per unit of q.
         free_rows: The rows of G without an actuator.
-        unknowns: The struts and closures with unknown forces; a closure occurs repeatedly.
-        unit_wrenches: (m, bodies, 6) wrenches of each unknown force.
-        G: (m, coordinates, unknowns) their virtual work.
+        unknowns: The struts and closures with unknown forces; a closure occurs once for each
+            unknown component.
+        unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
+            force.
+        G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.
     """
 
     def __init__(self, robot: Robot, skeleton: Skeleton, poses: FloatArray) -> None:
-        """Writes the equations at poses without NaN."""
+        """Computes the equations at poses that contain no NaN."""
         self.robot, self.skeleton, self.poses = robot, skeleton, poses
         tree = [body for body in skeleton.bodies if body.span is None]
         self.carries = np.eye(len(tree), dtype=bool)
@@ -185,8 +188,8 @@ class Equilibrium:
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
         """Return (m, 3) the normal of the plane in which a loop moves, or None.
 
-        The closure of a planar loop transmits forces in the plane only; otherwise three of its
-        forces would be statically indeterminate.
+        The closure of a planar loop is assumed to transmit forces in the plane only, because three
+        other components would be statically indeterminate.
         """
         a, b = closure.bodies
         way = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
@@ -205,7 +208,7 @@ class Equilibrium:
         return normal if max(off) < STATICALLY_SINGULAR else None
 
     def weights(self, masses: Sequence[PointMass], gravity: FloatArray) -> FloatArray:
-        """Return the wrenches (m, bodies of the tree, 6) of the weights of masses."""
+        """Return the wrenches (m, bodies of the tree, 6) that the weights of the masses exert."""
         index = {body.name: k for k, body in enumerate(self.skeleton.bodies)}
         found = self._zeros()
         for mass in masses:
@@ -221,10 +224,10 @@ class Equilibrium:
     def _on_ends(
         self, span: Span, at: FloatArray, force: FloatArray
     ) -> list[tuple[int, FloatArray, FloatArray]]:
-        """Return the forces on the two ends of a strut that a force on its axis causes.
+        """Return the forces that act on the two ends of a strut if a force acts on its axis.
 
-        The transverse force follows the lever rule. The axial force of a barrel or a piston acts
-        on its own end; that of a rod is divided equally.
+        The lever rule distributes the transverse component to both ends. An axial force on a barrel
+        or piston acts on the end of this section; an axial force on a rod is divided equally.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)

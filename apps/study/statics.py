@@ -27,7 +27,7 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
-"""Fraction of the force of a strut that forces without a load can have, squared; 0 if equilibrium
+"""Up to this squared size of a strut's force in a unit system of internal forces, equilibrium
 determines the force."""
 
 
@@ -46,9 +46,9 @@ class StaticLoads(StudyResult):
             the axis is the force or torque of the actuator.
         strut_names: Names of the rods and cylinders.
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
-            force of a cylinder acts between barrel and piston; that of a rod is the mean of its
-            two ends.
-        closure_names: Names of the other joints that close loops.
+            force of a cylinder acts between barrel and piston; the force of a rod is the mean of
+            the forces at its two ends.
+        closure_names: Names of the closures, which close loops without a rod or a cylinder.
         closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
             exerts on the second, at the closure's frame on the second link, in base axes.
     """
@@ -105,12 +105,13 @@ def gravity_forces(
         gravity: (3,) gravitational acceleration in the base frame [m/s^2].
 
     Returns:
-        (..., n) torques [N m] and forces [N]; NaN if the loops do not close, or if the actuators
-        do not hold the weights.
+        (..., n) torques [N m] and forces [N]. The result is NaN if the loops do not close, or if
+        the actuators cannot hold the weights.
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, or the actuators do not hold a single configuration.
+        InputValueError: A mass is invalid, or the actuators cannot hold the weights at a single
+            configuration.
     """
     return -_Solved("gravity_forces", robot, q, masses, None, gravity).actuator_forces()
 
@@ -136,7 +137,8 @@ def static_loads(
         gravity: (3,) gravitational acceleration in the base frame [m/s^2].
 
     Returns:
-        The loads; NaN if the loops do not close, or if equilibrium does not determine the loads.
+        The loads, which are NaN if the loops do not close, or if equilibrium does not determine
+        them.
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
@@ -203,7 +205,7 @@ class _Solved:
             )
 
     def refuse_prestress(self) -> None:
-        """Refuse a robot whose struts and closures can have forces without a load."""
+        """Raise an error if struts and closures can have internal forces without a load."""
         free = np.diagonal(self.prestress, axis1=-2, axis2=-1) > _PRESTRESSED
         self.solved &= ~free.any(-1)
         if len(free) and free.any(-1).all():
@@ -257,7 +259,7 @@ class _Solved:
 
 
 def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
-    """Raise an error if a mass has no body, is negative, or is beside the axis of its strut."""
+    """Raise an error if a mass has no body, is negative, or is not on the axis of its strut."""
     names = [body.name for body in bodies.bodies]
     if mass.link not in names:
         raise InputValueError(

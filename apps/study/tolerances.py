@@ -33,5 +33,5 @@ equal."""
 # --- static loads ---
 
 STATICALLY_SINGULAR = 1e-9
-"""Relative size up to which a singular value of the equilibrium equations, an imbalance or the sine
-of an angle between axes counts as 0. Poses of closed loops have errors up to 1e-12."""
+"""Up to this relative size, a singular value of the equilibrium equations, an unbalanced force or
+the sine of an angle between axes counts as 0. Poses of closed loops have errors up to 1e-12."""

@@ -308,8 +308,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* The condition is true if both numbers are infinite (the quotient is then 0), and false if
-     * both are 0. */
+    /* The condition is true for two infinite numbers (the quotient is then 0), false for two 0. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -325,8 +324,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis. The angle is measured backwards if exactly one of two conditions holds: the point is
-     * steep, or x < 0. */
+     * axis. The angle is measured backwards if either the point is steep or x < 0. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

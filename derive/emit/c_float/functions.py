@@ -37,7 +37,7 @@ def number(value: float) -> str:
 
 @dataclass(frozen=True)
 class Precision:
-    """The C of a kind of number.
+    """The C code for one kind of number.
 
     Attributes:
         kind: The type.

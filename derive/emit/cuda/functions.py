@@ -18,8 +18,8 @@ from ..cpp.header import RESERVED, safe
 DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own_residual", "own_margin"])
-"""Names of the printed functions' own variables. An argument with such a name, or with a name that
-C++ reserves, gets a trailing underscore."""
+"""Names of the printed functions' own variables. An argument with one of these names, or with a
+reserved name of C++, gets a trailing underscore."""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:
@@ -150,10 +150,10 @@ class Nearest:
 
 
 def nearest_of(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> list[Nearest]:
-    """Returns the nearest solutions of the printed inverses.
+    """Returns the functions for the nearest solutions of the printed inverses.
 
-    A robot whose solutions must be shifted by full turns of several coordinates has none, and
-    neither has an inverse with inputs from a function that is not printed.
+    A robot has no such function if full turns shift several coordinates of its solutions, or if a
+    function that is not printed computes inputs of its inverse.
     """
     printed, inverses = {f.name for f in functions}, {f.name for f in seeded(derivation)}
     if unwinding(derivation, wraps_of(derivation)):

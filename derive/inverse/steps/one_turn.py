@@ -61,13 +61,13 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
-    ways = [(a1, u, back, c), (a3, c, a3, u)]
+    conditions = [(a1, u, back, c), (a3, c, a3, u)]
     # The height of the target determines one prismatic joint, and the distance of the target from
     # the axis determines the other joint. The height determines the prismatic joint that does not
     # change the distance from the axis, or the only joint that changes the height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
-        ways if first_by_height else ways[::-1]
+        conditions if first_by_height else conditions[::-1]
     )
     if _is_along(slide, a2):
         length = _to_distance(work, other, a2, sense2.h, own2, goal2)

@@ -1,4 +1,4 @@
-"""A pipe, a folder or a missing file in place of an input file is one error."""
+"""If an input file is a pipe, a folder or missing, a single error states the fault."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ KINDS = {
 
 
 def load_error(path):
-    """Returns the error of a load; the error hides the system's error, which it quotes."""
+    """Returns the error of a load, which quotes and replaces the error of the system."""
     with pytest.raises(chasles.ChaslesError) as caught:
         chasles.load(path)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None

@@ -1,4 +1,5 @@
-/* The words of CUDA for a C++ compiler: kernels run on the processor, a thread after another. */
+/* Defines the keywords of CUDA for a C++ compiler: kernels run on the processor, one thread after
+ * the other. */
 #ifndef CUDA_SHIM_H
 #define CUDA_SHIM_H
 

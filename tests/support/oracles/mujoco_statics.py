@@ -1,9 +1,10 @@
 """Static loads of a mechanism from MuJoCo's inverse dynamics at rest.
 
-The model has one MuJoCo body per body of the robot, also per rod, barrel and piston. It is built at
-one configuration, so that all its coordinates are 0. Loops are cut at the second end of each strut
-and at each closure. MuJoCo's generalized gravity forces and its point Jacobians then determine the
-forces at the cuts and the actuator forces, and its internal forces are the joint loads.
+The model has one MuJoCo body per body of the robot, also per rod, barrel and piston. The model is
+built at one configuration, so that all its coordinates are 0. Loops are cut at the second end of
+each strut and at each closure. MuJoCo's generalized gravity forces and its point Jacobians then
+determine the forces at the cuts and the actuator forces, and its internal forces are the joint
+loads.
 """
 
 from typing import NamedTuple
@@ -18,11 +19,11 @@ from chasles.study import PointMass
 mujoco = pytest.importorskip("mujoco", reason="the oracle of static loads")
 
 MASSLESS = 1e-12
-"""Mass of a body without mass (kilogram); MuJoCo refuses 0."""
+"""Mass that stands for a body without mass (kilogram); MuJoCo refuses 0."""
 KINDS = {"revolute": "hinge", "prismatic": "slide"}
 PIN = np.eye(6)[[0, 1, 2, 3, 4]]
 PLANAR_PIN = np.eye(6)[[0, 1]]
-"""Forces, then moments that a pin about z transmits, in its frame."""
+"""The forces, then the moments, that a pin about z transmits, in the frame of the pin."""
 
 
 class Loads(NamedTuple):

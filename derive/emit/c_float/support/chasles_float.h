@@ -7,7 +7,7 @@
 #ifndef CHASLES_FLOAT_H
 #define CHASLES_FLOAT_H
 
-#ifndef __CUDACC_RTC__ /* this compiler has no headers; its mathematical functions are built in */
+#ifndef __CUDACC_RTC__ /* NVRTC has no headers; its mathematical functions are built in */
 #include <math.h>
 #endif
 
