@@ -31,7 +31,7 @@ class Plan:
         calls: Number of Python calls per round.
         batch: Number of poses in a batch and in a C loop.
         leave_out: Peers to skip because they take too long.
-        robots: Names of the robots to derive; () for all shipped robots.
+        robots: Names of the robots to derive, or () for all shipped robots.
         chains: Numbers of joints of the chains to derive.
     """
 

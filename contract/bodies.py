@@ -29,7 +29,7 @@ class Shape:
             the symbols "barrel", "piston" or "rod" (end to end).
         name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
-        axis: The direction of the joint's axis in the body's frame; () for a shape without axis.
+        axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
         Whether the joint's frame is at the end of a strut.
     """
 
@@ -143,7 +143,7 @@ class SkeletonFacts:
         size: The diagonal of the robot's bounding box at the reference [m].
         tip: The tip frame of the robot.
         bodies: The bodies.
-        q_drawn: The default q of drawings of a serial robot; () for a robot with loops.
+        q_drawn: The default q of drawings of a serial robot, or () for a robot with loops.
         closures: The joints that close loops, in addition to struts.
     """
 

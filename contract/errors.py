@@ -27,11 +27,11 @@ class DescriptionError(ChaslesError, ValueError):
     A description built in Python has no file, and the other attributes may also be empty.
 
     Attributes:
-        file: Name of the file as passed by the caller; empty if there is no file.
+        file: Name of the file as passed by the caller; the value is empty if there is no file.
         line: Line number, starting at 1, or None if no line is known.
-        field: Dotted path of the field; empty for the description as a whole.
+        field: Dotted path of the field; the value is empty for the description as a whole.
         value: The value found, or None if no value was found.
-        expected: Description of a valid value; empty if only the message contains it.
+        expected: Description of a valid value; the value is empty if only the message contains it.
     """
 
     def __init__(

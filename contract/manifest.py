@@ -138,8 +138,8 @@ class GeometryParameter:
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch or a ratio, "rad/m" for a ratio, "rad/(N m)" or "m/N"
             for a compliance, or "1" for a gain or a ratio.
-        joint: Name of the joint, closure or strut, or "base" or "tool"; "" for a parameter of the
-            description.
+        joint: Name of the joint, closure or strut, or "base" or "tool", or "" for a parameter of
+            the description.
         part: The group: "parameter" for a parameter of the description, "joint" for the joint's
             own description, "offset" for its coordinate offset, "axis" for axis corrections,
             "transmission" for gain and waves of its drive, "coupling" for the ratios of its
@@ -174,12 +174,12 @@ class FunctionInfo:
         name: Name in Python.
         symbol: Name in C.
         summary: One line that describes the result.
-        identity: The identity that the function satisfies; "" if none is stated.
+        identity: The identity that the function satisfies, or "" if none is stated.
         role: The role of the function.
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function; "" if every loop always closes. From the same first
+        margin: Name of the margin function, or "" if every loop always closes. From the same first
             input, it returns the distance of each loop from configurations with an open loop.
         steps: The loop to which each entry of a margin function's result belongs.
     """
@@ -204,8 +204,8 @@ class InverseFacts:
         method: solution method. "exact" for a closed form. "snapped" for iteration from the closed
             form of a nearby nominal arm. "general" for the roots of a determinant. "none" if there
             is no inverse.
-        missing: The reason why there is no inverse; "" if there is an inverse, or if no reason is
-            stated.
+        missing: The reason why there is no inverse, or "" if there is an inverse, or if no reason
+            is stated.
     """
 
     method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -218,7 +218,7 @@ class CleanedNumber:
 
     Attributes:
         at: Name of the joint or parameter with the value, or "base" or "tool".
-        field: Name of the field with the value, such as "alpha" or "roll"; "" for a parameter.
+        field: Name of the field with the value, such as "alpha" or "roll", or "" for a parameter.
         found: The value as written in the description.
         taken: The exact value that the robot uses, such as "pi/2".
     """
@@ -260,7 +260,7 @@ class LoopFacts:
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
         coupling: C of theta = C q + c for the joints theta of a coupled serial robot with
-            coordinates q; () without couplings.
+            coordinates q, or () without couplings.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -304,7 +304,7 @@ class Manifest:
         notes: Remarks on the robot, such as snapped values.
         cleaning: The values of the description that were replaced by exact values, and their
             effect.
-        geometry: The elements of the vector p of the parametric functions; () without such
+        geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
         robot_file: For a robot with loops, a robot file template for different geometries. For an
             arm with masses, the springs section of that file. Otherwise "".
@@ -363,7 +363,7 @@ class Manifest:
 
     @property
     def redundancy(self) -> tuple[Redundancy, ...]:
-        """The redundancy parameters; () without `ik` or without redundancy."""
+        """The redundancy parameters, or () without `ik` or without redundancy."""
         own = self.with_role("inverse", "pose")
         found = []
         for k, item in enumerate(own.inputs[1:] if own else ()):
@@ -375,7 +375,7 @@ class Manifest:
 
     @property
     def direct_parameters(self) -> tuple[str, ...]:
-        """The redundancy parameters if the C code can call the inverse directly, else ().
+        """The redundancy parameters if the C code can call the inverse directly, otherwise ().
 
         If joints between other joints are fixed, the inverse may degenerate.
         """

@@ -109,7 +109,7 @@ TASKS: Mapping[TaskName, tuple[str, ...]] = {
     "orientation": ("orientation",),
     "planar": ("plane", "heading"),
 }
-"""The tasks of `ik_path` and `ik_nearest` with their components; () for a complete pose."""
+"""The tasks of `ik_path` and `ik_nearest` with their components, or () for a complete pose."""
 
 
 Kind = Annotated[str, one_of(KINDS)]
@@ -133,7 +133,7 @@ class Role:
         directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
             velocity relation.
         components: The task components that the first input of an inverse prescribes, in the order
-            of its entries. Each is one of :data:`TASK_COMPONENTS`; () for a full pose.
+            of its entries. Each is one of :data:`TASK_COMPONENTS`, or () for a full pose.
         free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
         searches: Whether the closed form can miss poses of configurations with joints at right
             angles. If true, the runtime also searches for solutions, starting from the

@@ -51,7 +51,7 @@ class Derivation:
         functions: The derived functions, in output order.
         hybrid: The loops and their solution, or None for a serial robot.
         inverse: The inverse kinematics, or None if none of its functions was requested.
-        written: Functions with handwritten C that reads tables of the robot.
+        written: Functions with handwritten C code that reads tables of the robot.
         families: The inverse families that the derivation tested.
         closure: The equations of loops without a closed form, or None for other robots.
         geometry: The functions with geometry as input, or None if no parametric function was
@@ -120,8 +120,8 @@ def derive(
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
         functions: Names of functions; all functions of the robot by default.
-        fixed: Names of the joints with fixed values, which are inputs of ``ik`` after the pose; ()
-            for the default choice of a redundant robot.
+        fixed: Names of the joints with fixed values, which are inputs of ``ik`` after the pose, or
+            () for the default choice of a redundant robot.
         parametric: Whether functions with geometry as input, such as ``fk_p``, are derived too.
         families: The families of inverses to try, in order.
 

@@ -35,7 +35,7 @@ WIDTH = 118
 
 
 def names_of(module: ModuleType) -> list[str]:
-    """Returns the public names of a module: its ``__all__``, else the names it defines."""
+    """Returns the public names of a module: its ``__all__``, otherwise the names it defines."""
     if hasattr(module, "__all__"):
         return sorted(module.__all__)
     defined = vars(module).items()

@@ -63,8 +63,8 @@ class Robot(
         base_frame: The name of the base frame.
         tip_frame: The name of the tool frame.
         link_names: The link names, in the order of `link_poses`.
-        parameters: The named parameters of the robot description, by name.
-        geometry: The input `p` of the parametric functions, in order; () without such functions.
+        parameters: The named parameters of the robot description, keyed by name.
+        geometry: The input `p` of the parametric functions, in order, or () without such functions.
         notes: Remarks on the description, for example on values that were snapped.
         cleaning: The snapped values of the robot description, with bounds on the change of the tool
             pose: `cleaning.position` [m], `cleaning.orientation` [rad].
@@ -75,7 +75,7 @@ class Robot(
             angle), unit and meaning of each.
         free_coordinates: The names of the coordinates that the inverse of a task sets to 0, by
             task: `robot.free_coordinates["position"]`.
-        loops: The loop names; () for a serial robot.
+        loops: The loop names, or () for a serial robot.
         loop_solution: How the loops are solved: "closed form", "newton", or "" without loops.
         chain_joints: The joints of the main chain, in the order of `theta`.
         passive_joints: The joints that are neither actuated nor in the main chain.
@@ -137,7 +137,7 @@ class Robot(
 
 
 def _address(folder: Path) -> str:
-    """Return the name of an installed robot, valid on other machines, else its folder."""
+    """Return the name of an installed robot, valid on other machines, otherwise its folder."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
     return folder.name if installed else str(folder.absolute())
 

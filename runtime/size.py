@@ -26,7 +26,7 @@ _CLOSED, _HALVINGS = 32, 6
 def ranges(
     coordinates: Sequence[Coordinate], reference: Reference | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return sampling ranges (n,): the limits, else 2 pi or 2 m around the reference."""
+    """Return sampling ranges (n,): the limits, otherwise 2 pi or 2 m around the reference."""
     centre = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
     lower, upper = limits_of(coordinates)
     half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])

@@ -190,7 +190,7 @@ def _has_turned(robot: Robot, p: FloatArray) -> bool:
 
 
 def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
-    """Return the [[transmissions]] tables of inexact drives; "" if all drives are exact.
+    """Return the [[transmissions]] tables of inexact drives, or "" if all drives are exact.
 
     Args:
         robot: The nominal robot, with parametric functions.
@@ -211,7 +211,7 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 
 
 def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
-    """Return the gravity line and the spring tables; "" if all joints are rigid.
+    """Return the gravity line and the spring tables, or "" if all joints are rigid.
 
     Args:
         robot: The nominal arm, with parametric functions.

@@ -73,7 +73,7 @@ def _rows_off(found: Calibration) -> Iterator[str]:
 
 
 def _exchanged(found: Calibration, k: int) -> str | None:
-    """Return a warning if two targets of configuration k are swapped, else None."""
+    """Return a warning if two targets of configuration k are swapped, otherwise None."""
     measured = found.measurements
     if not isinstance(measured, Positions):
         return None

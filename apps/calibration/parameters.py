@@ -58,7 +58,7 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
 
 
 def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
-    """Return the (p,) standard deviation of each parameter; 0 if none is stated.
+    """Return the (p,) standard deviation of each parameter, or 0 if none is stated.
 
     Args:
         robot: A robot with parametric functions.

@@ -38,7 +38,7 @@ class Calibration(StudyResult):
         values: (k,) values of the variables [m, rad, 1].
         deviations: (k,) differences from the nominal parameters; for unknowns, their values.
         covariance: (k, k) covariance of the values.
-        parameter_std: Stated standard deviation of each value about nominal; 0 if the value is
+        parameter_std: Stated standard deviation of each value about nominal, or 0 if the value is
             free.
         p: All geometry parameters of the calibrated robot.
         unidentifiable: Parameters that the measurements do not distinguish; they stay nominal.

@@ -137,7 +137,7 @@ def ik(
 class _Found:
     """Solutions q (k, n); the reason if there is none.
 
-    The residual [m] is the least one of a pose without an exact solution, else NaN.
+    The residual [m] is the least one of a pose without an exact solution, otherwise NaN.
     """
 
     q: FloatArray

@@ -65,7 +65,7 @@ def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
 
 
 def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
-    """Return the values of fixed joints and redundancy parameters, by name.
+    """Return the values of fixed joints and redundancy parameters, keyed by name.
 
     Raises:
         InputValueError: A word is not NAME=VALUE.

@@ -19,7 +19,7 @@ class View:
     Attributes:
         address: The address of its first number.
         shape: Its shape.
-        real: The kind of its numbers, "float" or "double"; "" for other kinds.
+        real: The kind of its numbers, "float" or "double", or "" for other kinds.
     """
 
     address: int

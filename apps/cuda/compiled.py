@@ -22,7 +22,7 @@ class Source:
 
     Attributes:
         text: The text of the robot's header.
-        headers: The texts of the other headers, by name.
+        headers: The texts of the other headers, keyed by name.
     """
 
     text: str

@@ -43,7 +43,7 @@ def animate(
             configurations (k, n) [rad or m], one per frame.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: The view, as for `draw`; None selects the plane of a planar robot, else the
+        views: The view, as for `draw`; None selects the plane of a planar robot, otherwise the
             axonometric view.
         fps: Frames per second.
 

@@ -27,7 +27,7 @@ class AssemblyModes(NamedTuple):
     Attributes:
         z: (k, n_z) configurations. A rod keeps the rotation about its axis of the start
             configuration, because no body depends on this rotation.
-        margin: (k,) margins of the modes; 0 if the platform is singular and two modes coincide.
+        margin: (k,) margins of the modes, or 0 if the platform is singular and two modes coincide.
     """
 
     z: FloatArray

@@ -91,7 +91,7 @@ def draw(
         path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
         ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
-            is "plane" for planar robots, else "axonometric".
+            is "plane" for planar robots, otherwise "axonometric".
         file: The file to write: .pdf, .svg or .png.
 
     Returns:

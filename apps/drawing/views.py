@@ -27,7 +27,7 @@ class View:
         name: Name of the view.
         right: Direction in the base frame that points to the right.
         up: Direction in the base frame that points up.
-        labels: Axis labels of both directions; "" for the axonometric view.
+        labels: Axis labels of both directions, or "" for the axonometric view.
     """
 
     name: str

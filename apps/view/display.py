@@ -108,7 +108,7 @@ class Display:
         solids: The solids of the bodies.
         start: The initial configuration, the same as in drawings.
         most_ghosts: Maximum number of ghosts.
-        most_modes: Maximum number of assembly modes; 0 if they are unknown.
+        most_modes: Maximum number of assembly modes, or 0 if they are unknown.
         moved: Index of the coordinate that moves each actuated joint, keyed by joint name.
     """
 

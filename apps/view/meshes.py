@@ -77,7 +77,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
         skeleton: The skeleton of the robot derived from this file.
 
     Returns:
-        A mesh for each link with an available shape; () if the file is not a .urdf file.
+        A mesh for each link with an available shape, or () if the file is not a .urdf file.
 
     Warns:
         UserWarning: Mesh files were not found.

@@ -43,7 +43,7 @@ class Solid:
 
     Attributes:
         body: Index of the body in the skeleton.
-        joint: Name of the joint or strut for a symbol; "" for links and plates.
+        joint: Name of the joint or strut for a symbol, or "" for links and plates.
         colour: Red, green and blue from 0 to 255.
         triangles: The surface in the body's frame.
     """

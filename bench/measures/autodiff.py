@@ -1,4 +1,4 @@
-"""Times of batches in JAX and PyTorch, compared with the batches in C that they call.
+"""Times of batches in JAX and PyTorch, compared with the batches in C code that they call.
 
 Every call returns new arrays. Times are minima of alternating calls.
 """

@@ -1,4 +1,4 @@
-"""Time of the exported languages, compared with the generated C that they call or print again.
+"""Time of the exported languages, compared with the generated C code that they call or print again.
 
 Both loops call the same compiled C code. The two loops run
 alternately, and each time is the minimum of several short runs.

@@ -34,16 +34,16 @@ class Job:
         to: The folder in which the folder of the robot is created.
         base: Base link of a URDF or an MJCF model.
         tip: Tip link of a URDF or an MJCF model.
-        functions: The functions to derive; empty for all functions.
+        functions: The functions to derive, or empty for all functions.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
         suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
         exact: Whether values are used exactly as written in the file.
-        fixed: Names of the joints with fixed values in ``ik``; empty for the default choice.
+        fixed: Names of the joints with fixed values in ``ik``, or empty for the default choice.
         parametric: Whether the parametric functions are also derived.
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
-        languages: The languages to write; empty for the default languages.
+        languages: The languages to write, or empty for the default languages.
         name: The robot's name, where None selects the name in the file.
     """
 
@@ -166,7 +166,7 @@ def write_sources(job: Job, to: Path) -> None:
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
-    """Returns the bytes of a robot file and of its extended and nominal files, by path."""
+    """Returns the bytes of a robot file and of its extended and nominal files, keyed by path."""
     if not file.is_file() or file.resolve() in seen:
         return seen
     seen[file.resolve()] = content = read_bytes(file)

@@ -34,7 +34,7 @@ def files(
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         functions: The functions to derive; all by default.
-        fixed: The joints with fixed values in ``ik``; () for the default choice.
+        fixed: The joints with fixed values in ``ik``, or () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         languages: The languages to write, see :func:`write`.
 
@@ -115,7 +115,7 @@ def write(
         folder: The folder of the robot, created if it does not exist; its usual name is the robot's
             name.
         functions: The functions to derive; all by default.
-        fixed: The joints with fixed values in ``ik``; () for the default choice.
+        fixed: The joints with fixed values in ``ik``, or () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
             :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.

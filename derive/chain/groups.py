@@ -253,7 +253,7 @@ class _Builder:
             negative.
         offset: Sum of the constant angles in the incomplete group.
         unsettled: Part of the offset that the axes of the last station do not include yet.
-        sign: -1 while the axes are opposite to the group axes, else 1.
+        sign: -1 while the axes are opposite to the group axes, otherwise 1.
     """
 
     stations: list[Station]
@@ -337,6 +337,6 @@ def _mapped(basis: Basis, change: Callable[[Vector], Vector]) -> Basis:
 
 
 def _flipped(sign: int, vector: Vector) -> Vector:
-    """Returns ``Rx(pi) v`` for opposite axes (sign -1), else ``v``."""
+    """Returns ``Rx(pi) v`` for opposite axes (sign -1), otherwise ``v``."""
     x, y, z = vector
     return x, sign * y, sign * z

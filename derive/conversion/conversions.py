@@ -72,9 +72,9 @@ class Conversion:
         base and tool; a .tex file states both poses after its `tabular`.
 
         Args:
-            path: The path of the file, which ends in .urdf for URDF, else in .toml. For "dh", "mdh"
-                and "poe", the path may also end in .csv, or in .tex for LaTeX with the package
-                booktabs.
+            path: The path of the file, which ends in .urdf for URDF, otherwise in .toml. For "dh",
+                "mdh" and "poe", the path may also end in .csv, or in .tex for LaTeX with the
+                package booktabs.
 
         Raises:
             InputValueError: The suffix belongs to another format, or the file cannot be written.

@@ -129,7 +129,7 @@ def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
 
 
 def _tex(value: sp.Expr) -> str:
-    """Returns a short exact number or multiple of pi, else a decimal with 17 digits."""
+    """Returns a short exact number or multiple of pi, otherwise a decimal with 17 digits."""
     multiple = value / sp.pi
     if value != 0 and multiple.is_Rational:
         times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))

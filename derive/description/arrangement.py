@@ -137,7 +137,7 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Returns the exact distance that matches a positive length, else the length."""
+        """Returns the exact distance that matches a positive length, otherwise the length."""
         places = decimal_places(length)
         if places is None:
             return length

@@ -12,7 +12,7 @@ def assumption(
     loop_joints: Sequence[Closure | Strut] = (),
     drives: Sequence[Drive] = (),
 ) -> tuple[str, ...]:
-    """Returns a note that lists all assumed limits and dimensions; () if there are none.
+    """Returns a note that lists all assumed limits and dimensions, or () if there are none.
 
     Args:
         parameters: Named lengths, angles and ratios.

@@ -59,7 +59,7 @@ _SINGLE_PLACES = 7
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal that a noisy decimal represents, else the decimal itself.
+    """Returns the short decimal that a noisy decimal represents, otherwise the decimal itself.
 
     A single-precision number written with the digits of a double, such as 0.20000000298023224, is
     first replaced by its shortest single-precision decimal. A decimal d with k places is selected
@@ -129,7 +129,7 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Returns the multiple of pi if a decimal in a degree file looks like radians, else None.
+    """Returns the multiple of pi if a decimal in a degree file looks like radians, otherwise None.
 
     The angle is at most one turn. Right angles need two decimal places (1.57), other multiples of
     pi/12 need four (0.7854).
@@ -156,7 +156,7 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact value of a rounded direction in a file, else the vector without noise.
+    """Returns the exact value of a rounded direction in a file, otherwise the vector without noise.
 
     A decimal vector of any length is scaled and compared with the unit vectors of
     :func:`exact_directions`. A unit vector replaces it if each component agrees within one unit of

@@ -24,7 +24,7 @@ OF_GEOMETRY = "parametric pose"
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the file for ``casadi.Function.load``, by name.
+    """Returns the file for ``casadi.Function.load``, keyed by name.
 
     The file contains :func:`joined`. CasADi prints its own graph and does not need the typed
     programs.

@@ -24,7 +24,7 @@ units = { length = "m", angle = "deg" }
 
 
 def robot_template(hybrid: SolvedLoops) -> str:
-    """Returns the text with placeholders; "" if a joint is helical.
+    """Returns the text with placeholders, or "" if a joint is helical.
 
     Args:
         hybrid: The robot.

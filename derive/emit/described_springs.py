@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def springs_template(robot: Described) -> str:
-    """Returns the spring tables; "" without compliance, or if a coordinate moves several joints.
+    """Returns the spring tables, or "" without compliance, or if a coordinate moves several joints.
 
     Args:
         robot: The description.

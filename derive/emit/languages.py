@@ -33,7 +33,7 @@ ON_DEMAND = {
         Emitter("moveit", moveit.files),
     )
 }
-"""Optional languages, by name."""
+"""Optional languages, keyed by name."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
 """The article without screws, examples and singularities."""
 

@@ -148,7 +148,7 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
 
 
 def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
-    """Returns the parameters p; empty for a robot without parametric functions."""
+    """Returns the parameters p; the result is empty for a robot without parametric functions."""
     if derivation.geometry is None:
         return ()
     return tuple(

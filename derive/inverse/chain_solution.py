@@ -19,7 +19,7 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Solves the joints of a chain by its matching family.
+    """Solves for the joints of a chain by its matching family.
 
     Args:
         work: Table that receives the joint values and the solution steps.

@@ -74,10 +74,10 @@ class Classification:
         lines: The axes of the chain.
         found: The family that fits, or None if no family fits.
         attempts: The tested families, up to the first matching family.
-        missing: The reason why no closed form exists; empty if one exists.
+        missing: The reason why no closed form exists; the value is empty if one exists.
         near: Structures that the axes fit approximately, likeliest first. Each structure defines a
             nominal arm from which Newton's method may refine the inverse.
-        give: Indices of the joints that the caller fixed; () if they are selected automatically.
+        give: Indices of the joints that the caller fixed, or () if they are selected automatically.
     """
 
     lines: Lines
@@ -112,7 +112,7 @@ def classify(
         terms: Receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple some joints.
         families: The families to try, in order.
-        give: Indices of the joints to fix, in ascending order; () for the first suitable set.
+        give: Indices of the joints to fix, in ascending order, or () for the first suitable set.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = unfit(robot)
@@ -133,7 +133,7 @@ def of_lines(
         lines: The chain.
         coordinates: Number of coordinates that move the chain; by default the joint count.
         families: The families to try, in order.
-        give: Indices of the joints to fix; () for the first suitable set.
+        give: Indices of the joints to fix, or () for the first suitable set.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
@@ -170,7 +170,7 @@ def further_families(
         lines: The chain.
         found: The structure already found for the chain.
         families: The families to try, in order.
-        give: Indices of the joints to fix; () for every possible set.
+        give: Indices of the joints to fix, or () for every possible set.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given

@@ -47,7 +47,7 @@ class Explanation:
         chain: The explained chain.
         inverses: The structure of the chain and the solved tasks, or None if the loops allow
             several tool poses, as in a parallel platform.
-        loops: A sentence about the inverse of the loops; empty for a serial robot.
+        loops: A sentence about the inverse of the loops; the value is empty for a serial robot.
         hybrid: The loops and their solution, or None for a serial robot.
     """
 
@@ -59,7 +59,7 @@ class Explanation:
 
     @property
     def max_solutions(self) -> int:
-        """Maximum number of solutions per tool pose; 0 if unknown."""
+        """Maximum number of solutions per tool pose, or 0 if unknown."""
         if self.inverses is None:
             return 0
         if self.inverses.general is not None:
@@ -149,7 +149,7 @@ def explain(
 
     Args:
         description: A serial robot or a mechanism; the main chain of a mechanism is explained.
-        fixed: Names of the fixed joints, whose values are inputs of ``ik``; () for the default
+        fixed: Names of the fixed joints, whose values are inputs of ``ik``, or () for the default
             choice.
         families: The families to try, in order.
 

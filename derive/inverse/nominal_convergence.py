@@ -94,8 +94,8 @@ class Sampled:
     def separations(self) -> tuple[float, ...]:
         """Typical separation of the nominal solutions in each solved joint.
 
-        Median, over all poses, of the smallest difference (radian) between two solutions; 0 if no
-        pose has two solutions.
+        Median, over all poses, of the smallest difference (radian) between two solutions, or 0 if
+        no pose has two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)

@@ -247,7 +247,7 @@ def convergence_of(
 
 
 def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
-    """Returns the number of full turns per unit of each coordinate; 0 for prismatic joints."""
+    """Returns the number of full turns per unit of each coordinate, or 0 for prismatic joints."""
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
         for c in hybrid.mechanism.coordinates

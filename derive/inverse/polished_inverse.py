@@ -87,7 +87,7 @@ class RefinedTables(Tables):
     """Numeric data of a refined inverse.
 
     Attributes:
-        turns: Number of turns per unit of each coordinate; 0 for non-revolute coordinates.
+        turns: Number of turns per unit of each coordinate, or 0 for non-revolute coordinates.
         length: Robot length (metre), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
         general: Numeric data of the robot for the general solver, or None if the general solver

@@ -90,13 +90,13 @@ class Inverses:
 
     @property
     def written(self) -> tuple[NativeSolverFunction, ...]:
-        """Functions with hand-written C that reads tables of the robot."""
+        """Functions with hand-written C code that reads tables of the robot."""
         found = self.polished if self.general is None else self.general.function
         return () if found is None else (found, *self.polished_tasks)
 
     @property
     def missing(self) -> str:
-        """The reason for a missing inverse; empty if there is an inverse."""
+        """The reason for a missing inverse; the value is empty if there is an inverse."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property

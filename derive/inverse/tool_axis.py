@@ -86,8 +86,8 @@ def _by_added_axis(
 ) -> tuple[Classification, dict[str, Solved]] | None:
     """Solves the pose task of five joints with a sixth joint at 0 added at either end.
 
-    Returns the first added axis with which the inverse misses the smallest number of right-angle
-    poses.
+    Returns the first added axis with which the inverse misses the smallest number of poses at right
+    angles.
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None

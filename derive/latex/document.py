@@ -131,7 +131,7 @@ _BRIEF = frozenset(
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the article of a robot and its LaTeX fragments, by path.
+    """Returns the article of a robot and its LaTeX fragments, keyed by path.
 
     The article prints LaTeX from the equations, so the programs of the other languages are not
     needed.

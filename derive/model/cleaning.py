@@ -21,7 +21,7 @@ class CleanedNumber:
 
     Attributes:
         at: Name of the joint or parameter with the value, or "base" or "tool".
-        field: Name of the field or component, such as alpha, x or roll; "" for a parameter.
+        field: Name of the field or component, such as alpha, x or roll, or "" for a parameter.
         found: The value as written (metre, radian or 1), exact.
         taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.

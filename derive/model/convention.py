@@ -38,8 +38,8 @@ class Field:
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings; a scalar uses its name.
         default: Value if a file omits the field, or None for zero.
-        needed_to: Meaning of a field that moving joints require, for the error message; empty for
-            optional fields.
+        needed_to: Meaning of a field that moving joints require, for the error message; the value
+            is empty for optional fields.
         is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore the fields
             that describe a motion.
     """
@@ -107,15 +107,17 @@ class Convention:
     Attributes:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
-        place: Function that converts the joint's kind and all fields, by name, to the placements.
+        place: Function that converts the joint's kind and all fields, keyed by name, to the
+            placements.
         source: Publication in which the convention is defined.
         words: The convention's name in a sentence of the article. A phrase for the fields of a
             convention without a ``transform``; "and their variables" is appended.
         transform: The link transform as a product of elementary motions in the field symbols,
-            without the joint's motion; empty if no such product exists.
-        turning: Field to which a revolute joint adds its variable; empty if there is no such field.
-        sliding: Field to which a prismatic joint adds its variable; empty if there is no such
-            field.
+            without the joint's motion; the value is empty if no such product exists.
+        turning: Field to which a revolute joint adds its variable; the value is empty if there is
+            no such field.
+        sliding: Field to which a prismatic joint adds its variable; the value is empty if there is
+            no such field.
         second_part: First field of the second table, if a single table is too wide.
         numbers: Function that returns, for a joint's kind, the product of elementary motions in the
             values that a calibration corrects, where None selects the link transform.

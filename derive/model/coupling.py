@@ -41,7 +41,7 @@ class Motor:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a prismatic motor, else rad."""
+        """Unit of the coordinate: m for a prismatic motor, otherwise rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 

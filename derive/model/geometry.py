@@ -106,7 +106,7 @@ class Geometry:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
         motions: The pose of the tool in the base frame, as elementary motions in q, p and torques.
-        torques: A symbol for the gravity torque on each coordinate; () for rigid joints.
+        torques: A symbol for the gravity torque on each coordinate, or () for rigid joints.
     """
 
     q: tuple[sp.Symbol, ...]

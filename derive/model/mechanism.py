@@ -160,7 +160,7 @@ class Coordinate:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a slider or cylinder, else rad."""
+        """Unit of the coordinate: m for a slider or cylinder, otherwise rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 
@@ -338,7 +338,7 @@ class Mechanism:
 
     @cached_property
     def followers(self) -> Mapping[str, Drive]:
-        """The drives that are not actuated, by name."""
+        """The drives that are not actuated, keyed by name."""
         return {drive.name: drive for drive in self.drives if drive.name not in self.actuated}
 
     @property

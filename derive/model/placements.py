@@ -76,7 +76,7 @@ Placement = tuple[Rotation | Translation, ...]
 
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
-    """Returns the rotation about one axis (radian); empty if the angle is zero."""
+    """Returns the rotation about one axis (radian); the result is empty if the angle is zero."""
     turn = Rotation(axis, angle)
     return () if turn.is_identity else (turn,)
 

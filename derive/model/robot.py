@@ -115,7 +115,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a prismatic joint, else rad."""
+        """Unit of the coordinate: m for a prismatic joint, otherwise rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 

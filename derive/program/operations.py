@@ -37,7 +37,7 @@ class Operation(Enum):
     AND = auto()
     OR = auto()
     SELECT = auto()
-    """``SELECT(condition, x, y)`` is x if the condition holds, else y; the unused value has no
+    """``SELECT(condition, x, y)`` is x if the condition holds, otherwise y; the unused value has no
     effect."""
     RECIPROCAL_SQRT = auto()
     """The operation 1 / sqrt(x), which only strength reduction introduces."""

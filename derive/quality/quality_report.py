@@ -77,7 +77,7 @@ class JointQuality:
         kind: Kind of the joint.
         before: Name of the previous joint.
         angle: Angle between both axes (radian).
-        distance: Distance between both axes (metre); 0 if one axis has only a direction.
+        distance: Distance between both axes (metre), or 0 if one axis has only a direction.
         own: Names of the conventions that the robot description uses between both axes.
         misses: The axis displacements that the parameters of the robot cannot represent.
         conventions: The quality of every tested convention.

@@ -87,7 +87,8 @@ class NativeSolverFunction(Signature):
         calls: Names of the functions that the solver calls, in the solver's order.
         branches: Number of solution slots in the output.
         operations: Approximate operation count, used to divide a batch over threads.
-        margin: Name of the function that explains NaN results; empty if there is no such function.
+        margin: Name of the function that explains NaN results; the value is empty if there is no
+            such function.
         steps: Names of the loops, one per entry, if the function returns margins.
     """
 
@@ -126,12 +127,12 @@ class SymbolicFunction(Signature):
 
     Attributes:
         terms: The terms and constants on which the entries depend.
-        margin: Name of the function that returns the distance of the loops from dead points; empty
-            without loops.
+        margin: Name of the function that returns the distance of the loops from dead points; the
+            value is empty without loops.
         steps: Names of the loops, one per entry, if the function returns margins.
         signs: Symbols with the value 1 or -1, one for each choice between two branches. In branch
-            b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, else the sign is 1. The first
-            sign varies slowest.
+            b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1. The
+            first sign varies slowest.
         calls: Solver calls before the statements, in order.
     """
 

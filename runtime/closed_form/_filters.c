@@ -281,7 +281,7 @@ static int differ_by_turns(npy_intp n, const double *a, const double *b)
     return 1;
 }
 
-/* Returns the slot of the nearest valid solution, else -1; see chasles_distance.h. */
+/* Returns the slot of the nearest valid solution, otherwise -1; see chasles_distance.h. */
 static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
     const npy_intp n = slots->n;

@@ -158,7 +158,8 @@ class LoopMethods(NewtonMethods):
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
         with margin 1. `margin` is the smallest leg margin. `residual` is 0 if `fk(q)` is the pose,
-        else infinite; `other_mode` marks slots whose legs reach the pose in another assembly mode.
+        otherwise infinite; `other_mode` marks slots whose legs reach the pose in another assembly
+        mode.
         """
         if "actuators_all" in self.functions:
             q, closes, margin = self.actuator_branches(x)

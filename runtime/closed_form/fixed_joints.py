@@ -143,7 +143,7 @@ class FixedJoints:
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:
-        """Return the index of the joint that depends on this coordinate only, else None."""
+        """Return the index of the joint that depends on this coordinate only, otherwise None."""
         reference = self.manifest.loops.reference
         D = self._with_role("map derivative", "actuators", "chain")
         if reference is None or D is None or self.manifest.is_iterated:

@@ -35,7 +35,7 @@ class NearestSolution(Fields):
     def reason(self) -> Any:
         """The reason for a missing solution: "", "out of reach", "limits" or "not a pose".
 
-        A str for a single pose, else an array (...,). "not a pose" means NaN in an input.
+        A str for a single pose, otherwise an array (...,). "not a pose" means NaN in an input.
         """
         reached = (self.residual <= self.tolerance) | self._limited
         found = np.select(
@@ -90,7 +90,7 @@ class Moves:
         lower: (n,) lower limits [rad or m], -inf for none.
         upper: (n,) upper limits [rad or m], inf for none.
         scale: (n,) weights of the displacements.
-        turn: (n,) the period 2 pi of coordinates that wrap, else 0.
+        turn: (n,) the period 2 pi of coordinates that wrap, otherwise 0.
     """
 
     lower: FloatArray

@@ -44,8 +44,8 @@ class JointPath:
         reason: "" if complete; "no solution": no branch reaches the next pose; "jump": every
             solution needs a larger joint displacement than allowed; "limit": the branch continues
             beyond a limit.
-        coordinate: The coordinate with the jump or limit violation, else "".
-        next_value: The next value of this coordinate, else NaN.
+        coordinate: The coordinate with the jump or limit violation, otherwise "".
+        next_value: The next value of this coordinate, otherwise NaN.
         min_margin: The smallest margin on the path: 0 at the workspace boundary (a stretched elbow,
             not an aligned wrist), or NaN if no pose was reached.
         min_margin_index: The index of the pose with this margin, -1 if no pose was reached.
@@ -104,7 +104,7 @@ class InverseMethods(RobotFacts):
 
         Args:
             R: (..., 3, 3) orientation of the tool.
-            fixed: Values (...) of all revolute joints except three, by name.
+            fixed: Values (...) of all revolute joints except three, keyed by name.
 
         Raises:
             InputTypeError: If `fixed` is not a mapping.

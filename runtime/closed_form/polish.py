@@ -92,7 +92,7 @@ class _State(NamedTuple):
 
 
 def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
-    """Return the trial state where its error is smaller, else the current state."""
+    """Return the trial state where its error is smaller, otherwise the current state."""
     if better.all():
         return trial
     return _State(

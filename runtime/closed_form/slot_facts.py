@@ -26,8 +26,8 @@ class SlotFacts:
 
     Attributes:
         units: (n,) the unit length for prismatic coordinates, 1 for revolute coordinates.
-        turn: (n,) 2 pi for coordinates that wrap, else 0.
-        full: (n,) 2 pi for revolute coordinates, else 0.
+        turn: (n,) 2 pi for coordinates that wrap, otherwise 0.
+        full: (n,) 2 pi for revolute coordinates, otherwise 0.
         lower: (n,) lower limits, -inf for none.
         upper: (n,) upper limits, inf for none.
         same: (n,) maximum coordinate differences between equal solutions.

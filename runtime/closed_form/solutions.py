@@ -56,7 +56,7 @@ class Solutions(Fields):
     are the rows of `valid_q()`.
 
     Attributes:
-        q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
+        q: (..., k, n) coordinates [rad or m]: a solution where `valid`, otherwise the least-squares
             result on that branch, or NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
             (projected) pose and the angle times `unit_length`. The residual is infinite in a

@@ -35,7 +35,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The error measure of a task, with its component names; () for a complete pose."""
+    """The error measure of a task, with its component names, or () for a complete pose."""
 
     components: tuple[str, ...] = ()
 

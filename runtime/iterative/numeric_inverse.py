@@ -64,7 +64,7 @@ class NumericSolution(NamedTuple):
 
     @property
     def reason(self) -> Any:
-        """The reason for a missing solution: a str for a single pose, else an array (...,).
+        """The reason for a missing solution: a str for a single pose, otherwise an array (...,).
 
         "": solved. "limits": a local minimum of the residual with coordinates at their limits.
         "stalled": a local minimum within the limits. "max_evaluations": the evaluation limit was

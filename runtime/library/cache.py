@@ -56,7 +56,7 @@ class Recipe:
     Attributes:
         name: The robot name.
         folder: The folder of the generated files.
-        sources: The content of each file that the compiler reads, by name.
+        sources: The content of each file that the compiler reads, keyed by name.
         compiler: The compiler with its flags, or None if the library already exists.
         key: The SHA-256 of sources and processor features, which the library contains.
         path: The library file. In the cache, the file name also has a hash of compiler and flags.
@@ -116,7 +116,7 @@ def kernel_recipe(manifest: Manifest, sources: Mapping[str, bytes] | None = None
 
 
 def sources_of(manifest: Manifest) -> dict[str, bytes]:
-    """Return the content of each file that the compiler reads, by name."""
+    """Return the content of each file that the compiler reads, keyed by name."""
     files = {file: manifest.read_source(file) for file in manifest.c_files}
     check_header(manifest, files[f"{manifest.name}.h"].decode(errors="replace"))
     return {**files, "_kernel.h": _KERNEL_HEADER.read_bytes(), GLUE_FILE: write_glue(manifest)}

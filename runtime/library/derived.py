@@ -43,12 +43,12 @@ def generated_folders() -> list[Path]:
 
 
 def shelf() -> dict[str, Path]:
-    """Return the installed descriptions of well-known arms, by name."""
+    """Return the installed descriptions of well-known arms, keyed by name."""
     return _descriptions("robots/shelf/*.toml")
 
 
 def shipped() -> dict[str, Path]:
-    """Return the descriptions of the installed generated robots, by name."""
+    """Return the descriptions of the installed generated robots, keyed by name."""
     return _descriptions("robots/*.toml")
 
 

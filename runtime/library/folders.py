@@ -20,7 +20,7 @@ from .derived import (
 
 
 def shipped_folders() -> dict[str, Path]:
-    """Return the folders of the installed generated robots, by name."""
+    """Return the folders of the installed generated robots, keyed by name."""
     manifests = [file for root in generated_folders() for file in root.glob("*/manifest.json")]
     return {file.parent.name: file.parent for file in sorted(manifests)}
 
@@ -52,7 +52,7 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
 
 
 def _hint(robot: str, names: list[str]) -> str:
-    """Return a hint with similar robot names, compared by letters and digits; "" if none."""
+    """Return a hint with similar robot names, compared by letters and digits, or "" if none."""
     import difflib  # noqa: PLC0415
 
     plain = {"".join(filter(str.isalnum, name)): name for name in names}

@@ -102,8 +102,8 @@ static inline int is_single(const double *T)
 }
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
- * last decimal (at most nine) or of single precision; 0 for higher precision. The distance from a
- * rotation cannot replace this: a planar rotation of few digits may be nearly rigid by chance.
+ * last decimal (at most nine) or of single precision, or 0 for higher precision. The distance from
+ * a rotation cannot replace this: a planar rotation of few digits may be nearly rigid by chance.
  */
 static inline double coarseness(const double *T)
 {
@@ -129,7 +129,7 @@ static inline double reached_by_rounding(const double *T)
 }
 
 /* Returns the maximum residual for an axis-aligned RIGID pose, from the six to eight decimals of
- * its translation or from single precision; 0 for higher precision or fewer decimals. */
+ * its translation or from single precision, or 0 for higher precision or fewer decimals. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {

@@ -27,7 +27,7 @@ def main(
     trial: Annotated[int | None, typer.Option(help="Repeat the trial of this number.")] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time.")] = os.cpu_count() or 1,
 ) -> None:
-    """Run random campaigns for a limited time; the exit status is 1 if a trial fails."""
+    """Run random test campaigns for a limited time; the exit status is 1 if a trial fails."""
     names = [name.strip() for name in only.split(",") if name.strip()] or list(NAMES)
     if unknown := sorted(set(names) - set(NAMES)):
         message = f"no campaign {', '.join(unknown)}; there are {', '.join(NAMES)}"

@@ -51,7 +51,7 @@ class Judged:
         slope: Largest error of the derivative of the configuration with respect to the coordinates.
         rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.
-        lost: Number of poses whose coordinates ``ik`` does not return; 0 if the robot has no
+        lost: Number of poses whose coordinates ``ik`` does not return, or 0 if the robot has no
             inverse.
         open: Number of configurations within a tenth of the limit range whose loops remain open.
     """

@@ -136,7 +136,7 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Returns a campaign that has not run yet, else the campaign with the least used time."""
+    """Returns a campaign that has not run yet, otherwise the campaign with the least used time."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]

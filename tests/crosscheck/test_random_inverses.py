@@ -116,7 +116,7 @@ def test_nearly_folded_elbow_misses_no_pose(seed):
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
 def test_refinement_recovers_poses_that_closed_form_misses(seed):
-    """Right-angle poses and nearby poses are refined in the same way as in a robot's ``ik``."""
+    """Poses at right angles and nearby poses are refined in the same way as in a robot's ``ik``."""
     rng = np.random.default_rng(seed)
     unrefined = 0
     for case in cases_of(random_arm(seed)):

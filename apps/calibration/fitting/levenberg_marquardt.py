@@ -57,7 +57,7 @@ def least_squares(
         errors: The errors as a function of the variables.
         x: (k,) start values of the iteration.
         scale: Scale of all variables, or the (k,) scales of the variables.
-        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2); 0 for the sum of
+        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
             squares.
         step: The iteration stops at this relative change of the sum and of the variables.
         evaluations: Maximum number of evaluations of the errors.

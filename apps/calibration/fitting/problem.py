@@ -231,8 +231,8 @@ class Problem:
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
-        known: Standard deviations of the identified parameters about their nominal values; 0 if not
-            stated.
+        known: Standard deviations of the identified parameters about their nominal values, or 0 if
+            not stated.
         unidentifiable: Parameters that the measurements do not distinguish.
         weights: (N,) weight of each configuration.
     """

@@ -73,7 +73,7 @@ def _whole(rows: Sequence[TableLine]) -> list[TableLine]:
 
 
 def _counts(values: FloatArray) -> int:
-    """Return 1 if the first column is a row counter, else 0."""
+    """Return 1 if the first column is a row counter, otherwise 0."""
     return int(len(values) > 1 and bool((np.diff(values[:, 0]) == 1).all()))
 
 

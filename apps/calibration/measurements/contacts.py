@@ -144,7 +144,7 @@ class SphereContacts(_OneNumber):
     radius, use :class:`Distances`.
 
     Attributes:
-        values: (N,) distances from the surface [m]; 0 for a contact.
+        values: (N,) distances from the surface [m], or 0 for a contact.
         sigma: Standard deviation [m].
     """
 
@@ -182,7 +182,7 @@ class PlaneContacts(_OneNumber):
     """Contacts of a target on the tool with a plane.
 
     Attributes:
-        values: (N,) distances from the plane [m]; 0 for a contact.
+        values: (N,) distances from the plane [m], or 0 for a contact.
         sigma: Standard deviation [m].
         normal: (3,) normal of the plane, estimated with the nominal robot.
     """
@@ -245,7 +245,7 @@ _FLAT = 1e-6
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Solve 2 p . c + rest = right for center c (3,) and rest, with points p (N, 3) of mean 0.
 
-    The third result is a direction in which c is undetermined; 0 if the points determine c.
+    The third result is a direction in which c is undetermined, or 0 if the points determine c.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -105,7 +105,7 @@ class Column(NamedTuple):
     Attributes:
         heading: The heading without the unit.
         number: Column index, from 0.
-        unit: A key of `UNITS`; "" without a stated unit; an unknown unit is unchanged.
+        unit: A key of `UNITS`, or "" without a stated unit; an unknown unit is unchanged.
     """
 
     heading: str
@@ -128,7 +128,7 @@ class _Heading(NamedTuple):
 
 
 def unit_of(word: str) -> str:
-    """Return the key of `UNITS` for a word; "" if the word is not a unit."""
+    """Return the key of `UNITS` for a word, or "" if the word is not a unit."""
     small = word.strip(" []()").lower()
     small = _WORDS.get(small, small)
     return small if small in UNITS else ""

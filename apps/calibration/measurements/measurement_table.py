@@ -234,7 +234,7 @@ def _length_by_size(values: FloatArray) -> str:
 
 
 def _name_of(table: _Table, robot: Robot, k: int) -> str:
-    """Return the column name of a coordinate; "" if there is none."""
+    """Return the column name of a coordinate, or "" if there is none."""
     first = 0 if "q0" in table.columns else 1
     names = (robot.coordinates[k].name, f"q{k + first}")
     return next((name for name in names if name in table.columns), "")

@@ -185,7 +185,7 @@ class StationPositions(Measurements):
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6) of the station frames; 0 for the first."""
+        """Return the correction twists (stations, 6) of the station frames, or 0 for the first."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:

@@ -88,7 +88,7 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _separator(texts: Sequence[str]) -> str:
-    """Return the separator that most lines contain; "" for spaces.
+    """Return the separator that most lines contain, or "" for spaces.
 
     Semicolons, tabs and bars take precedence over commas, which may be decimal marks.
     """

@@ -48,7 +48,7 @@ class Form(NamedTuple):
 
 
 def unit_by_size(values: FloatArray) -> str:
-    """Infer the unit of angles, "deg" or "rad", from their values (N, k); "" if ambiguous."""
+    """Infer the unit of angles, "deg" or "rad", from their values (N, k), or "" if ambiguous."""
     if np.abs(values).max(initial=0.0) > _TURN:
         return "deg"
     span = float(np.ptp(values, axis=0).max(initial=0.0)) if len(values) else 0.0

@@ -44,7 +44,7 @@ class Trajectory(StudyResult):
         qdd: (m, n) accelerations [rad/s^2 or m/s^2].
         T: (m, 4, 4) tool poses `T_0_ee`.
         V: (m, 6) mixed twists of the tool [m/s, rad/s].
-        stage: (m,) index of the stage in a sequence; 0 for a single motion.
+        stage: (m,) index of the stage in a sequence, or 0 for a single motion.
     """
 
     robot: str
@@ -198,7 +198,7 @@ def _real(path: Any, name: str, values: Any) -> FloatArray:
 
 
 def _slopes(t: FloatArray, values: FloatArray) -> FloatArray:
-    """Return derivatives (m, n) by differences; 0 for a single sample."""
+    """Return derivatives (m, n) by differences, or 0 for a single sample."""
     if len(t) == 1:
         return np.zeros(values.shape)
     return np.asarray(np.gradient(values, t, axis=0))

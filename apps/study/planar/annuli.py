@@ -31,7 +31,7 @@ class Annulus:
 
     Attributes:
         center: (2,) center [m].
-        inner: Inner radius [m]; 0 for a disk.
+        inner: Inner radius [m], or 0 for a disk.
         outer: Outer radius [m].
     """
 

@@ -46,8 +46,8 @@ class ExactWorkspace(StudyResult):
             (u, z); u is 0 at the points nearest to the first axis and negative on the far side.
         origin: (3,) origin of the plane [m]; for a body of revolution, a point on the first axis.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
-        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0
-            for a planar workspace.
+        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1], or
+            0 for a planar workspace.
         turn: (2,) limits of the first joint [rad], or None for a planar workspace.
         height: (2,) limits of the prismatic motion normal to the plane [m].
     """
@@ -82,7 +82,7 @@ class ExactWorkspace(StudyResult):
 
     @cached_property
     def volume(self) -> float:
-        """The volume [m^3] with relative error 1e-12; 0 for a planar workspace."""
+        """The volume [m^3] with relative error 1e-12, or 0 for a planar workspace."""
         if self.turn is None:
             return self.area * float(np.ptp(self.height))
         return swept_volume(self.section, self.offset, float(np.ptp(self.turn)))

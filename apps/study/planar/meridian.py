@@ -149,7 +149,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         turn: The angle of rotation [rad], at most a full turn.
 
     Returns:
-        The volume [m^3] with relative error 1e-12; 0 for a region without area.
+        The volume [m^3] with relative error 1e-12, or 0 for a region without area.
     """
     mirrored = section.mirrored()
     if not section.solid:

@@ -73,7 +73,7 @@ WHOLE_WRIST = 3
 """Number of wrist axes that intersect in the wrist center."""
 WRIST = "the wrist's centre"
 Relation = Callable[[_Configuration], float]
-"""The deviation of a configuration from a relation of the axes; 0 if the relation holds."""
+"""The deviation of a configuration from a relation of the axes, or 0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:

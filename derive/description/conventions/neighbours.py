@@ -102,7 +102,7 @@ class Neighbours:
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Direction of the common normal in the preceding frame; 0 for coinciding axes."""
+        """Direction of the common normal in the preceding frame, or 0 for coinciding axes."""
         if self.is_parallel:
             across = np.array([float(x) for x in self.line.point[:2]] + [0.0])
         else:

@@ -6,7 +6,7 @@ from ..toml_file import listed
 
 
 def without_limits(joints: Sequence[str]) -> tuple[str, ...]:
-    """Returns a note on joints without limits or with limits 0 and 0; () if there are none.
+    """Returns a note on joints without limits or with limits 0 and 0, or () if there are none.
 
     Args:
         joints: Names of the joints without limits.

@@ -4,8 +4,8 @@
 ball joints without further joints. 2. The arm is the chain with the largest number of joints with
 separate coordinates. Arms of equal length with different last joints are separate robots. 3. The
 tip is rigidly connected to the last joint. The tip is the first link with a name in ``TOOL_NAMES``,
-else the only end link except sensors, else the joint's child link. The base is the root of the
-tree, or the child link of the last floating or planar joint.
+otherwise the only end link except sensors, otherwise the joint's child link. The base is the root
+of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib
@@ -60,7 +60,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on inferred ends; () if the caller specified both ends."""
+        """Notes on inferred ends, or () if the caller specified both ends."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property

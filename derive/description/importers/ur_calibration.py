@@ -227,7 +227,7 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table with text keys; empty for other nodes."""
+    """Returns the entries of a YAML table with text keys; the result is empty for other nodes."""
     pairs = node.value if node is not None and node.id == "mapping" else []
     # Aliases in other keys and values could expand to a text of any length.
     return {key.value: value for key, value in pairs if key.id == "scalar"}

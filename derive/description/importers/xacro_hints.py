@@ -42,7 +42,7 @@ class _Macro:
 
 
 def missing(reason: str, file: Path) -> str:
-    """Returns a hint on how to fix a failed expansion; empty if unknown.
+    """Returns a hint on how to fix a failed expansion; the result is empty if unknown.
 
     Args:
         reason: The error message of xacro.

@@ -1,4 +1,4 @@
-"""Generates C for batches of poses: the same statements on vector lanes.
+"""Generates C for batches of poses: the same statements on SIMD lanes.
 
 ``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
 ``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
@@ -186,7 +186,7 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    """Returns the code that runs a batch on the processor's vector lanes, if there are any."""
+    """Returns the code that runs a batch on the processor's SIMD lanes, if there are any."""
     runs = "".join(
         f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
         for _, isa, _ in _SETS
@@ -200,7 +200,7 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Returns the macro that writes the nearest solutions by vector lanes, if there are any.
+    """Returns the macro that writes the nearest solutions by SIMD lanes, if there are any.
 
     The runtime uses this macro in code with the variables n, inputs, input_steps, seeds, outputs
     and solution slot.

@@ -27,7 +27,7 @@ WIDEST = 8
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Returns the header of the branches by file name; empty without branches."""
+    """Returns the header of the branches by file name; the result is empty without branches."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}

@@ -64,7 +64,7 @@ def expression(statement: Compute, name: Naming) -> str:
     """Returns the right-hand side of a statement in plain C.
 
     Raises:
-        KeyError: The operation exists only in the code for vector lanes.
+        KeyError: The operation exists only in the code for SIMD lanes.
     """
     operation, terms = statement.operation, [name(operand) for operand in statement.operands]
     if operation in _INFIXES:

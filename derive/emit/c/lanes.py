@@ -1,4 +1,4 @@
-"""Prints a program for vector lanes, with the types and macros of ``chasles_lanes.h``."""
+"""Prints a program for SIMD lanes, with the types and macros of ``chasles_lanes.h``."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -140,7 +140,7 @@ class _Writer:
         """Prints the joint computation of an angle's cosine and sine.
 
         Returns:
-            The lines if the statement is the first of the two statements, else an empty list.
+            The lines if the statement is the first of the two statements, otherwise an empty list.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:

@@ -1,4 +1,4 @@
-"""The C language: functions of a single pose, parallel branches, batches on vector lanes."""
+"""The C language: functions of a single pose, parallel branches, batches on SIMD lanes."""
 
 from collections.abc import Sequence
 

@@ -163,7 +163,7 @@ def _signature(derivation: Derivation, function: Signature) -> str:
 
 
 def _is_in_lanes(function: Signature) -> bool:
-    """Whether the branches of an inverse can be computed in vector lanes."""
+    """Whether the branches of an inverse can be computed in SIMD lanes."""
     return isinstance(function, SymbolicFunction) and bool(function.signs)
 
 
@@ -227,7 +227,7 @@ def _by_moves(
 
 
 def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the selection among branches in vector lanes, for compilers with lanes."""
+    """Returns the selection among branches in SIMD lanes, for compilers with lanes."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     width = sum(sizes(function).outputs) // k

@@ -85,7 +85,7 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """Prints the pose for vector lanes, or scalar code without lanes and for iterated loops."""
+    """Prints the pose for SIMD lanes, or scalar code without lanes and for iterated loops."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one

@@ -142,7 +142,7 @@ def _definitions(nearest: Nearest) -> list[str]:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves many poses; {} without ``fk`` and an inverse of a pose."""
+    """Returns an example that solves many poses, or {} without ``fk`` and an inverse of a pose."""
     inverse = next((f for f in printed if _is_solved(derivation, f)), None)
     if inverse is None or not any(function.name == "fk" for function in printed):
         return {}

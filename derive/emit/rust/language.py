@@ -106,7 +106,7 @@ def _bound(value: object, infinite: str) -> str:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves a pose, or that prints a pose; {} without ``fk``."""
+    """Returns an example that solves a pose, or that prints a pose, or {} without ``fk``."""
     if not any(function.name == "fk" for function in printed):
         return {}
     values = values | {"start": ", ".join(map(number, _start(derivation)))}

@@ -32,9 +32,9 @@ class Family:
         title: Description of the structure, for ``chasles explain`` and the article.
         joints: Possible numbers of joints for a chain in this family.
         requires: Returns the conditions on the axes, with their deviations.
-        solve: Solves all joints for a displacement of the tool, step by step. Each solution step
-            has a reason, a degenerate case and an equation, printed by ``chasles explain`` and in
-            the article.
+        solve: Solves for all joints for a displacement of the tool, step by step. Each solution
+            step has a reason, a degenerate case and an equation, printed by ``chasles explain`` and
+            in the article.
         readings: The ends from which the axes may be numbered.
         behind_given: Whether the family is also tested on the free joints of a longer chain in
             which the other joints are fixed.

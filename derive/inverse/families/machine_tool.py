@@ -83,7 +83,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:
-    """Solves the prismatic joints from the position error left by the revolute joints."""
+    """Solves for the prismatic joints from the position error left by the revolute joints."""
     terms = work.terms
     sliding = [axis for axis in lines.axes if not axis.turns]
     if not sliding:

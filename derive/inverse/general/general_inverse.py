@@ -183,7 +183,7 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Returns the tables of the general solver; empty if the solver does not apply.
+    """Returns the tables of the general solver; the result is empty if the solver does not apply.
 
     Args:
         robot: The description.

@@ -252,7 +252,7 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
 
 
 def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None) -> Solved:
-    """Solves the joints of the main chain, then the actuators.
+    """Solves for the joints of the main chain, then the actuators.
 
     If the loops of an as-built robot have a closed form, they determine the actuators. The as-built
     loops may be beyond a dead point of the design, for example in a folded parallelogram.
@@ -301,7 +301,7 @@ def _on_chain(
 def _start_on_chain(
     design: SolvedLoops, built: SolvedLoops, chain: MovingChain, work: Work
 ) -> Solved:
-    """Solves the main-chain joints of the design, then the actuators of the as-built robot.
+    """Solves for the main-chain joints of the design, then the actuators of the as-built robot.
 
     The residual compares only the pose of the design's main chain, not its loops.
     """
@@ -325,7 +325,7 @@ def _start_on_chain(
 def _by_translation(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, is_start: bool
 ) -> Solved | None:
-    """Solves the joints of the shortened chain, then the actuators."""
+    """Solves for the joints of the shortened chain, then the actuators."""
     pose = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
     if pose is None:
         return None

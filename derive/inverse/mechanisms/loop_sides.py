@@ -40,7 +40,7 @@ branch."""
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Solves all joints from the main chain, with one branch sign per loop.
+    """Solves for all joints from the main chain, with one branch sign per loop.
 
     Args:
         hybrid: The robot.

@@ -254,7 +254,7 @@ def _two(
 
 
 def still_axes(design: SolvedLoops) -> Basis | None:
-    """Returns the tool axes if no coordinate rotates the tool, else None."""
+    """Returns the tool axes if no coordinate rotates the tool, otherwise None."""
     axes, _ = tool_kinematics(design).forward.tool_pose()
     is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
     return axes if is_still else None

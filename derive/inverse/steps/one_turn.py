@@ -84,7 +84,7 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
 
 
 def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Solves two parallel revolute joints with a prismatic joint along them in between."""
+    """Solves for two parallel revolute joints with a prismatic joint along them in between."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     length = _to_height(work, a2, a1, centre, W)
     by = combination(terms, (length,), (a2.h,))

@@ -16,7 +16,7 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solves the prismatic joint along parallel axes, the only joint that lifts the tool.
+    """Solves for the prismatic joint along parallel axes, the only joint that lifts the tool.
 
     Args:
         work: Records the step.
@@ -38,7 +38,7 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
 def telescope(
     work: Work, axes: tuple[Axis, ...], hand: Vector, position: Vector, total: CosSin
 ) -> None:
-    """Solves the telescope and the first of the two revolute joints.
+    """Solves for the telescope and the first of the two revolute joints.
 
     Args:
         work: Records the two solution steps.

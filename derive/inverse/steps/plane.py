@@ -113,7 +113,7 @@ def in_plane(lines: Lines) -> tuple[Axis, ...]:
 
 
 def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
-    """Solves all joints for a pose.
+    """Solves for all joints for a pose.
 
     Args:
         work: Records the steps.
@@ -173,7 +173,7 @@ def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> Co
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solves the joints in the arm plane from the sum of their angles."""
+    """Solves for the joints in the arm plane from the sum of their angles."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)

@@ -17,7 +17,7 @@ from .work import Work
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Solves the three wrist joints from the remaining rotation.
+    """Solves for the three wrist joints from the remaining rotation.
 
     Args:
         work: Record of the solution with the joints before the wrist; receives the steps.
@@ -121,7 +121,7 @@ def last_turn(
     behind: str = "",
     is_regular: bool = False,
 ) -> None:
-    """Solves the last angle, which any direction perpendicular to the last axis determines.
+    """Solves for the last angle, which any direction perpendicular to the last axis determines.
 
     Args:
         work: Records the step.

@@ -44,7 +44,7 @@ def requires(lines: Lines) -> list[Requirement]:
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
-    """Solves all joints for a tool displacement."""
+    """Solves for all joints for a tool displacement."""
     # 1. The orientation.
     _turns(work, lines, target)
     # 2. The position.
@@ -55,7 +55,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turns(work: Work, lines: Lines, target: Target) -> None:
-    """Solves the revolute joints from the orientation."""
+    """Solves for the revolute joints from the orientation."""
     terms = work.terms
     match [axis for axis in lines.axes if axis.turns]:
         case [first, second, third]:

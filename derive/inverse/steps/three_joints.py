@@ -35,7 +35,7 @@ from .triangle import triangle
 from .work import Work
 
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Solves the three joints that move a point from the home pose to the position W."""
+"""Solves for the three joints that move a point from the home pose to the position W."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Case:
         title: Description of the axis arrangement.
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
-        solve: Solves the three joints.
+        solve: Solves for the three joints.
     """
 
     kinds: str
@@ -243,7 +243,7 @@ def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 
 
 def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
-    """Solves one to three prismatic joints that move a point by a vector.
+    """Solves for one to three prismatic joints that move a point by a vector.
 
     Args:
         work: Records the steps.
@@ -327,7 +327,7 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
 
 
 def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
-    """Solves two prismatic joints that move a point by a vector in their plane."""
+    """Solves for two prismatic joints that move a point by a vector in their plane."""
     terms = work.terms
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)

@@ -43,7 +43,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
 
 
 def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
-    """Solves the last of several parallel joints from the sum of all angles.
+    """Solves for the last of several parallel joints from the sum of all angles.
 
     Args:
         work: Record of the solution with the other joints; the last joint is added to it.

@@ -95,7 +95,7 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 
 
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
-    """Solves the prismatic joint from the height or the distance relative to a revolute axis.
+    """Solves for the prismatic joint from the height or the distance relative to a revolute axis.
 
     The revolute joint rotates ``point`` into ``other``; the coordinates of both points are relative
     to its axis.

@@ -24,9 +24,9 @@ class Requirement:
             relative to the arm length. The deviation is 0 if the condition holds, and infinite if
             no small change of the arm can fulfil the condition.
         is_length: Whether the deviation is a distance relative to the arm length.
-        parallel: Axes that must be parallel; () for other conditions.
-        meeting: Axes that must intersect; () for other conditions.
-        across: The two axes that must be perpendicular; () for other conditions.
+        parallel: Axes that must be parallel, or () for other conditions.
+        meeting: Axes that must intersect, or () for other conditions.
+        across: The two axes that must be perpendicular, or () for other conditions.
         parts: The conditions that this condition summarizes, if any.
     """
 

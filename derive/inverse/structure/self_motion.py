@@ -54,7 +54,7 @@ def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
-    """Returns the ratio of two joint velocities if it is always 1 or -1, else 0."""
+    """Returns the ratio of two joint velocities if it is always 1 or -1, otherwise 0."""
     if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
         return 0.0
     ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])

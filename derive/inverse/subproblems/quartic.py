@@ -32,9 +32,9 @@ to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
 which are three equations for the two unknowns m and n. The second equation is combined with the
-first if alpha^2 > |p|, else with the third. Therefore, a relative error of t acts like a relative
-error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is exact, as
-a fourfold root requires.
+first if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t acts like a
+relative error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is
+exact, as a fourfold root requires.
 
 Degenerate: for g = 0 (a single line), the second line is far away; the same formulas hold with g =
 1e-20. If all coefficients are 0, the points are arbitrary.
@@ -75,8 +75,8 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: Margin in units of the polynomial; 0 for a double root. The margin is negative for a
-            complex root; ``turn`` is then the circle point nearest to a line of the pair.
+        margin: Margin in units of the polynomial, or 0 for a double root. The margin is negative
+            for a complex root; ``turn`` is then the circle point nearest to a line of the pair.
     """
 
     turn: CosSin
@@ -107,7 +107,7 @@ class Reference:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns a named term: ``one`` if the condition holds, else ``other``."""
+    """Returns a named term: ``one`` if the condition holds, otherwise ``other``."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))

@@ -121,7 +121,7 @@ def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> Fo
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """Returns ``part / whole`` for a nonnegative ``whole``; 0 if both are 0."""
+    """Returns ``part / whole`` for a nonnegative ``whole``, or 0 if both are 0."""
     if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

@@ -167,7 +167,7 @@ class _Loop:
         )
 
     def closed(self, terms: Terms, first: CosSin, third: CosSin) -> _State:
-        """Solves the second angle from the other two angles."""
+        """Solves for the second angle from the other two angles."""
         v, w = (
             perpendicular(terms, self.k2, arm.at(terms, turn))
             for arm, turn in ((self.v, first), (self.w, third))

@@ -238,7 +238,7 @@ def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
 
 
 def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
-    """Returns ``one`` if the condition holds, else ``other``."""
+    """Returns ``one`` if the condition holds, otherwise ``other``."""
     return CosSin(
         select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
     )

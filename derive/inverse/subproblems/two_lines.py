@@ -70,7 +70,7 @@ def component(
 
 
 def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTurn:
-    """Solves the common angle of two equations from the better conditioned equation.
+    """Solves for the common angle of two equations from the better conditioned equation.
 
     Args:
         terms: Table of named terms.

@@ -17,7 +17,7 @@ SHORT = 50.0
 
 
 def forward_kinematics(page: Page) -> str:
-    """Prints the tool pose as one matrix if the matrix fits a line, else entry by entry."""
+    """Prints the tool pose as one matrix if the matrix fits a line, otherwise entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     shared = _definitions(page, fk.definitions)

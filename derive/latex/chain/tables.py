@@ -322,7 +322,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _column_kind(column: Column) -> str:
-    """Returns the alignment of a column: centered for single characters, else left."""
+    """Returns the alignment of a column: centered for single characters, otherwise left."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 

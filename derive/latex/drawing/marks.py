@@ -226,7 +226,7 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """Returns 1 if fewer corners of other bodies are to the left of a line, else -1."""
+        """Returns 1 if fewer corners of other bodies are to the left of a line, otherwise -1."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]

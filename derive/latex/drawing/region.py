@@ -39,7 +39,7 @@ def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
         skeleton: Its bodies.
 
     Returns:
-        A sentence and a ``tikzpicture``, which are identical on every machine; "" if
+        A sentence and a ``tikzpicture``, which are identical on every machine, or "" if
         :func:`~chasles.derive.latex.drawing.reached.reached` has no region.
     """
     names = [f"q_{{{k}}}" for k in range(1, len(robot.coordinates) + 1)]

@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, else the last letter (upright if it is Latin)."""
+        """Returns the first free letter, otherwise the last letter (upright if it is Latin)."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -152,7 +152,7 @@ class InverseSymbols:
         return total
 
     def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
-        """Returns -1 if the first coordinate of a sum is opposite to its joint, else 1."""
+        """Returns -1 if the first coordinate of a sum is opposite to its joint, otherwise 1."""
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:

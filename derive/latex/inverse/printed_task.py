@@ -50,8 +50,8 @@ class PrintedInverseStep:
         name: The coordinate, or a name for the sum of coordinates.
         sense: -1 if the unknown is opposite to the rotation about the step's axis.
         equation: The equation of the step, with named or explicit coefficients.
-        solution: Terms whose sum is the unknown; empty if a quartic solves the equation for several
-            unknowns.
+        solution: Terms whose sum is the unknown; the value is empty if a quartic solves the
+            equation for several unknowns.
     """
 
     step: InverseStep
@@ -71,8 +71,8 @@ class PrintedVector:
     Attributes:
         vector: The vector itself.
         letter: LaTeX of the letter that names the vector.
-        shown: Components of the vector, with names for sums; empty if the vector depends on
-            solution steps.
+        shown: Components of the vector, with names for sums; the value is empty if the vector
+            depends on solution steps.
     """
 
     vector: NamedVector

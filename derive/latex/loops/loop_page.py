@@ -88,7 +88,7 @@ class LoopPage:
 
     @cached_property
     def joints(self) -> dict[str, sp.Symbol]:
-        """Returns the printed symbols of the full configuration's entries, by name."""
+        """Returns the printed symbols of the full configuration's entries, keyed by name."""
         known = dict(zip(self.members.q, self.q, strict=True))
         known |= dict(zip(self.members.theta, self.theta, strict=True))
         return {

@@ -49,7 +49,7 @@ class Members:
     Attributes:
         theta: LaTeX of the main-chain joints.
         q: LaTeX of the actuated coordinates.
-        of: LaTeX of every entry of the full configuration, by name.
+        of: LaTeX of every entry of the full configuration, keyed by name.
     """
 
     theta: tuple[str, ...]

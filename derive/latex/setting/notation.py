@@ -48,7 +48,7 @@ class Notation:
     Attributes:
         terms: The derivation's terms and constants.
         q: The coordinates.
-        called: LaTeX of the coordinates if their symbols are not q_1 and so on, else empty.
+        called: LaTeX of the coordinates if their symbols are not q_1 and so on, otherwise empty.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each of these symbols in a product.
         meanings: Each short symbol in terms of coordinates and parameters; a long constant is

@@ -57,8 +57,8 @@ class Page:
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of its coordinates; by default its joint names if they are symbols, else
-                q_1 and so on.
+            called: LaTeX of its coordinates; by default its joint names if they are symbols,
+                otherwise q_1 and so on.
             coordinates: The number of coordinates that move a main chain of a robot with loops.
             methods: The inverse methods that the article may print.
         """

@@ -30,7 +30,8 @@ class PrintedCondition:
 
     Attributes:
         factors: The factors, printed in short symbols.
-        words: Description of the axes in such configurations; empty if no description fits.
+        words: Description of the axes in such configurations; the value is empty if no description
+            fits.
     """
 
     factors: tuple[sp.Expr, ...]

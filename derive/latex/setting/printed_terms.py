@@ -120,7 +120,7 @@ class PrintedTerms:
         return shown + self.of(rest)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant, in full if short, else by name."""
+        """Returns a constant, in full if short, otherwise by name."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
         if is_long(self.terms, expression):

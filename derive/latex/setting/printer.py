@@ -170,7 +170,7 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """Formats an exact number: finite decimals, else fractions, roots and multiples of pi."""
+    """Formats an exact number: finite decimals, otherwise fractions, roots and multiples of pi."""
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:

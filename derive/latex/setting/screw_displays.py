@@ -56,8 +56,8 @@ class ScrewDisplays:
         terms: Shared terms of the entries, each term expressed in earlier terms.
         columns: One display for each screw axis.
         home: The home pose.
-        named: Entries that are too wide to be printed inside the home pose or a screw axis, by
-            name.
+        named: Entries that are too wide to be printed inside the home pose or a screw axis, keyed
+            by name.
     """
 
     terms: tuple[Equation, ...]

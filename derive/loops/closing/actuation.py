@@ -67,7 +67,7 @@ def check_actuation(loops: ClosedLoops) -> int:
 
 
 def spare_actuators(loops: ClosedLoops) -> int:
-    """Returns the number of a platform's actuators beyond its freedoms; 0 for other robots."""
+    """Returns the number of a platform's actuators beyond its freedoms, or 0 for other robots."""
     try:
         return check_actuation(loops)
     except DescriptionError:

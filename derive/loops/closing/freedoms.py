@@ -87,7 +87,7 @@ class Counts:
         terms: Names of all terms.
         planar: The planar linkages.
         in_plane: Names of the closures and struts in planar loops.
-        order: lambda: 3 if all bodies move in parallel planes, else 6.
+        order: lambda: 3 if all bodies move in parallel planes, otherwise 6.
         virtual: The sequences of virtual joints, which are excluded from the counts.
         loop_orders: lambda of each independent loop.
     """

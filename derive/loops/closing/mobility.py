@@ -25,7 +25,7 @@ class Mobility:
         bodies: n, including the base. A rod counts as one body, and a cylinder as two bodies.
         joints: j, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of dimension ``order``.
-        order: lambda: 3 if all bodies move in one plane, else 6.
+        order: lambda: 3 if all bodies move in one plane, otherwise 6.
         loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
         loop_orders: lambda of each independent loop.
         idle: Number of ball-ended struts that can rotate about their longitudinal axes (idle

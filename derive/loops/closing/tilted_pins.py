@@ -30,8 +30,8 @@ class Tilt:
     Attributes:
         loop_joint: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
-        angle: Angle (radian) between the axis of this joint and the mean of the other axes; 0 for a
-            single axis.
+        angle: Angle (radian) between the axis of this joint and the mean of the other axes, or 0
+            for a single axis.
         offset: Distance (metre) between the rod's ends along the mean axis, at zero configuration.
         span: Distance (metre) between the rod's ends, at zero configuration.
         axes: Number of axes of the loop. If the loop has only two axes, either of the two axes may
@@ -75,7 +75,7 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def explain_open_loop(mechanism: Mechanism) -> str:
-    """Explains why no length closes the loops; empty if no explanation is found.
+    """Explains why no length closes the loops; the value is empty if no explanation is found.
 
     The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
     constraints, and the closure errors.

@@ -28,7 +28,7 @@ class Joints:
         named: Returns the values of joints, swing angles and cylinders by name.
         rates: The time derivatives of these values.
         passive: Names of the passive joints.
-        interval: Text after a comma that states the interval of the angles; "" if the angles are
+        interval: Text after a comma that states the interval of the angles, or "" if the angles are
             unbounded.
         finished: Completes a function so that its result is NaN if the loops do not close.
     """

@@ -69,8 +69,8 @@ class LoopClosure:
         entries: Terms that are zero if the loops are closed, or as nearly closed as possible.
         units: The unit of each entry, m or 1.
         size: The longest translation or rod (metre); lengths are divided by it, angles are not.
-        functions: The functions of w that the iteration calls, by name; empty if there are fewer
-            equations than unknown variables.
+        functions: The functions of w that the iteration calls, keyed by name; the value is empty if
+            there are fewer equations than unknown variables.
         inputs: Name of the coordinates that drive the input variables: ``q``, or ``theta``.
         ratios: Change of each input variable per unit change of the coordinate that drives it.
         given: Indices of the input variables.
@@ -167,7 +167,7 @@ def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[
 def _functions(
     hybrid: SolvedLoops, entries: tuple[sp.Expr, ...], w: tuple[sp.Symbol, ...]
 ) -> dict[str, SymbolicFunction]:
-    """Returns the functions of w, by name: the equations, and the rate of their Jacobian."""
+    """Returns the functions of w, keyed by name: the equations, and the rate of their Jacobian."""
     wd, unit, meaning = coordinates("_wd", len(w)), "(rad or m)", "configuration without the swings"
     of_w = Argument("w", w, (len(w),), unit, f"{meaning} of struts")
     of_wd = Argument("wd", wd, (len(w),), f"{unit}/s", f"rates of the {meaning} of struts")

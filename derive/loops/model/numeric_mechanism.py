@@ -43,7 +43,7 @@ class NumericMechanism:
         mechanism: The description.
         constants: Values by name (metre, radian): the parameters, and the rod lengths and frame
             offsets that do not depend on parameters.
-        values: Values of joints and cylinders at the reference (radian or metre), by name.
+        values: Values of joints and cylinders at the reference (radian or metre), keyed by name.
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (metre), or 1 if all are zero.
         planes: Axes x and y and the unit normal of planar loops, keyed by closure or strut, as

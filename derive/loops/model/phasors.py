@@ -83,7 +83,7 @@ class PhasorSum:
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
-        """Returns the angle shared by all terms; 0 if the angles differ."""
+        """Returns the angle shared by all terms, or 0 if the angles differ."""
         angles = list(self.terms)
         return angles[0] if len(angles) == 1 else ZERO
 

@@ -146,7 +146,7 @@ def _loop(mechanism: Mechanism, loop_joint: Closure | Strut) -> Loop:
 
 
 def planar_loop_joints(mechanism: Mechanism) -> dict[str, Linkage]:
-    """Returns the linkage of each closure and strut in a planar loop, by name."""
+    """Returns the linkage of each closure and strut in a planar loop, keyed by name."""
     return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.loop_joints}
 
 

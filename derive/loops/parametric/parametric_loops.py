@@ -91,7 +91,7 @@ class ParametricLoops:
 
     @cached_property
     def inner(self) -> Mapping[str, SymbolicFunction]:
-        """The functions of w and p that the parametric functions call, by name."""
+        """The functions of w and p that the parametric functions call, keyed by name."""
         found = [self._closure(), self._closure_by_p(), self._tool()]
         found += [self._tool_by(name) for name in ("w", "p")]
         found.append(self._parts())

@@ -91,7 +91,7 @@ class Clusters:
         steps: The solution steps recorded so far.
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that equal zero.
-        travels: Slide travels solved by earlier steps, by name.
+        travels: Slide travels solved by earlier steps, keyed by name.
         bases: Vectors between the two base pins of dyads.
     """
 
@@ -272,7 +272,7 @@ class Clusters:
         """Returns the branch sign of a step, from the requested branch or from the reference.
 
         Args:
-            at_reference: The branch sign at the reference; 0 if ambiguous.
+            at_reference: The branch sign at the reference, or 0 if ambiguous.
             edges: The joints of the step, for the error message.
 
         Raises:
@@ -295,7 +295,7 @@ class Clusters:
         """Returns 1 for a parallelogram, -1 for a crossed one, as requested or as at the reference.
 
         Args:
-            at_reference: 1 for the parallel figure, -1 for the crossed figure; 0 if ambiguous.
+            at_reference: 1 for the parallel figure, -1 for the crossed figure, or 0 if ambiguous.
             edges: The joints that the step solves.
 
         Raises:
@@ -343,7 +343,7 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Returns the sign of the smaller distance; 0 if both are equal."""
+        """Returns the sign of the smaller distance, or 0 if both are equal."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)

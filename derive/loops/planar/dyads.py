@@ -73,7 +73,7 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """Returns the side of the far pin at the reference; 0 if ambiguous.
+    """Returns the side of the far pin at the reference, or 0 if ambiguous.
 
     The result is also 0 for a requested branch, because a requested branch does not depend on the
     reference.

@@ -165,7 +165,7 @@ class LoopStep(ABC):
 
     @property
     def branch(self) -> str:
-        """Name of the branch; empty if the solution is unique."""
+        """Name of the branch; the value is empty if the solution is unique."""
         return self.branches.get(self.sign, "")
 
     @property

@@ -143,8 +143,8 @@ class AtReference:
         Args:
             terms: Names of all terms.
             values: Reference values of the known coordinates.
-            given: Values of joints, swing angles and cylinders near the reference configuration, by
-                name.
+            given: Values of joints, swing angles and cylinders near the reference configuration,
+                keyed by name.
             joints: Names of joints that are assumed near zero if no value is given.
             size: The longest length of the mechanism (metre).
         """

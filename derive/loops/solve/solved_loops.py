@@ -36,8 +36,8 @@ class SolvedLoops(LoopModel):
     Attributes:
         loops: The loops by kind.
         forward: All joints as functions of the actuators.
-        backward: All joints as functions of the main-chain joints; empty if the branch is
-            undetermined.
+        backward: All joints as functions of the main-chain joints; the value is empty if the branch
+            is undetermined.
         numbers: The constraints in double precision, near the reference configuration.
         at_reference: The value of every entry of z at the closed reference configuration.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or metre).

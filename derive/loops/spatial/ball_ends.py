@@ -32,7 +32,7 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if their kinds match, else ()."""
+        """Returns the indices of the last unknown joints if their kinds match, otherwise ()."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
@@ -73,7 +73,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the axis at both ends of a pin closure, else an empty result."""
+    """Returns two points of the axis at both ends of a pin closure, otherwise an empty result."""
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
         return ()

@@ -132,7 +132,7 @@ class TelescopeTravel(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, telescope: Telescope) -> bool:
-        """Solves the prismatic joint; returns False if the ball or the foot is unknown."""
+        """Solves for the prismatic joint; returns False if the ball or the foot is unknown."""
         if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
             return False
         terms, slide = legs.terms, telescope.slide

@@ -84,7 +84,7 @@ static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *
 
 /* ------------------------------------------------------------------ dense */
 
-/* Returns the common leading dimensions if all inputs are dense float64 arrays, else NULL. */
+/* Returns the common leading dimensions if all inputs are dense float64 arrays, otherwise NULL. */
 static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *const *inputs,
                                             int *ndim)
 {

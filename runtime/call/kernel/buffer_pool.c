@@ -47,7 +47,8 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the index of the smallest block in the pool with `size` to 1.25 `size` bytes, else -1. */
+/* Returns the index of the smallest block in the pool with `size` to 1.25 `size` bytes, otherwise
+ * -1. */
 static int find_kept(size_t size)
 {
     int best = -1;

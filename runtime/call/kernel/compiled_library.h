@@ -17,7 +17,7 @@ extern PyTypeObject LibraryType;
 /* open(path, expected_hash) of the module: a new Library, or NULL with a MismatchError. */
 PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
 
-/* Returns the entry of the function with this name, else NULL. */
+/* Returns the entry of the function with this name, otherwise NULL. */
 const chasles_kernel *library_find(const Library *library, const char *name);
 
 #endif

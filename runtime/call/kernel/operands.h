@@ -31,7 +31,7 @@ typedef struct {
     int n_inputs, n_outputs, n_operands;
     PosesOf poses;                  /* test of the poses in the first input, if it is an inverse */
     double unit;                    /* [m] the length that is equivalent to one radian */
-    const chasles_kernel *fk;       /* computes residuals if the unit is not 1 m, else NULL */
+    const chasles_kernel *fk;       /* computes residuals if the unit is not 1 m, otherwise NULL */
     Operand operands[MAX_OPERANDS]; /* inputs, then outputs */
     PyObject *library;              /* kept open */
     PyObject *label;                /* "ur5e.fk", for messages */

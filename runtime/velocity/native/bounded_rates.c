@@ -57,8 +57,9 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
     }
 }
 
-/* Returns the largest s in [0, 1] for which s a + b is within the bounds of all free joints, else
- * -1. Joints fixed at a bound are not tested. *critical: the joint whose bound limits s, or -1. */
+/* Returns the largest s in [0, 1] for which s a + b is within the bounds of all free joints,
+ * otherwise -1. Joints fixed at a bound are not tested. *critical: the joint whose bound limits s,
+ * or -1. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;

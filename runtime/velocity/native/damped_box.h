@@ -26,7 +26,8 @@ typedef struct {
     double damping_square[TWIST]; /* d_i^2 */
     double *rows;                 /* (6, n) rows s_i v_i */
     double *x;                    /* (n,) the result */
-    int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, else 0 */
+    int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, otherwise 0
+                                   */
     double *H, *A; /* (n, n): the matrix of the bounded problem, and of its free variables */
     double *g, *z; /* (n,): right-hand side of this problem; solution of its free part */
     int *free;     /* (n,): indices of the free variables */

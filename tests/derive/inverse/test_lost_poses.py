@@ -35,7 +35,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Returns the number of right-angle poses that no valid solution slot reaches."""
+    """Returns the number of poses at right angles that no valid solution slot reaches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -74,8 +74,8 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 def test_shipped_serial_robots_need_no_numeric_search():
     """Robots without missed poses have no search, because a search is slow for unreachable poses.
 
-    This test covers all shipped serial robots; ``python -m bench inverse`` tests all their
-    right-angle poses.
+    This test covers all shipped serial robots; ``python -m bench inverse`` tests all their poses at
+    right angles.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
     solved = [f for f in functions if f.role.name == "inverse"]

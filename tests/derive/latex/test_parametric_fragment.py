@@ -31,7 +31,7 @@ def sagging():
 
 @pytest.fixture(scope="module")
 def written(sagging):
-    """Returns the article of the sagging arm and its LaTeX fragments, by path."""
+    """Returns the article of the sagging arm and its LaTeX fragments, keyed by path."""
     return files(sagging, NO_PROGRAMS)
 
 

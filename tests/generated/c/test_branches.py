@@ -317,7 +317,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Loads a function of vector lanes by name, as a function of arrays."""
+    """Loads a function of SIMD lanes by name, as a function of arrays."""
     number, needed = LANES[request.param]
     require_features(needed)
     folder = tmp_path_factory.mktemp(request.param)

@@ -128,7 +128,7 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Number of right-angle poses (of 1000 near two singularities) that may be missed in single
+"""Number of poses at right angles (of 1000 near two singularities) that may be missed in single
 precision."""
 
 

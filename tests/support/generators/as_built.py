@@ -156,7 +156,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
     Args:
         mechanism: The robot; its rod frames are parallel to the base frame.
-        axis: Rotation from z to the pin axis; () for z.
+        axis: Rotation from z to the pin axis, or () for z.
     """
     back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))
     rods = [s for s in mechanism.struts if s.ends == "pin" and not s.is_cylinder]

@@ -10,7 +10,7 @@ HALVINGS = 12
 
 
 def closed_configuration(mechanism, q=None):
-    """Returns the full configuration z, by name, at which all loops close.
+    """Returns the full configuration z, keyed by name, at which all loops close.
 
     Newton's method solves the equations at the reference with the actuated coordinates fixed. With
     q, the solution is continued along the straight line from the reference, on the same branch.

@@ -69,7 +69,7 @@ class CompiledModel(NamedTuple):
     drives: Drives
 
     def named(self, kind: str, index: int) -> str:
-        """Returns the name of a body, joint, site or equality; empty if unnamed."""
+        """Returns the name of a body, joint, site or equality; the result is empty if unnamed."""
         found = self.mujoco.mj_id2name(self.arrays, getattr(self.mujoco.mjtObj, kind), index)
         return str(found or "")
 

@@ -17,7 +17,7 @@ REACH = {"revolute": 0.2, "prismatic": 0.05}
 FOLDED = {"3-RUU": 1, "3-RUU with offsets": 2}
 """Number of ways to fold a rod; the formula has only one of these ways."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-RUU": 8, "3-RUU with offsets": 64}
-"""Number of solution slots: one for a decoupled robot, else two per leg, or four with a folded
+"""Number of solution slots: one for a decoupled robot, otherwise two per leg, or four with a folded
 rod."""
 
 

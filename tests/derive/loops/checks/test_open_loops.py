@@ -63,7 +63,7 @@ def error_of(robot):
 
 
 def message(robot):
-    """Returns the text of the error of a robot's loops and actuators; "" if there is none."""
+    """Returns the text of the error of a robot's loops and actuators, or "" if there is none."""
     return str(error_of(robot) or "")
 
 

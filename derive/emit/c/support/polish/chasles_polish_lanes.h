@@ -1,5 +1,6 @@
-/* Lane types of chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, else scalars.
- * This file is part of chasles and is the same for every robot. Included once for each robot.
+/* Lane types of chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, otherwise
+ * scalars. This file is part of chasles and is the same for every robot. Included once for each
+ * robot.
  */
 #undef POLISH_INLINE
 #undef POLISH_UNROLL
