@@ -83,8 +83,8 @@ def draw(
 
     Args:
         robot: The robot.
-        q: (n,) actuated coordinates [rad or m], or None for the reference configuration of loops,
-            or for arms a configuration whose joints are clearly visible.
+        q: (n,) actuated coordinates [rad or m]. None selects the reference configuration of a robot
+            with loops, or a configuration in which all joints of an arm are clearly visible.
         ghosts: Additional configurations in pale colors: True for the nearest other solutions for
             the tool pose, at most three; "modes" for other assembly modes at q, at most three;
             `Solutions` for one pose; or (g, n) coordinates.

@@ -121,8 +121,8 @@ def _bar(name: str, bar: float) -> float | None:
 def general(plan: Plan) -> list[Ratio]:
     """An arm without a closed-form structure, compared with the module that ssik ships for it.
 
-    The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver solves poses of
-    its arm model.
+    The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver gets poses that
+    its own arm model can reach.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")

@@ -97,7 +97,7 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact value (radian) of a rounded angle in a file, else the angle without noise.
+    """Returns the exact value (radian) of a rounded angle, or the other angle after noise removal.
 
     A decimal is replaced by a multiple of pi/12 if it equals this multiple rounded or truncated to
     its decimal places. The decimal must have so many places that at most the fraction ``CHANCE`` of
@@ -143,7 +143,7 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
 
 
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
-    """Whether a decimal is a rounded or truncated fraction of pi or of a rounded pi."""
+    """Whether a decimal is a fraction of pi, rounded or truncated; pi itself may be rounded."""
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
     last_place = Fraction(1, 10**places)
     if last_place > Fraction(CHANCE) * step:

@@ -1,4 +1,4 @@
-"""Restores exact angles on a rotated base; the file has rounded angles in each base frame.
+"""Restores exact angles of a robot whose base frames are all rotated and rounded in the file.
 
 If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
 rounded numbers. Therefore, the base frames are expressed in axes that have the orientation of one

@@ -23,7 +23,7 @@ from .casadi_loops import is_of_positions, with_loops
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the C file by name; the result is empty if no function has a graph."""
+    """Returns the C file, keyed by name, or {} if no function has a CasADi graph."""
     functions = [f for f in derivation.functions if not f.signs and is_of_positions(f)]
     if not functions:
         return {}

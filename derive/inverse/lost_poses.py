@@ -77,7 +77,7 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 
 
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
-    """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle revolute joints.
+    """Returns at most ``SAMPLES`` configurations (N, n) with all revolute joints at right angles.
 
     A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. A
     prismatic joint at a sum of link offsets may cancel an offset and make axes intersect.

@@ -19,8 +19,8 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate operation count per branch: three or four Newton steps."""
 FURTHER = 4
-"""Number of extra solution slots without a general solver; some arms with 8 branches had 10
-solutions."""
+"""Number of additional solution slots of an inverse without the general solver, because some arms
+with 8 nominal branches had 10 solutions."""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6

@@ -1,9 +1,9 @@
 """Inverse kinematics of a serial robot: one function per task that its axis structure allows.
 
 A chain that fits a family exactly has a closed form. For a chain close to a known family, Newton's
-method refines the solutions of a nominal arm. Five joints that fit no family are solved as six
-joints, with an added joint about the tool axis. Any other chain with six free joints is solved as a
-general arm.
+method refines the solutions of a nominal arm. A five-joint arm that fits no family is solved as a
+six-joint arm, with an added joint about the tool axis. Any other chain with six free joints is
+solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence

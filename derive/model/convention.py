@@ -71,7 +71,7 @@ class Field:
 
 @dataclass(frozen=True)
 class AxisLine:
-    """The axis of a joint relative to the previous axis, the z axis of the reference frame.
+    """The axis of a joint, expressed in a frame whose z axis is the previous joint axis.
 
     Attributes:
         direction: The unit direction vector.

@@ -78,7 +78,7 @@ AXIS_DIGITS = 25
 far below the rounding of a double. Decimal numbers avoid roots of long fractions, which SymPy would
 factorize."""
 SHORT_PROPORTION = 1000
-"""Largest integer in the proportions of a direction with a short exact form."""
+"""Largest integer ratio of the components of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
 """Components of a unit vector or quaternion below this value (no unit) have no usable direction,
 because rounding in double precision gives 1e-16. Roll and yaw then share an axis."""
@@ -383,7 +383,7 @@ different solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 """Distance (radian) of start values from the common point of solutions with equal squared lengths.
 
-Squared lengths determine an angle up to 1e-8.
+From squared lengths, an angle can be computed with an error of 1e-8.
 """
 PARABOLA_STEP = sp.Rational(1, 10**5)
 """Maximum step (radian) on the second-order parabola, a hundred times the start distance."""

@@ -144,7 +144,9 @@ class _Visitor:
             return self._angle(*expression.args)
         rule = _FUNCTIONS.get(expression.func)
         if rule is None:
-            raise LoweringError(f"no rule lowers {expression.func.__name__}: {expression}")
+            raise LoweringError(
+                f"no conversion to CasADi for {expression.func.__name__}: {expression}"
+            )
         return rule(*(self.node(argument) for argument in expression.args))
 
     def _sum(self, expression: sp.Expr) -> ca.SX:
@@ -180,7 +182,7 @@ class _Visitor:
     def _power(self, expression: sp.Expr) -> ca.SX:
         base, exponent = expression.args
         if not exponent.is_Rational or exponent.q not in (1, 2):
-            raise LoweringError(f"no rule lowers the power {expression}")
+            raise LoweringError(f"no conversion to CasADi for the power {expression}")
         node = self.node(base)
         factors = [node] * (abs(exponent.p) // exponent.q)
         if exponent.q == 2:  # noqa: PLR2004
@@ -216,7 +218,9 @@ class _Visitor:
             return _RELATIONS[condition.func](*(self.node(side) for side in condition.args))
         rule = _LOGIC.get(condition.func)
         if rule is None:
-            raise LoweringError(f"no rule lowers {condition.func.__name__}: {condition}")
+            raise LoweringError(
+                f"no conversion to CasADi for {condition.func.__name__}: {condition}"
+            )
         return rule(*(self._condition(part) for part in condition.args))
 
 

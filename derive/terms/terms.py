@@ -240,7 +240,8 @@ class Terms:
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # For a link of length 1, the cosine may be a coordinate itself; its rate is an input.
+            # If a link has length 1, the cosine of the angle may equal a coordinate, and the rate
+            # of this coordinate is an input.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:

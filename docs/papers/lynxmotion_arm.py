@@ -48,7 +48,8 @@ BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
 DETOUR = np.array([0.2, 0.075, 0.14])
 """The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Link radii for distances to obstacles [m]: almost zero, and the radius of part 3."""
+"""Two link radii [m] with which distances to obstacles are computed: nearly zero, and the radius
+that part 3 uses."""
 RATE = 100.0
 """Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0

@@ -212,7 +212,7 @@ def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
 
 
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares (12), and poses evaluated from (3) to (11)."""
+    """Compares the printed equation (12), and poses from equations (3) to (11), with chasles."""
     found = []
     for name, q in (("zero", np.zeros(8)), ("configuration", CONFIGURATION)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]

@@ -221,7 +221,8 @@ def erratum(
 
     Args:
         printed: The item.
-        ours: The value of chasles in metres, radians and seconds; a `Finding` for a statement.
+        ours: The value of chasles in metres, radians and seconds, or a `Finding` for a statement in
+            words.
         corrected: The correct value: a string in the item's unit, accurate to half a unit of its
             last digit; or a number or array in metres, radians and seconds from a corrected
             equation, accurate to rounding; or a `Finding` for the corrected statement.

@@ -23,7 +23,7 @@ from tests.support.tolerances import WORST_INVERSE
 RANDOM = 100
 GRID = 30
 TARGETS = 1
-"""Number of targets whose solutions Newton's method counts."""
+"""Number of targets for which multi-start Newton iteration counts the solutions."""
 STARTS = 60
 PATHS, STEPS = 4, 300
 WRIST = "/RxrxR"

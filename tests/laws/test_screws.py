@@ -1,4 +1,4 @@
-"""Screw axes and the exponential of a joint are exact, short, and without degenerate angles."""
+"""The formulas of screw axes and joint exponentials are exact, short and never degenerate."""
 
 import pytest
 from sympy import Float, Rational, cos, count_ops, diff, eye, oo, pi, sin, sqrt, symbols, zeros

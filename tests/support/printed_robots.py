@@ -121,7 +121,7 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""Functions that an article prints; other functions do not change the article."""
+"""Functions that affect the article; to save time, other functions are not derived."""
 
 
 @cache

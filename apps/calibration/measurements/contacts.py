@@ -128,7 +128,7 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives, from the target velocity along the line to the center."""
+        """Return the derivatives, from the target's velocity component towards the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -168,7 +168,7 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives, from the target velocity along the line to the center."""
+        """Return the derivatives, from the target's velocity component towards the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
@@ -191,7 +191,7 @@ class PlaneContacts(_OneNumber):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the target in the tool frame, and of the slopes and height of the plane."""
+        """Names of the target's coordinates in the tool frame, and of the plane's parameters."""
         return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def _start(self, T: FloatArray) -> Start:

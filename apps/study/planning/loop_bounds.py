@@ -229,7 +229,7 @@ def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the linear strut length (1 + z,) of a strut equation; zeros for other equations.
+    """Return the strut length as a linear function (1 + z,) of z, or zeros without a strut.
 
     A strut equation is the end distance minus the strut length, which is constant or linear in the
     stroke.

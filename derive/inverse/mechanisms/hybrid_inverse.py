@@ -196,7 +196,7 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Returns the inverse refined from a nominal robot, or None if few poses converge."""
+    """Returns the inverse refined from a nominal robot, or None if too few poses converge."""
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None

@@ -35,7 +35,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the step of both angles."""
+    """Returns the Newton steps of both joint angles on the second-order parabola."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]

@@ -316,7 +316,7 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _row(cells: Sequence[str]) -> str:
-    """Formats a row, higher if it contains a fraction."""
+    """Formats a table row, with a larger height if the row contains a fraction."""
     row = " & ".join(map(_boxed, cells))
     return rf"{FRACTION_STRUT}{row} \\" if r"\frac" in row else rf"{row} \\"
 

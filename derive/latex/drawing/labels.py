@@ -131,7 +131,7 @@ class Obstacles:
 
 
 def _length(box: Box, lines: Sequence[Line]) -> float:
-    """Returns the length of lines that a box covers."""
+    """Returns the total length of the parts of drawn lines that a box covers."""
     return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
 
 

@@ -81,7 +81,7 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """Returns the phrase that names the frame of a step: the axes of a body."""
+    """Returns the phrase that names the body in whose axes a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:

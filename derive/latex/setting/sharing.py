@@ -106,7 +106,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Names the terms in the factors of an expression that do not fit into brackets."""
+        """Names terms in the factors of an expression, if a factor is too wide for brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:

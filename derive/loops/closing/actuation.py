@@ -141,7 +141,7 @@ def _tilts(frame: Vector, n: Vector) -> bool:
 
 
 def _rotation(n: Vector) -> str:
-    """Returns the rotation of a frame whose z axis becomes the direction n in the frame."""
+    """Returns the text of a rotation from the z axis of a frame to a direction n in this frame."""
     along = [k for k in range(2) if abs(n[k]) > 1 - NUMERICALLY_CLOSED]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 

@@ -63,7 +63,7 @@ class AngleEquation:
 
     Attributes:
         angle: The angle of the rotation, a named term.
-        here: The letter of the rotated vector.
+        here: The symbol (a letter) of the rotated vector.
         there: Components of a vector of the same length in the target direction.
     """
 

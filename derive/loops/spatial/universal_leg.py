@@ -1,6 +1,6 @@
 """Solves a rod between a universal joint and a ball: first its length, then both joint angles.
 
-Before a ball, the axes of the last two joints intersect in a point, the center of the universal
+The axes of the last two joints before the ball joint intersect in the center of the universal
 joint. The ball has a constant distance from the center. A ball-ended leg between center and ball
 therefore determines a joint that moves either point. If both points are known, the rod's direction
 gives both angles on two branches. On the second branch, the fork is rotated by half a turn, and the

@@ -107,7 +107,8 @@ Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *lab
     return kernel;
 }
 
-/* Tests whether the coordinates of a solution are the input of forward kinematics. */
+/* Tests whether forward kinematics has one input, with the same size as the coordinates of a
+ * solution. */
 static int takes_slots(const chasles_kernel *fk, const Operand *outputs)
 {
     return fk->n_inputs == 1 && fk->n_outputs == 1 && fk->sizes[1] == 16 &&

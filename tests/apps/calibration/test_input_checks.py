@@ -179,7 +179,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
 
 
 def as_quaternions(R):
-    """Converts to unit quaternions w, x, y, z with SciPy, the oracle of our conversion."""
+    """Converts to unit quaternions w, x, y, z with SciPy, as reference values for chasles."""
     return Rotation.from_matrix(R).as_quat(scalar_first=True)
 
 

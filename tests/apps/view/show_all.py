@@ -1,9 +1,9 @@
 """``python tests/apps/view/show_all.py FOLDER N [PICTURES]`` tests the pages of many robots.
 
-A Chromium shows the shipped robots, the arms derived on first use, the robot files of a folder and
-N random mechanisms. Each page must load without console messages. The script moves all sliders, and
-compares the pose of each body with the functions of the robot. The tool must then follow the drag
-handle back.
+The script opens pages of the shipped robots, the arms derived on first use, the robot files of a
+folder and N random mechanisms in the browser Chromium. Each page must load without console
+messages. The script moves all sliders, and compares the pose of each body with the functions of the
+robot. The tool must then follow the drag handle back.
 
 The script prints for each robot the page size, the number of displayed branches, and the frame
 times of a slider and of the handle. The script also prints the largest errors of bodies and tool,

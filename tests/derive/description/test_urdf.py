@@ -58,8 +58,8 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
     assert given["rpy_y"] == sp.pi / 2
     assert dict(robot.joints[1].given)["rpy_z"] == sp.pi / 2
     cleaned, noted = robot.notes
-    # The angle 1.5708 rotates the tool by 3.7e-6 rad about the z axis of the tool; the tool is 0.3
-    # m away.
+    # The difference between 1.5708 and pi/2 rotates the tool by 3.7e-6 rad about its z axis, and
+    # the tool is 0.3 m from the joint.
     assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
     assert noted == "1.5708 taken as pi/2: yaw of mount"
     as_written = read(path, exact=True)

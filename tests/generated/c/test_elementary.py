@@ -406,12 +406,12 @@ def test_code_of_clang_takes_the_instruction_set_of_the_flags(sources):
 
 REFUSED = {
     "no value": (sp.Piecewise((x, x > 0)), "no value if no condition is true"),
-    "power": (sp.Rational(1, 2) ** x, "no rule lowers the power"),
-    "third root": (sp.Abs(x) ** sp.Rational(1, 3), "no rule lowers the power"),
-    "gamma": (sp.gamma(x), "no rule lowers gamma"),
+    "power": (sp.Rational(1, 2) ** x, "no conversion to CasADi for the power"),
+    "third root": (sp.Abs(x) ** sp.Rational(1, 3), "no conversion to CasADi for the power"),
+    "gamma": (sp.gamma(x), "no conversion to CasADi for gamma"),
     "exclusive": (
         sp.Piecewise((x, sp.Xor(x > 0, y > 0, evaluate=False)), (y, True)),
-        "no rule lowers Xor",
+        "no conversion to CasADi for Xor",
     ),
 }
 

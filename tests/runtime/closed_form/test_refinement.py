@@ -50,7 +50,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (60, 4); the first 20 belong to high poses."""
+    """Coordinates (60, 4); the tool positions of the first 20 rows are high above the base."""
     rng = np.random.default_rng(2)
     q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
     q[:20, 2] += 0.6

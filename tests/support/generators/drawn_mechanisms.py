@@ -23,7 +23,7 @@ SCALES = (1, 1, 1000, sp.Rational(1, 1000))
 ATTEMPTS = 200
 """Maximum number of random length sets that are tried until the loops close at the reference."""
 DIGITS = 3
-"""Number of digits of the reference values, as in a handwritten file."""
+"""Number of digits of the reference values, as in a robot file that a person has written."""
 Point = tuple[sp.Expr, sp.Expr]
 ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 

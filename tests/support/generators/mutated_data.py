@@ -77,7 +77,7 @@ def mutated_json(value: Any, dice: random.Random) -> Any:
 
 
 def _places(value: Any) -> list[tuple[Any, Any]]:
-    """Returns each container in a value with each of its keys."""
+    """Returns all pairs of a nested container in a value and a key of this container."""
     keys = value.keys() if isinstance(value, dict) else range(len(value))
     found = [(value, key) for key in keys]
     inner = [value[key] for key in keys if isinstance(value[key], dict | list)]

@@ -34,8 +34,8 @@
  * pose and lambda proportional to |e|^2. This damping acts near singularities and vanishes with the
  * error. Near singularities the solutions of the true arm may be anywhere, so nominal solutions of
  * surrounding poses are starts as well. Pose, Jacobian and residual belong to the true arm. One
- * exception: with iterated loops, a slot keeps the nominal residual if the nominal arm misses the
- * pose by far. The code allocates nothing and has no state.
+ * exception: with iterated loops, a slot keeps the nominal residual if the nominal arm is far from
+ * the pose. The code allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
