@@ -82,7 +82,7 @@ class Kernels:
         Args:
             T: (4, 4, count) poses.
             q_seed: (n, count) seed coordinates [rad or m].
-            lower: (n,) lower limits of all poses, None for the limits of the robot.
+            lower: (n,) lower limits that apply to all poses, or None for the limits of the robot.
             upper: (n,) upper limits.
             weights: (n,) weights of the displacements in the distance, None for 1.
 

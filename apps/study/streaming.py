@@ -25,8 +25,8 @@ _PIECES_A_TASK = 64
 """Number of pieces per task of a worker: a few seconds of work, so that communication is cheap and
 a killed worker loses little."""
 _TASKS_A_WORKER = 2
-"""Number of tasks per worker at a time, so that workers do not wait; more tasks would only fill
-memory with finished counts."""
+"""Number of tasks that are queued per worker, so that workers do not wait. More tasks would only
+fill memory with finished counts."""
 _RETRIES = 5
 """Maximum number of repetitions of a task whose worker was killed."""
 

@@ -1,7 +1,8 @@
 """The command ``python -m bench misses`` counts the reachable targets that each solver misses.
 
-chasles solves all targets of all sets, the other libraries a sample. A target is missed if no
-solution reported as exact reaches it within 1e-9; least-squares results do not count as solutions.
+chasles solves all targets of all sets, and the other libraries solve a sample of each set. A target
+is missed if no solution reported as exact reaches it within 1e-9; least-squares results do not
+count as solutions.
 """
 
 from collections.abc import Iterator

@@ -33,8 +33,8 @@ error."""
 
 NOISE = 1e-9
 """Maximum difference between a file value and a short decimal that counts as noise. The difference
-is relative to the robot's longest length or to a direction's largest component, or in radian.
-Exporters round poses to nine or more decimal places, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+is relative to the longest length of the robot or the largest component of a direction; angles are
+in radians. Exporters round poses to nine or more places; 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
 """Above this tool position change (metre) caused by noise removal, a warning is printed; the value
 exceeds the repeatability of an arm."""
@@ -164,7 +164,7 @@ seem to be independent.
 STILL_JOINT = 1e-6
 """Below this motion (radian, or relative to the size), a joint cannot move in its closed loops.
 
-Random closed configurations differ by more, and each may be 1e-6 away from closure.
+Random closed configurations have larger differences, even if each has a closure error of 1e-6.
 """
 REPEATED_AS_BUILT = 0.02
 """Bound for such singular values in robots as built, whose tilted axes make redundant equations
@@ -454,8 +454,8 @@ MAX_THRESHOLD = 1e-8
 """Below this magnitude (any unit), a constant used only by conditions is a rounding threshold. The
 largest threshold is 4e-15 times the fourth power of twice the length of an arm in metres."""
 FLOOR_EXPONENT = 0.12
-"""Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36. The square of the first
-mapped bound, and the second mapped bound itself, are normal numbers in single precision."""
+"""This power of the lower bounds 1e-150 and 1e-300 gives 1e-18 and 1e-36 for single precision. The
+square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
 """Larger constants are replaced by this value in single precision; such constants only detect
 infinite inputs."""

@@ -109,7 +109,8 @@ class Row:
         unit: The unit of both values.
         verdict: The result of the comparison.
         where: Position of the item in the paper.
-        note: Remark, such as the corrected value, a tried interpretation or an assumption.
+        note: A remark, such as the corrected value, an interpretation that we tried, or an
+            assumption.
         digits: Decimals of `ours` in the table, if it is a number.
         source: The compared item.
         judge: Asserts the same verdict for another printed value.

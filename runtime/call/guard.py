@@ -64,7 +64,7 @@ class Guard:
             )
         if np.isnan(margin).any():
             loop = self.steps[int(np.argmax(np.isnan(margin)))]
-            remark = ", or not reachable without a singularity from the reference configuration"
+            remark = ", or is not reachable from the reference without a singularity"
             raise OutOfReachError(
                 f"{self.label}: {loop} does not close at {position}{remark * self.is_followed}"
             )

@@ -37,8 +37,8 @@ def nearest_singular(
         most: Maximum number of results.
 
     Returns:
-        Up to ``most`` configurations (n,) within the limits; none with couplings or helical joints,
-        with more than twelve joints, or if the Jacobian never has full rank.
+        Up to ``most`` configurations (n,) within the limits. The list is empty for coupled or
+        helical joints, for more than twelve joints, and if the Jacobian never has full rank.
     """
     joints = robot.moving
     is_plain = not robot.couplings and all(j.kind != "helical" for j in joints)

@@ -151,8 +151,8 @@ def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in sets if (choice := choice_at(constants, given, slides))]
-    # Among equally good results, the joint nearest to the tool is fixed, because an operator can
-    # set this joint easily.
+    # If several joints give equally good results, the joint nearest to the tool is fixed, because
+    # an operator can set this joint easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 

@@ -71,8 +71,8 @@ def sp3(
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
     if is_constant:
         return on_line(terms, a, b, e, sign, xi2, are_two)
-    # If P is only rounding error, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine are divided
-    # by their norm.
+    # If P consists only of rounding errors, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine
+    # are divided by their norm.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
 
 

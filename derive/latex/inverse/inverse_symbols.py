@@ -89,7 +89,8 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # In robots with loops, a fixed joint's symbol is not the chain's coordinate.
+            # In robots with loops, the symbol of a fixed joint differs from the coordinate symbol
+            # of the chain.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}

@@ -159,7 +159,7 @@ def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
 
 
 def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[int]]:
-    """Returns the indices of the variables that are moved, and those of all other variables."""
+    """Returns the indices of the variables that are moved, and the other indices."""
     given = [names.index(name) for name in moved]
     return given, [k for k in range(len(names)) if k not in given]
 

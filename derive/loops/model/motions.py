@@ -130,7 +130,7 @@ def bodies(
 def gradient(
     terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
-    """Returns, for each variable x, the sum of powers times dv/dx."""
+    """Returns the sum of power * dv/dx over all motions with value v, for each variable x."""
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:
         for variable in motion.value.free_symbols & sums.keys():

@@ -37,7 +37,7 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Right-angle configurations in which the prismatic joint has the length of an offset."""
+    """Configurations at right angles in which the prismatic joint has the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
     q[:, 5] = -0.4
     return q

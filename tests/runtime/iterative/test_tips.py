@@ -65,7 +65,9 @@ def test_tool_is_only_tip_without_link_poses(tmp_path):
 
 def test_unknown_tip_error_lists_links():
     platform = chasles.load("stewart_gough")
-    with pytest.raises(chasles.InputError, match=r"no link 'hand' .*: ee, platform_x, platform_y,"):
+    with pytest.raises(
+        chasles.InputError, match=r"unknown tip link 'hand'.* ee, platform_x, platform_y,"
+    ):
         platform.ik_numeric(np.eye(4), tip="hand")
 
 

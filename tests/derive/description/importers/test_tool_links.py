@@ -287,7 +287,7 @@ def test_two_arm_urdf_requires_a_tip(tmp_path):
         )
     path = tmp_path / "two.urdf"
     path.write_text("".join([*parts, "</robot>"]))
-    with pytest.raises(DescriptionError, match="equal length end at: left, right"):
+    with pytest.raises(DescriptionError, match="equal length end at left, right"):
         read(path)
     assert read(path, tip="right").tool_frame == "right"
     assert len(UrdfFile(str(path), path.read_text()).ends(None, None)) == 2

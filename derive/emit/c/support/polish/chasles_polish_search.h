@@ -225,7 +225,7 @@ typedef struct {
     lanes mu, along[POLISH_N + 1], left;
     int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the line's end */
     double margin[LANES];
-    int side, arrived; /* end with the starts of curves; number of arrivals */
+    int side, arrived; /* end of the line at which curves start; number of curves that arrived */
 } POLISH_NAME(curves);
 
 /* Moves configurations onto their curves by the smallest first-order change of (q, mu) that gives e

@@ -191,8 +191,8 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether certainly no solution is near: the error after a step from c is larger than the
- * curvature of the reachable set explains for this step length. Near singularities (smallest
+/* Returns whether there is certainly no solution near c, because the error after a step exceeds the
+ * largest error that curvature can cause for this step length. Near singularities (smallest
  * `pivots` so far), damping shortens the step, and the test does not apply. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
