@@ -1,5 +1,5 @@
-/* Evaluates a batch of poses on vector lanes; each row of the batch is one pose. This file is part
- * of chasles and is the same for every robot.
+/* Evaluates a batch of poses on SIMD lanes; each row of the batch is one pose. This file is part of
+ * chasles and is the same for every robot.
  *
  * The file is included for each instruction set, after chasles_lanes.h. Defines `lanes_run`, which
  * processes rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a compiled

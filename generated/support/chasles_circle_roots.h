@@ -107,7 +107,7 @@ typedef struct {
     int unresolved;                      /* whether the interval may contain further roots */
     int parts;                           /* number of intervals examined so far */
     double angle[CHASLES_MAX_ROOTS];     /* angle of the suppressed joint */
-    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, else 0 */
+    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, otherwise 0 */
 } chasles_circle_roots;
 
 /* Taylor series of a polynomial at the angles with these cosines and sines, with the angle scaled

@@ -16,7 +16,7 @@ typedef struct {
     double n[6];      /* the null vector of M */
     double along;     /* the suppressed angle */
     double c, s;      /* cos and sin of this angle */
-    double imaginary; /* imaginary part of the suppressed angle; 0 for a real root */
+    double imaginary; /* imaginary part of the suppressed angle, or 0 for a real root */
     int has_twin;     /* whether another root is near this root */
     double left;      /* residual of the eight equations that M does not contain */
 } chasles_general_start;
@@ -27,7 +27,7 @@ typedef struct {
     double e[6];    /* remaining twist */
     double left;    /* larger norm of the twist (metre or radian) */
     double cost;    /* sum of squared errors, which each step decreases */
-    double damping; /* damping of the next step; 0 for a Newton step */
+    double damping; /* damping of the next step, or 0 for a Newton step */
     int steps;      /* number of steps so far */
     int is_over;    /* whether no further step can improve the iterate */
 } chasles_general_iterate;

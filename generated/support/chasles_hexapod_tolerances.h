@@ -8,8 +8,8 @@
 /* Maximum first Newton correction after a path step: after a larger correction, another path may be
  * as near. */
 #define CHASLES_PATH_NEAR 1e-4
-/* Maximum first Newton correction when lost paths, and paths with equal ends, are repeated for the
- * first and second time. */
+/* If a path is lost, or two paths have equal ends, the paths are repeated with these smaller
+ * maximum corrections: first NEARER, then NEAREST. */
 #define CHASLES_PATH_NEARER 1e-6
 #define CHASLES_PATH_NEAREST 1e-8
 /* Maximum second Newton correction, of the order of the squared first correction. */

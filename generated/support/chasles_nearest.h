@@ -36,7 +36,8 @@
 typedef struct {
     const double *lower, *upper; /* limits of a coordinate, infinite for no limit */
     const double *scale;         /* weight of a coordinate's displacement in the distance */
-    const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, else 0 */
+    const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, otherwise 0
+                         */
 } chasles_moves;
 
 /* The solution slots of an inverse, one per row. */

@@ -21,7 +21,7 @@ typedef struct {
 /* Selects in each SIMD lane the solution nearest to the seed without limits. `found` receives its n
  * coordinates, shifted by full turns to the values nearest to the seed, its residual and its
  * margin. `least` receives the distance of the solution, with the slot number in place of the
- * rounding bits. `is_inside` becomes 1 in lanes with a solution within the limits, else 0.
+ * rounding bits. `is_inside` becomes 1 in lanes with a solution within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates of each of the k solution slots, k residuals and k
  * margins. */

@@ -69,14 +69,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         [a5],
         "subproblem 1",
         "the rest of the rotation of axis 6, behind joints 1 to 4",
-        sp1(terms, a5.h, a6.h, seen, sure=found.margin is None),
+        sp1(terms, a5.h, a6.h, seen, is_regular=found.margin is None),
     )
 
     # 4. The remaining rotation.
     e = cross(terms, a6.h, a5.h)
     before = (a1, q1), (second, total), (a5, q5)
     last = target.turned(terms, e)
-    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", sure=True)
+    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", is_regular=True)
 
     # 5. The prismatic joint sets the length of one side of a triangle.
     telescope(work, tuple(arm), centre, U, total)
