@@ -258,6 +258,20 @@ def test_rounding_never_carries_joint_beyond_limit():
     np.testing.assert_allclose(up, naive, rtol=1e-11, atol=1e-12)
 
 
+def test_joint_that_brakes_at_zero_stays_within_its_limit():
+    # At 0, the rounding errors of the position vanish, and errors of the previous rate remain.
+    rng = np.random.default_rng(3)
+    n, dt = 2000, 1e-3
+    acceleration, rate = rng.uniform(1, 20, n), rng.uniform(0.5, 3, n)
+    q, qd = -rng.uniform(0.001, 0.2, n), np.zeros(n)
+    for _ in range(700):
+        _, up = _rates.bounds(q, -np.ones(n), np.zeros(n), rate, acceleration, qd, dt)
+        assert (np.abs(up - qd) <= acceleration * dt * (1 + 1e-9)).all()
+        q, qd = q + up * dt, up
+        assert (q <= 0).all()
+    assert (q == 0).mean() > 0.9
+
+
 def test_joint_brakes_as_late_as_possible_before_limit():
     """A joint moves toward its limit as fast as allowed, and stops at the limit."""
     robot = chasles.load("scara")

@@ -21,6 +21,7 @@
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
+#define SMALL 0x1p-40 /* a power of 2, which scales numbers without rounding */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -60,6 +61,25 @@ static double *new_doubles(size_t count)
 
 /* ------------------------------------------------------------------ inverse kinematics */
 
+static _Atomic long evaluations; /* calls of the counted kernel */
+static chasles_kernel counting;
+static const chasles_kernel *counted;
+
+static void count_call(const double *const *inputs, double *const *outputs)
+{
+    evaluations++;
+    counted->call(inputs, outputs);
+}
+
+/* Returns a copy of a kernel that counts its calls. */
+static const chasles_kernel *with_count(const chasles_kernel *kernel)
+{
+    counted = kernel;
+    counting = *kernel;
+    counting.call = count_call;
+    return &counting;
+}
+
 static Arm new_arm(const char *mode)
 {
     Arm arm = {.link = -1, .n_starts = STARTS};
@@ -73,6 +93,7 @@ static Arm new_arm(const char *mode)
         arm.kernels[k] = find(names[k]);
     }
     arm.n = arm.kernels[0]->sizes[0];
+    arm.kernels[0] = with_count(arm.kernels[0]);
     if (is_link) {
         arm.n_links = arm.kernels[0]->sizes[1] / POSE;
         arm.n_joints = arm.n;
@@ -181,7 +202,15 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
                       .seeds = seeds,
                       .results = together,
                       .count = POSES};
+    long before = evaluations, reported = 0;
     solve_batch(&one, 1);
+    for (int k = 0; k < POSES; k++) {
+        reported += alone.iterations[k];
+    }
+    /* With locked coordinates, the ranking of the start values also evaluates them. */
+    if (!task->n_locked && evaluations - before != reported) {
+        fail("evaluations beyond the reported number", (int)(evaluations - before - reported));
+    }
     solve_batch(&many, THREADS);
     if (one.out_of_memory || many.out_of_memory) {
         fail("no memory", 0);
@@ -253,6 +282,71 @@ static int check_inverse(const char *mode)
 
 /* ------------------------------------------------------------ damped steps within bounds */
 
+static void expect_damping(const DampedBox *box, double expected, const char *what)
+{
+    if (!(fabs(box->damping - expected) <= 1e-12 * expected)) {
+        fail(what, (int)(1e6 * box->damping));
+    }
+}
+
+/* Checks that a poor step doubles the damping, and that a good step lowers it slowly. */
+static void check_damping(void)
+{
+    DampedBox box = {.damping = 0.1, .least_damping = TRACK_DAMPING};
+    damped_box_adapt(&box, 1, 0, 0.5);
+    expect_damping(&box, 0.1, "damping after a fair step");
+    damped_box_adapt(&box, 1, 1, 2);
+    expect_damping(&box, 0.1, "damping without a predicted decrease");
+    damped_box_adapt(&box, 1, 0, 0.9);
+    expect_damping(&box, TRACK_RAISE_DAMPING * 0.1, "damping after a poor step");
+    damped_box_adapt(&box, 1, 0, 0.1);
+    expect_damping(&box, TRACK_RAISE_DAMPING * 0.1 / TRACK_LOWER_DAMPING,
+                   "damping after a good step");
+    for (int step = 0; step < STEPS; step++) {
+        damped_box_adapt(&box, 1, 0, 1);
+    }
+    expect_damping(&box, TRACK_GREATEST_DAMPING, "maximum damping");
+    for (int step = 0; step < STEPS; step++) {
+        damped_box_adapt(&box, 1, 0, 0);
+    }
+    expect_damping(&box, TRACK_DAMPING, "minimum damping");
+}
+
+/* Checks that the step scales with the twist and its bounds, and is finite without some bounds. The
+ * bounds change. */
+static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
+{
+    int n = solver->n;
+    double *x = new_doubles(n), small[TWIST];
+    memcpy(x, solver->x, n * sizeof *x);
+    for (int i = 0; i < TWIST; i++) {
+        small[i] = SMALL * y[i];
+    }
+    for (int k = 0; k < n; k++) {
+        low[k] *= SMALL;
+        high[k] *= SMALL;
+    }
+    damped_box_solve(solver, small);
+    damped_box_bound(solver, low, high);
+    for (int k = 0; k < n; k++) {
+        if (solver->x[k] != SMALL * x[k]) {
+            fail("the step does not scale", k);
+        }
+        if (k % 2) {
+            low[k] = -INFINITY;
+            high[k] = INFINITY;
+        }
+    }
+    damped_box_solve(solver, small);
+    damped_box_bound(solver, low, high);
+    for (int k = 0; k < n; k++) {
+        if (!isfinite(solver->x[k])) {
+            fail("the step without some bounds is not finite", k);
+        }
+    }
+    free(x);
+}
+
 static int check_box(void)
 {
     const chasles_kernel *kernel = find("fk_jacobian_mixed");
@@ -289,7 +383,9 @@ static int check_box(void)
             }
             held += solver.at[k] != 0;
         }
+        check_other_bounds(&solver, y, low, high);
     }
+    check_damping();
     damped_box_free(&solver);
     free(q);
     free(J);
