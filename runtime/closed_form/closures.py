@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
 from ..contract import Coordinate
 from ..facts import RobotFacts
@@ -97,14 +97,14 @@ class LoopMethods(NewtonMethods):
         from the reference configuration, or if an input is not finite. `actuator_branches` returns
         the actuated coordinates on all branches.
         """
-        is_closed = np.asarray(np.isfinite(theta).all(-1))
+        rows = real_array(f"{self.name}.chain_closes", "theta", theta)
+        is_closed = np.asarray(np.isfinite(rows).all(-1))
         guard = self._roles.get(("margin", "chain", ""))
         if guard is not None:
-            is_closed = np.asarray(is_closed & _closes(guard(theta)))
+            is_closed = np.asarray(is_closed & _closes(guard(rows)))
         # An iteration finds only one of several assembly modes.
         is_free = self.manifest.is_iterated and len(self.chain_joints) == self.n
         if ("map", "actuators", "chain") in self._roles and not is_free:
-            rows = np.asarray(theta, dtype=np.float64)
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
             again = self._roles["map", "actuators", "chain"](q)
             back = self._is_same(again, np.atleast_2d(rows))

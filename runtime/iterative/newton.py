@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
 from ..facts import RobotFacts
 
@@ -52,7 +52,7 @@ class NewtonMethods(RobotFacts):
             `z (..., n_z)`, `valid (...,)`, `residual (...,)` and `n_failed`. Missing solutions do
             not raise an error.
         """
-        q = np.asarray(q)
+        q = real_array(f"{self.name}.solve_loops", "q", q)
         # The call is a batch of one, because a single q without a solution would raise an error.
         rows = q[None]
         z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
@@ -69,7 +69,7 @@ class NewtonMethods(RobotFacts):
         Returns:
             The result of `solve_loops` for all rows; all rows after a failed row also fail.
         """
-        rows = np.asarray(q, dtype=np.float64)
+        rows = real_array(f"{self.name}.solve_loops_along", "q", q)
         (size,) = self.configuration.outputs[0].shape
         z = np.full((len(rows), size), np.nan)
         for k, row in enumerate(rows):

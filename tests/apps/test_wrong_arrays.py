@@ -10,6 +10,7 @@ from chasles.study import motion, planning, reach, workspace
 ARM = chasles.load("ur5e")
 Q = ARM.q_reference
 T = ARM.fk(Q)
+PLATFORM, LINKAGE = chasles.load("stewart_gough"), chasles.load("four_bar")
 
 WRONG = {
     "complex": lambda shape: np.zeros(shape, dtype=complex),
@@ -21,6 +22,9 @@ WRONG = {
 CALLS = {
     "ur5e.ik_path: T": ((3, 4, 4), lambda x: ARM.ik_path(x, Q)),
     "ur5e.ik_path: q_seed": ((6,), lambda x: ARM.ik_path(T[None], x)),
+    "stewart_gough.solve_loops: q": ((6,), PLATFORM.solve_loops),
+    "stewart_gough.solve_loops_along: q": ((2, 6), PLATFORM.solve_loops_along),
+    "four_bar.chain_closes: theta": ((3,), LINKAGE.chain_closes),
     "se3.interpolate: s": ((3,), lambda x: se3.interpolate(T, T, x)),
     "samples": ((), lambda x: workspace(ARM, x, progress=False)),
     "workspace: resolution": ((), lambda x: workspace(ARM, 100, resolution=x, progress=False)),
