@@ -192,6 +192,7 @@ def _rotary(rng, offset=0):
     arm, rod = rng.integers(100, 130), rng.integers(220, 260)
     # The arms are horizontal at the reference.
     out = base + arm - top
+    rod = max(rod, out + 20)
     length = rod + 2 * offset
     text, reference = FREE, {"z": -np.sqrt(length**2 - out**2)}
     down = np.degrees(np.arctan2(-reference["z"], -out))

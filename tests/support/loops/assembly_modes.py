@@ -7,6 +7,8 @@ CLOSED = 1e-10
 REGULAR = 0.1
 """Minimum singular value of the loop equations, relative to the value at the reference, for which
 continuation keeps its branch."""
+CORRECTED = 0.05
+"""Maximum correction of a predicted configuration (radian or metre) on the same branch."""
 
 
 def reference(model):
@@ -20,7 +22,8 @@ def followed(model, q):
     """Returns configurations (N, n_z) at q (N, n) by continuation from the reference.
 
     Returns:
-        The configurations, and whether (N,) the whole path stays away from singularities.
+        The configurations, and whether (N,) the whole path stays on its branch, away from
+        singularities.
     """
     z = np.repeat(reference(model), len(q), 0)
     start, regular = z[:, model.actuated], np.ones(len(q), dtype=bool)
@@ -29,8 +32,9 @@ def followed(model, q):
         step = (q - start) / STEPS
         z = z + (model.tangent(z, model.actuated) @ step[..., None])[..., 0]
         z[:, model.actuated] = start + k * step
-        z = model.newton(z, model.actuated)
+        predicted, z = z, model.newton(z, model.actuated)
         regular &= (_smallest(model, z) > limit) & (model.gap(z) < CLOSED)
+        regular &= np.abs(z - predicted).max(-1) < CORRECTED
     return z, regular
 
 

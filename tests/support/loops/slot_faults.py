@@ -54,8 +54,8 @@ def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
     clear = np.ones(len(q), dtype=bool)
     for name, values in (("margin", q), ("actuator_margin", robot.chain(q))):
         if name in robot.functions:
-            margin = robot.functions[name](values).reshape(len(q), -1)
-            clear &= (margin > CLEAR).all(-1)
+            margin = robot.functions[name](values)
+            clear &= (margin > CLEAR).reshape(len(q), margin.size // max(len(q), 1)).all(-1)
     return clear
 
 
