@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .model.mechanism import Frame as Frame
     from .model.mechanism import Mechanism as Mechanism
     from .model.mechanism import Strut as Strut
+    from .model.resting_springs import springs_at_rest as springs_at_rest
     from .model.robot import Joint as Joint
     from .model.robot import Parameter as Parameter
     from .model.robot import Rotation as Rotation
@@ -112,6 +113,7 @@ _ROOMS = {
         "Mechanism",
         "Strut",
     ),
+    "model.resting_springs": ("springs_at_rest",),
     "model.robot": (
         "Joint",
         "Parameter",

@@ -201,7 +201,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
         tool_frame=tip,
         reference=tuple(pair for pair in robot.reference if pair[0] in known),
         transmissions=tuple(t for t in robot.transmissions if t.coordinate in known),
-        springs=tuple(name for name in robot.springs if name in known),
+        springs=tuple(pair for pair in robot.springs if pair[0] in known),
     )
     chain = found.main_chain
     is_serial = {joint.name for joint in chain.moving} == {*found.actuated}

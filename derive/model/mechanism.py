@@ -192,8 +192,8 @@ class Mechanism:
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
         nominal: The nominal design of a calibrated robot, with the same joints and struts; None if
             the robot is not calibrated.
-        springs: Passive joints with springs in the description. The mobility analysis treats them
-            as free joints.
+        springs: Passive joints with springs in the description, and their values at rest (radian
+            or metre). The mobility analysis treats them as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             effect are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
@@ -221,7 +221,7 @@ class Mechanism:
     transmissions: tuple[Transmission, ...] = field(default=(), repr=False, kw_only=True)
     closure: ClosureMode = "exact"
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
-    springs: tuple[str, ...] = field(default=(), repr=False, kw_only=True)
+    springs: tuple[tuple[str, sp.Expr], ...] = field(default=(), repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
 

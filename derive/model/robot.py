@@ -118,6 +118,17 @@ class Joint:
         """Unit of the coordinate: m for a prismatic joint, otherwise rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
+    def fixed_at(self, value: sp.Expr) -> "Joint":
+        """Returns a fixed joint in place of a revolute or prismatic joint.
+
+        Args:
+            value: Displacement along or about the z axis (radian or metre).
+        """
+        along = Translation((sp.S.Zero, sp.S.Zero, value))
+        motion = Rotation("z", value) if self.kind == "revolute" else along
+        before = self.before if value == 0 else (*self.before, motion)
+        return replace(self, kind="fixed", before=before, limits=(None, None), direction=1)
+
 
 @dataclass(frozen=True)
 class PointMass:

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from ...loops.solve.solved_loops import SolvedLoops
-from ...model.robot import Joint, Rotation, SerialRobot, Translation
+from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import STILL_JOINT
 from ...terms.symbolic_function import Argument
 from ..chain_solution import solve_chain
@@ -139,17 +139,7 @@ def _with_locked_joints(robot: SerialRobot, locked: Mapping[int, sp.Expr]) -> Se
     return replace(
         robot,
         joints=tuple(
-            _fixed(joint, names[joint.name]) if joint.name in names else joint
+            joint.fixed_at(names[joint.name]) if joint.name in names else joint
             for joint in robot.joints
         ),
     )
-
-
-def _fixed(joint: Joint, value: sp.Expr) -> Joint:
-    motion = (
-        Rotation("z", value)
-        if joint.kind == "revolute"
-        else Translation((sp.S.Zero, sp.S.Zero, value))
-    )
-    before = joint.before if value == 0 else (*joint.before, motion)
-    return replace(joint, kind="fixed", before=before, limits=(None, None), direction=1)

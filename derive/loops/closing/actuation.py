@@ -193,10 +193,11 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
         count = "one" if missing == 1 else str(missing)
         hold = "or constrain them by a rod or a closure"
         advice = f"{locked}{_few(named)} can still move: add {count} of them to actuated, {hold}"
-    springs = [name for name in loose if name in loops.mechanism.springs]
+    springs = [name for name in loose if name in dict(loops.mechanism.springs)]
     if springs:
         names, them = ("is a spring", "it") if len(springs) == 1 else ("are springs", "them")
-        return f"{advice}; {_few(springs)} {names} in the file: delete {them} to make {them} rigid"
+        rigid = f"to make {them} rigid, delete {them} or call chasles.derive.springs_at_rest(robot)"
+        return f"{advice}; {_few(springs)} {names} in the file: {rigid}"
     other = (
         "; or choose another configuration in [reference]" if loops.mechanism.loop_joints else ""
     )

@@ -130,11 +130,15 @@ class ModelLoops:
             )
         return tuple(map(identifier, moved))
 
-    def springs(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """Returns the joints of a tree with springs but no actuator."""
+    def springs(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
+        """Returns the joints of a tree with springs but no actuator, and their values at rest."""
         drives = self.model.drives
         free = [name for name in drives.springs if name not in drives.joints]
-        return tuple(identifier(joint.name) for joint in tree if joint.name in free)
+        return tuple(
+            (identifier(name), length(self.arrays.qpos_spring[self.arrays.jnt_qposadr[k]]))
+            for k, name in enumerate(map(self.bodies.joint_name, range(self.arrays.njnt)))
+            if name in free and name in {joint.name for joint in tree}
+        )
 
     def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
         """Returns the nonzero joint values of the model's reference configuration."""

@@ -1,9 +1,11 @@
 """MJCF elements that chasles does not model: either a note names them, or an error rejects them."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, derive
+from chasles.derive import DescriptionError, derive, mobility, springs_at_rest
+from tests.support.loops.closures import Model
 from tests.support.mjcf_models import read_model, wrong
 
 WRIST = """\
@@ -177,3 +179,17 @@ def test_loops_with_spare_freedoms_are_not_taken_for_open_loops(path):
     with pytest.raises(DescriptionError, match="5 degrees of freedom and 3 actuated") as caught:
         derive(robot, functions=("fk",))
     assert "shin and heel are springs in the file" in str(caught.value)
+
+
+def test_springs_at_rest_are_rigid_at_the_values_without_torque(path):
+    text = LEG.format(stiffness=' stiffness="9" springref=".1"', equality="", motor=MOTOR)
+    robot = read_model(path, text, tip="tool")
+    rigid = springs_at_rest(robot)
+    assert mobility(rigid).true == len(rigid.actuated)
+    bent, held = Model(robot), Model(rigid)
+    assert set(bent.names) - set(held.names) == {"blade"}
+    z = np.random.default_rng(0).uniform(-1, 1, (5, len(bent.names)))
+    z[:, bent.places_of(["blade"])] = 0.1
+    poses = held.poses(z[:, bent.places_of(held.names)])
+    for body, T in bent.poses(z).items():
+        np.testing.assert_allclose(poses[body], T, atol=1e-12)

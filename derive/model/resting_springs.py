@@ -1,0 +1,36 @@
+"""Robots whose spring joints keep their values at rest."""
+
+from dataclasses import replace
+
+from .errors import InputTypeError
+from .mechanism import Mechanism
+
+
+def springs_at_rest(robot: Mechanism) -> Mechanism:
+    """Returns a robot whose passive joints with springs are rigid.
+
+    MJCF models describe such joints by a stiffness; they have no actuator. The fixed joints keep
+    the values at which the springs exert no torque. So loops over stiff springs, such as the leaf
+    springs of a leg, are solved as without load.
+
+    Args:
+        robot: A robot with loops.
+
+    Raises:
+        InputTypeError: The robot is not a ``Mechanism``.
+    """
+    if not isinstance(robot, Mechanism):
+        raise InputTypeError(f"robot: expected a Mechanism, got {type(robot).__name__}")
+    rest = dict(robot.springs)
+    joints = tuple(
+        joint.fixed_at(joint.direction * rest[joint.name]) if joint.name in rest else joint
+        for joint in robot.joints
+    )
+    written = robot.as_written
+    return replace(
+        robot,
+        joints=joints,
+        reference=tuple(pair for pair in robot.reference if pair[0] not in rest),
+        springs=(),
+        as_written=None if written is None else springs_at_rest(written),
+    )
