@@ -128,7 +128,10 @@ class SolvedLoops(LoopModel):
         return [
             i
             for i, step in enumerate(solution.steps)
-            if step.margin is not None and not step.root.free_symbols <= behind
+            if step.margin is not None
+            # A loop with a constant root closes everywhere, because it closes at the reference.
+            and not self.terms.is_constant(step.root)
+            and not step.root.free_symbols <= behind
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
