@@ -51,6 +51,7 @@ ROLES = {
     "acceleration": "derivative of the twist",
     "inverse": "all solutions for a pose or a task, in slots with residual and margin",
     "nominal inverse": "start configurations of an inverse that is refined",
+    "chain pose": "pose and Jacobian of the tool for the joints of the main chain",
     "redundancy": "value of a redundancy parameter, such as the swivel angle",
     "map": "one vector from another through the loops",
     "map derivative": "derivative of a map",
@@ -79,7 +80,8 @@ ROLES = {
 """The roles of functions with the result of each."""
 
 INTERMEDIATE = {
-    *("branches", "closure", "lengths", "lengths derivative", "modes", "nominal inverse"),
+    *("branches", "chain pose", "closure", "lengths", "lengths derivative", "modes"),
+    "nominal inverse",
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
 """Roles of functions that only methods call; the functions are not attributes of a robot."""

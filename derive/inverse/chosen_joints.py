@@ -76,7 +76,7 @@ def hybrid_inverses_for_fixed(
             "chain; ik_numeric with fixed= finds one solution by iteration"
         )
     found = hybrid_inverses(hybrid, families, chosen, closure)
-    if chosen and not found.solved:
+    if chosen and not (found.solved or found.written):
         raise _nothing_left(hybrid.robot, families, chosen, found)
     return found
 

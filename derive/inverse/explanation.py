@@ -62,10 +62,9 @@ class Explanation:
         """Maximum number of solutions per tool pose, or 0 if unknown."""
         if self.inverses is None:
             return 0
-        if self.inverses.general is not None:
-            return self.inverses.general.function.branches
-        if self.inverses.polished is not None:
-            return self.inverses.polished.branches
+        written = {function.name: function for function in self.inverses.written}
+        if "ik" in written:
+            return written["ik"].branches
         solved = self.inverses.solved.get("ik") or next(iter(self.inverses.solved.values()), None)
         return solved.function.branches if solved else 0
 

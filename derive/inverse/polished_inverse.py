@@ -94,6 +94,8 @@ class RefinedTables(Tables):
             does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
+        is_searched: Whether to search near uncertain branches; the true loops of a robot may lack a
+            nominal branch.
     """
 
     turns: tuple[float, ...]
@@ -102,6 +104,7 @@ class RefinedTables(Tables):
     general: GeneralArm | None = None
     meets: bool = False
     is_asked: bool = False
+    is_searched: bool = True
 
 
 def refined_inverse(

@@ -77,6 +77,7 @@ class Inverses:
         polished: The inverse of an arm that is close to a known family; ``solved`` then contains
             the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that start from the nominal arm.
+        composed: The inverse of a robot with loops that calls the inverse of its main chain.
         chain: The solved chain with free joints, for a coupled robot.
     """
 
@@ -86,13 +87,15 @@ class Inverses:
     general: GeneralInverse | None = None
     polished: NativeSolverFunction | None = None
     polished_tasks: tuple[NativeSolverFunction, ...] = ()
+    composed: NativeSolverFunction | None = None
     chain: CoupledChain | None = None
 
     @property
     def written(self) -> tuple[NativeSolverFunction, ...]:
         """Functions with hand-written C code that reads tables of the robot."""
         found = self.polished if self.general is None else self.general.function
-        return () if found is None else (found, *self.polished_tasks)
+        composed = () if self.composed is None else (self.composed,)
+        return () if found is None else (found, *self.polished_tasks, *composed)
 
     @property
     def missing(self) -> str:
@@ -332,6 +335,9 @@ METHODS: tuple[Method, ...] = (
     _by_determinant,
 )
 """Derivation methods of an inverse, in the order in which they are tried."""
+WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
+"""Derivation methods that give handwritten C code, which a robot with loops calls for its main
+chain."""
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
 """Derivation methods with printable solution steps; excludes the general arm."""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ...derivation import Derivation
-from ...inverse.mechanisms import mode_check
+from ...inverse.mechanisms import chain_inverse, mode_check
 from ...inverse.polished_inverse import SOLVER as POLISHED
 from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
@@ -57,6 +57,9 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
         if function.solver == mode_check.SOLVER:
             own[written_file(robot, function)] = _modes(robot, function)
             needed += MODES
+        if function.solver == chain_inverse.SOLVER:
+            own[written_file(robot, function)] = _through_chain(derivation, function)
+            needed += MODES
     return own | {name: support(name) for name in needed}
 
 
@@ -88,6 +91,46 @@ def _modes(robot: Described, function: NativeSolverFunction) -> str:
             f"    {fk}({q.name} + {n} * k, reached);",
             f"    {residual.name}[k] =",
             f"        chasles_mode_residual(own_{T.name}, reached, {residual.name}[k], {size});",
+            "  }",
+            "}\n",
+        ]
+    )
+
+
+def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> str:
+    """Prints the inverse that computes actuators for every solution of the main chain."""
+    robot = derivation.robot
+    chain, every, _ = (derivation.signature(name) for name in function.calls)
+    called = [f"{robot.name}_{name}" for name in function.calls]
+    (T, *given), (q, residual, margin) = function.inputs, function.outputs
+    (slots, joints), (branches, n) = chain.outputs[0].shape, every.outputs[0].shape
+    margins = every.outputs[1].shape[-1]
+    assert isinstance(function.tables, mode_check.ClosureSize)
+    inputs = ", ".join([f"own_{T.name}", *(f"own_{argument.name}" for argument in given)])
+    return "\n".join(
+        [
+            notice(robot),
+            f'#include "{MODES[0]}"\n',
+            *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
+            "{",
+            *(line for argument in function.inputs for line in own_copy(argument)),
+            f"  double theta[{slots * joints}], off[{slots}], least[{slots}];",
+            f"  {called[0]}({inputs}, theta, off, least);",
+            f"  for (int k = 0; k < {slots}; k++) {{",
+            f"    double margins[{branches * margins}];",
+            f"    {called[1]}(theta + {joints} * k, {q.name} + {branches * n} * k, margins);",
+            f"    for (int b = 0; b < {branches}; b++) {{",
+            f"      const int at = {branches} * k + b;",
+            "      double reached[16];",
+            f"      {called[2]}({q.name} + {n} * at, reached);",
+            f"      {residual.name}[at] = chasles_mode_residual(",
+            f"          own_{T.name}, reached, off[k], {number(function.tables.size)});",
+            f"      {margin.name}[at] = least[k];",
+            f"      for (int i = 0; i < {margins}; i++) {{",
+            f"        const double own = margins[{margins} * b + i];",
+            f"        {margin.name}[at] = own < {margin.name}[at] ? own : {margin.name}[at];",
+            "      }",
+            "    }",
             "  }",
             "}\n",
         ]

@@ -41,24 +41,24 @@ def _source(derivation: Derivation, function: NativeSolverFunction, programs: Pr
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.function(posed)
-    tables = _tables(function)
+    tables, n = _tables(function), function.outputs[0].shape[-1]
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
     macros = {
         "POSE(q, at)": f"{robot.name}_{pose.name}(q, {', '.join(_at('at', pose.outputs))})",
         "NOMINAL(in, out)": f"{robot.name}_{nominal.name}({', '.join(started)})",
         "NAME(name)": f"{own}_##name",
-        "N": len(robot.coordinates),
+        "N": n,
         "SLOTS": nominal.branches,
         "RESULTS": function.branches,
         "INPUTS": sum(sizes(nominal).inputs),
-        "FREE": _numbers([k not in function.role.fixed for k in range(len(robot.coordinates))]),
-        "MOVING": len(robot.coordinates) - len(function.role.fixed),
+        "FREE": _numbers([k not in function.role.fixed for k in range(n)]),
+        "MOVING": n - len(function.role.fixed),
         "TURNS": _numbers(tables.turns),
         "LENGTH": number(tables.length),
         "DEVIATION": number(tables.deviation),
         "MEETS": int(tables.meets),
-        "IS_SEARCHED": int(derivation.hybrid is None),
+        "IS_SEARCHED": int(tables.is_searched),
         "IS_POSITION": int(_is_position(function)),
     }
     alone, *others = (f"#define POLISH_{name} {value}" for name, value in macros.items())

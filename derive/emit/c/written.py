@@ -57,14 +57,15 @@ def _source(robot: Described, function: NativeSolverFunction) -> str:
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
-    kind = "arm" if function.role.is_inverse else "platform"
+    is_arm = function.role.finds_coordinates
+    kind, entry = ("arm", "ik") if is_arm else ("platform", function.name)
     copies = [line for argument in function.inputs for line in own_copy(argument)]
     first, *given = (f"own_{argument.name}" for argument in function.inputs)
     passed = [f"&{table}", first]
-    if given and function.role.is_inverse:
+    if given and is_arm:
         values = ", ".join(f"*{name}" for name in given)
         copies.append(f"  const double given[] = {{{values}}};")
-    if function.role.is_inverse:
+    if is_arm:
         passed.append("given" if given else "NULL")
     passed += [result.name for result in function.outputs]
     return "\n".join(
@@ -75,7 +76,7 @@ def _source(robot: Described, function: NativeSolverFunction) -> str:
             *textwrap.wrap(f"{signature(robot.name, function)}", WIDTH, subsequent_indent="    "),
             "{",
             *copies,
-            f"  {prefix}_{function.name}({', '.join(passed)});",
+            f"  {prefix}_{entry}({', '.join(passed)});",
             "}\n",
         ]
     )

@@ -41,6 +41,7 @@ from ..tasks.slots import (
     tool_of,
 )
 from ..tasks.task import Solved, TaskInput
+from .chain_inverse import chain_inverse, moving_coordinates
 from .loop_sides import (
     choices_of_loops,
     settled_choices,
@@ -86,10 +87,16 @@ def hybrid_inverses(
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
     else:
         exact = _by_structure(hybrid, families, give)
+    if exact.solved:
+        return exact
+    # The nominal robot chooses the fixed joints of a redundant chain.
+    is_redundant = len(hybrid.robot.moving) > rank.of_chain(exact.classification.lines)
+    chain = None if is_redundant else chain_inverse(hybrid, families, give)
     return (
-        exact
-        if exact.solved
-        else _by_nominal(hybrid, families, give, closure) or _without_nominal(hybrid, exact, give)
+        chain
+        or _by_nominal(hybrid, families, give, closure)
+        or (chain_inverse(hybrid, families, give) if is_redundant else None)
+        or _without_nominal(hybrid, exact, give)
     )
 
 
@@ -217,7 +224,7 @@ def _of_nominal(
         "the loops have the lengths of the nominal robot", nominal.moved / length, is_length=True
     )
     nearly = replace(found, requirements=(*found.requirements, missed))
-    tables = RefinedTables(turns_of(hybrid), length, convergence.deviation)
+    tables = RefinedTables(turns_of(hybrid), length, convergence.deviation, is_searched=False)
     tasks: tuple[NativeSolverFunction, ...] = ()
     if axes is not None:
         near = replace(tables, deviation=converge(is_position=True).deviation)
@@ -282,7 +289,7 @@ def _on_chain(
     theta = dict(zip(hybrid.theta, joints, strict=True))
     solution = solved_on_sides(hybrid, work)
     margins = [margin for _, margin in solution.margins]
-    fixed = _coordinates(hybrid, chain.given)
+    fixed = moving_coordinates(hybrid, chain.given)
     entries = list(hybrid.actuators_in(solution))
     if built is not None:
         entries = list(beyond_dead_points(terms, entries))
@@ -316,7 +323,7 @@ def _start_on_chain(
     theta = dict(zip(built.theta, joints, strict=True))
     values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
     q, closing = values[: len(actuators)], values[len(actuators) :]
-    fixed = _coordinates(design, chain.given)
+    fixed = moving_coordinates(design, chain.given)
     names = tuple(built.robot.moving[k].name for k in chain.given)
     inputs = chain.found.family.inputs
     return _solved(built, work, arguments, inputs, q, residual, names, fixed, closing)
@@ -413,14 +420,6 @@ def _while_closed(hybrid: SolvedLoops, residual: sp.Expr, closing: Sequence[sp.E
         return residual
     closed = sp.And(*(sp.Ge(margin, 0) for margin in closing))
     return hybrid.terms.let(residual + hybrid.where(closed))
-
-
-def _coordinates(hybrid: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of actuated coordinates that move the listed main-chain joints."""
-    entries = named(hybrid, hybrid.forward, [hybrid.robot.moving[k].name for k in joints])
-    rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
-    behind = {symbol for e in rests_on for symbol in e.free_symbols}
-    return [k for k, symbol in enumerate(hybrid.q) if symbol in behind]
 
 
 def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:

@@ -13,7 +13,7 @@ from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
-from ...terms.symbolic_function import SymbolicFunction
+from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..chain.tables import tabular
 from ..loops.loop_page import LoopPage
 from ..setting.layout import aligned
@@ -48,6 +48,8 @@ def inverse_of_loops(page: LoopPage) -> str:
         return text(_written(chain, of_chain, {}).rstrip(), _through_the_chain(page, back))
     if tasks:
         return text(_written(chain, of_chain, {}).rstrip(), _sides_of_loops(found))
+    if found is not None and found.composed is not None:
+        return text(_written(chain, found, {}).rstrip(), _on_every_branch(found.composed))
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
@@ -119,6 +121,17 @@ def _sides_of_loops(found: Inverses | None) -> str:
         f"The actuators follow from the joints as in the solution of the loops{sides}."
         " Equivalent choices share a slot, so the inverse of"
         f" the robot has {solved.function.branches} slots."
+    )
+
+
+def _on_every_branch(function: NativeSolverFunction) -> str:
+    """Explains an inverse that computes the actuators for every solution of the main chain."""
+    chain, every, fk = (rf"\texttt{{{escape(name)}}}" for name in function.calls)
+    return (
+        f"The function {chain} solves the main chain. From each of its solutions, {every} computes"
+        f" the actuators on every branch of the loops, and {fk} checks them: \\texttt{{ik}} has"
+        f" {function.branches} slots. The residual is infinite if the loops close at the pose in"
+        " another assembly mode."
     )
 
 
