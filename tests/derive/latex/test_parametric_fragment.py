@@ -10,6 +10,8 @@ from chasles.derive import derive, model_report, read, read_text
 from chasles.derive.build.generate import put
 from chasles.derive.description.conventions import dh, mdh
 from chasles.derive.latex import FOLDER, files, fragments, model_quality
+from chasles.derive.latex.chain.parameter_table import parameter_table
+from chasles.derive.latex.setting.printer import Printer
 from chasles.derive.program.programs import NO_PROGRAMS
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.convention_robots import sagging_ur5e
@@ -124,3 +126,23 @@ def step(kind, axis, values):
     else:
         T[:3, 3] = values
     return T
+
+
+def first_row(sagging, places):
+    """Returns the symbols in the first row of a table of base parameters with these indices."""
+    base = [one for one in sagging.geometry.parameters if one.joint == "base"]
+    printer = Printer({one.symbol: f"p_{{{one.symbol.name[1:]}}}" for one in base}, {})
+    table = parameter_table([base[k] for k in places], printer)
+    return next(line for line in table.splitlines() if "& base &" in line).split(" & ")[0]
+
+
+@pytest.mark.parametrize(
+    ("places", "symbols"),
+    [
+        pytest.param([0, 1], "$p_{9}$, $p_{10}$", id="two symbols in full"),
+        pytest.param([0, 1, 2], r"$p_{9}, \dots, p_{11}$", id="a run by its ends"),
+        pytest.param([0, 1, 3], "$p_{9}$, $p_{10}$, $p_{12}$", id="a gap in full"),
+    ],
+)
+def test_table_shortens_runs_of_symbols_only(sagging, places, symbols):
+    assert first_row(sagging, places) == symbols
