@@ -73,6 +73,7 @@ setup(
             "emit/c_float/support/*",
             "emit/cpp/support/*",
             "emit/cuda/support/*",
+            "emit/mex/support/*",
             "emit/moveit/support/*",
             "emit/rust/support/*",
         ],

@@ -1,9 +1,10 @@
-"""Compares the exported C++, CUDA kernels and plugins of MoveIt with the C of shipped robots.
+"""Compares exported C++, CUDA kernels, plugins of MoveIt and MATLAB with the C of shipped robots.
 
 The C is called pose by pose, because the batch code sums in another order.
 """
 
 import os
+import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ import chasles
 from chasles.contract.manifest import FunctionInfo
 from chasles.derive import write
 from chasles.library.compiler import FLAGS
-from tests.support import moveit
+from tests.support import moveit, octave
 from tests.support.cpp_driver import FUNCTIONS, compiled_functions, driver, inputs_of
 from tests.support.cuda_shim import KINDS, Shim, differing, incomplete
 from tests.support.derivations import robot_of
@@ -64,6 +65,8 @@ def trial(number: int) -> Outcome:
             finite, largest = finite + solutions, max(largest, worst)
             if worst > TOLERANCE:
                 failures.append(f"{robot.name}, plugin of MoveIt: differs by {worst:.1e}")
+        if shutil.which("octave-cli"):
+            failures += in_octave(robot, Path(folder), rng)
     counts = {"functions": len(compiled_functions(robot)), "finite values": finite}
     return Outcome(counts, tuple(failures), {"difference": largest})
 
@@ -108,6 +111,39 @@ def plugin_difference(
     return float(worst), int(regular.sum())
 
 
+def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> list[str]:
+    """Returns the differences of the functions for MATLAB, called by Octave."""
+    octave.exported(robot, folder)
+    infos = [info for info in robot.manifest.functions if info.name in octave.FUNCTIONS]
+    inputs = {info.name: inputs_of(robot, info, rng, ROWS) for info in infos}
+    script = [octave.make(robot.name)]
+    script += [octave.call(robot.name, info, inputs[info.name], folder) for info in infos]
+    solved = [info for info in infos if info.role.is_inverse and robot.reference is None]
+    q = rng.integers(-2, 3, (RIGHT_ANGLES, robot.n)) * (np.pi / 2)
+    at_right_angles = {f.name: [robot.fk(q), *(q[:, k] for k in f.role.fixed)] for f in solved}
+    script += [octave.call(robot.name, f, at_right_angles[f.name], folder, "_r") for f in solved]
+    octave.octave("\n".join(script), folder)
+    failures = []
+    for info in infos:
+        found = octave.results(info, ROWS, folder)
+        if info.role.is_inverse:
+            worst, _ = octave.difference_of_solutions(robot, inputs[info.name], found)
+        else:
+            exact = robot.functions[info.name].ufunc(*inputs[info.name])
+            parts = exact if isinstance(exact, tuple) else (exact,)
+            worst = max(
+                difference(x, y.reshape(x.shape)) for x, y in zip(found, parts, strict=True)
+            )
+        if worst > TOLERANCE:
+            failures.append(f"{robot.name}, {info.name} in Octave: differs by {worst:.1e}")
+    for info in solved:
+        found = octave.results(info, RIGHT_ANGLES, folder, "_r")
+        missing = octave.missing_solutions(robot, at_right_angles[info.name], found)
+        if missing:
+            failures.append(f"{robot.name}, {info.name} in Octave: {missing} solutions missing")
+    return failures
+
+
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
     """Returns the largest difference; a NaN or infinity without its equal is infinitely far."""
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
@@ -147,6 +183,6 @@ def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray])
 
 CAMPAIGN = Campaign(
     "exports",
-    "The exported C++, CUDA kernels and plugins return what the C of a robot returns, to 1e-12.",
+    "Exported C++, CUDA kernels, plugins and MATLAB functions equal the C of a robot to 1e-12.",
     trial,
 )

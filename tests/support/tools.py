@@ -13,6 +13,7 @@ PACKAGES = {
     "g++": "g++",
     "gcc": "gcc",
     "nm": "binutils",
+    "octave-cli": "octave octave-dev",
     "pkg-config": "pkg-config libeigen3-dev",
     "pdflatex": "texlive-latex-base texlive-latex-recommended texlive-latex-extra lmodern",
     "qemu-system-arm": "qemu-system-arm",

@@ -1,0 +1,1 @@
+"""Functions for MATLAB, Octave and Simulink over the generated C."""

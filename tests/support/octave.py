@@ -1,0 +1,106 @@
+"""Compiles the exported functions for MATLAB with Octave, and evaluates them for many inputs."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from chasles.derive import write
+from tests.support.derivations import robot_of
+from tests.support.exports import apart, inverse_of, regular_slots
+
+FUNCTIONS = {"fk", "fk_jacobian_mixed", "hessian_mixed", "ik", "chain", "actuators", "chain_all"}
+"""Functions that are compared with the C."""
+SOLVED = 1e-9
+"""Largest residual of a solution (m or rad)."""
+POSE_ERROR = 1e-9
+"""Largest pose error of a solution."""
+
+
+def exported(robot, folder: Path) -> Path:
+    """Exports the folder of a robot for MATLAB."""
+    functions = sorted(FUNCTIONS & set(robot.functions))
+    write(robot_of(robot.name), folder / robot.name, functions=functions, languages=["mex"])
+    return folder / robot.name
+
+
+def octave(script: str, folder: Path) -> str:
+    """Runs a script in a folder, and returns what it prints; an error fails."""
+    command = ["octave-cli", "--no-history", "--quiet", "--norc", "--eval", script]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def make(name: str) -> str:
+    """Returns the statements that compile the functions of a robot."""
+    return f"addpath('{name}'); make_chasles_{name};\n"
+
+
+def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
+    """Writes inputs in the order of MATLAB, and returns the statements that call a function."""
+    stem, statements, arguments = f"{info.name}{suffix}", [], []
+    for k, (item, values) in enumerate(zip(info.inputs, inputs, strict=True)):
+        sizes = [*(item.shape or (1,)), len(values)]
+        columns = np.moveaxis(np.reshape(values, (len(values), *sizes[:-1])), 0, -1)
+        columns.ravel(order="F").tofile(folder / f"{stem}_{k}.in")
+        read = f"fread(fopen('{stem}_{k}.in'), Inf, 'double')"
+        statements.append(f"x{k} = reshape({read}, {sizes});")
+        arguments.append(f"x{k}")
+    names = [f"y{k}" for k in range(_count(info))]
+    statements.append(f"[{', '.join(names)}] = {name}_{info.name}({', '.join(arguments)});")
+    statements += [f"fwrite(fopen('{stem}_{y}.out', 'w'), {y}, 'double');" for y in names]
+    return "\n".join([*statements, "fclose('all');", ""])
+
+
+def results(info, count: int, folder: Path, suffix: str = "") -> list[np.ndarray]:
+    """Returns the outputs of a call in the layout of the robot, for an inverse with ``valid``."""
+    shapes = [item.shape or (1,) for item in info.outputs]
+    if info.role.is_inverse:
+        shapes.insert(1, shapes[1])
+    found = []
+    for k, shape in enumerate(shapes):
+        values = np.fromfile(folder / f"{info.name}{suffix}_y{k}.out")
+        is_slots = info.role.has_slots and len(shape) > 1
+        sizes = shape[::-1] if is_slots else shape
+        columns = np.moveaxis(values.reshape((*sizes, count), order="F"), -1, 0)
+        found.append(np.swapaxes(columns, 1, 2) if is_slots else columns)
+    return found
+
+
+def _count(info) -> int:
+    return len(info.outputs) + info.role.is_inverse
+
+
+def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
+    """Compares all solutions with the C, away from singularities.
+
+    Returns the largest difference, infinite if the functions disagree on which slots are solutions
+    or a solution misses its pose, and the number of compared solutions.
+    """
+    q, valid = found[0], found[1] == 1
+    exact, residual, _ = robot.functions["ik"].ufunc(*inputs)
+    regular = regular_slots(robot, inverse_of(robot), exact, residual)
+    if (valid != (residual <= SOLVED)).any():
+        return np.inf, 0
+    T = np.broadcast_to(inputs[0][:, None], (*valid.shape, 4, 4))[valid]
+    if np.abs(robot.fk(q[valid]) - T).max() > POSE_ERROR:
+        return np.inf, 0
+    return float(apart(q, exact)[regular].max(initial=0)), int(regular.sum())
+
+
+def missing_solutions(robot, inputs, found) -> int:
+    """Counts the solutions of the C that are missing, and the poses without a solution.
+
+    Singular solutions do not count: rounding selects a solution of a continuous family. A solution
+    that misses its pose counts.
+    """
+    q, valid = found[0], found[1] == 1
+    exact, residual, _ = robot.functions["ik"].ufunc(*inputs)
+    regular = regular_slots(robot, inverse_of(robot), exact, residual.copy())
+    far = apart(q[:, :, None], exact[:, None]).max(axis=3)
+    nearest = np.where(valid[:, :, None], far, np.inf).min(axis=1)
+    T = np.broadcast_to(inputs[0][:, None], (*valid.shape, 4, 4))[valid]
+    wrong = np.abs(robot.fk(q[valid]) - T).max(axis=(1, 2)) > POSE_ERROR
+    missing = (nearest > POSE_ERROR)[regular].sum()
+    return int(missing + wrong.sum() + (~valid.any(axis=1)).sum())

@@ -1,0 +1,26 @@
+/* Runs the S-function that includes this file for one step. */
+
+/* Returns the number of outputs, or -1 if the block has an error. The inputs and outputs of all
+ * ports follow each other. */
+int simulate(const char *function, const double *inputs, double *outputs)
+{
+    SimStruct block = {0};
+    int written = 0;
+    block.parameter.text = function;
+    mdlInitializeSizes(&block);
+    if (block.error) {
+        return -1;
+    }
+    mdlInitializeSampleTimes(&block);
+    for (int k = 0; k < block.inputs; k++) {
+        block.in[k] = inputs;
+        inputs += block.widths[0][k];
+    }
+    for (int k = 0; k < block.outputs; k++) {
+        block.out[k] = outputs + written;
+        written += block.widths[1][k];
+    }
+    mdlOutputs(&block, 0);
+    mdlTerminate(&block);
+    return written;
+}
