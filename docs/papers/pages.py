@@ -60,11 +60,11 @@ DIGITS = (
 )
 VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
 EVALUATED = """\
-Numbers in brackets are not printed. They were evaluated from the paper's equations independently
-of chasles. The equations of the board installer are lost, so its numbers come from a reconstructed
-model. Statements in words are quoted next to the numbers that confirm or refute them; a word is
-never compared with a number. Printed equations are in Python notation, followed by their value at
-generic arguments."""
+Numbers in brackets are not printed. These numbers were evaluated from the paper's equations
+independently of chasles. The equations of the board installer are lost, so its numbers come from a
+reconstructed model. Statements in words are quoted next to the numbers that confirm or refute them;
+a word is never compared with a number. Printed equations are in Python notation, followed by their
+value at generic arguments."""
 CHANGED = """\
 A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
 must then fail. This test does not apply to rows without a printed value, to words and equations
