@@ -84,15 +84,15 @@ def test_kernels_equal_the_compiled_c(package, kind, folder):
     arm = Kernels(robot, folder)
     q = configurations(robot, COUNT)
     poses, J = robot.fk_jacobian_mixed(q)
-    T = put(np.moveaxis(poses, 0, -1).astype(kind))
-    own, own_J = arm("fk_jacobian_mixed", put(np.ascontiguousarray(q.T).astype(kind)))
+    T = put(np.ascontiguousarray(np.moveaxis(poses, 0, -1), dtype=kind))
+    own, own_J = arm("fk_jacobian_mixed", put(np.ascontiguousarray(q.T, dtype=kind)))
     assert type(own) is type(T)
     assert np.abs(np.moveaxis(get(own), -1, 0) - poses).max() <= tolerance
     assert np.abs(np.moveaxis(get(own_J), -1, 0) - J).max() <= tolerance
     _, residual, _ = arm("ik", T)
     solved = np.moveaxis(get(residual), -1, 0) <= (2e-5 if kind == "float32" else 1e-9)
     assert (solved == (robot.ik(poses).residual <= 1e-9)).mean() >= 0.999
-    seed = put(np.ascontiguousarray(q.T + 0.1).astype(kind))
+    seed = put(np.ascontiguousarray(q.T + 0.1, dtype=kind))
     near, _, _, slot = arm.ik_nearest(T, seed, weights=put(np.ones(6, dtype=kind)))
     assert (get(slot) >= 0).all()
     assert np.quantile(apart(get(near).T, robot.ik_nearest(poses, q + 0.1).q), 0.99) <= tolerance
