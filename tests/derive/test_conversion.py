@@ -11,7 +11,9 @@ from chasles.derive import Coupling, Joint, SerialRobot, Translation, convert, r
 from chasles.derive.description.conventions import dh, poe
 from tests.campaigns.convert import ACCURACY, differences
 from tests.support.command_line import run
+from tests.support.convention_robots import sagging_ur5e
 from tests.support.generators.convertible_arms import convertible_arm
+from tests.support.generators.coupled_arms import coupled_arm
 from tests.support.oracles.described_fk import distance, tool_pose
 
 SCREW_ARM = SerialRobot(
@@ -47,6 +49,42 @@ def test_exact_numbers_stay_exact():
     assert 'alpha = "pi/2"' in text
     assert "d = 0.333" in text
     assert convert(read("ur5e"), "toml").robot == read("ur5e")
+
+
+SPRINGS = (
+    "".join(
+        f"""
+[[springs]]
+coordinate = "{joint.name}"
+compliance = 1e-6
+axis = [0, 0, 1]
+point = [0, 0, 0.1]
+mass = 3.5
+center = [0.1, 0, 0.2]
+"""
+        for joint in read("ur5e").moving
+    )
+    + """
+[[transmissions]]
+coordinate = "elbow"
+gain = 1.0002
+sin1 = 0.0003
+cos2 = -0.0001
+"""
+)
+
+
+@pytest.mark.parametrize("more", ["", SPRINGS], ids=["masses", "springs"])
+def test_robot_file_keeps_masses_springs_and_transmissions(more):
+    text = convert(read("ur5e"), "toml").text + SPRINGS if more else sagging_ur5e()
+    robot = read_text(text)
+    assert convert(robot, "toml").robot == robot
+
+
+def test_robot_file_keeps_couplings_and_motors():
+    robot = coupled_arm(3).robot
+    found = convert(robot, "toml").robot
+    assert (found.couplings, found.motors) == (robot.couplings, robot.motors)
 
 
 def test_robot_file_keeps_numbers_that_the_reader_would_snap():

@@ -17,7 +17,7 @@ from chasles.contract import temporary_folder
 from chasles.derive import derive, read, template
 from chasles.study import Workspace
 from tests.support.command_line import run
-from tests.support.tools import path_of
+from tests.support.tools import needs, path_of
 
 ROOT = Path(__file__).parents[3]
 KINDS = ("arm", "dh", "mechanism")
@@ -354,3 +354,13 @@ def test_missing_memory_is_one_sentence():
     done = run(*words)
     assert (done.exit_code, done.stdout) == (1, "")
     assert re.fullmatch(r"chasles: Unable to allocate .*\n", done.stderr)
+
+
+@needs("pdflatex")
+def test_pdf_prints_shipped_and_derived_articles(tmp_path):
+    linkage = tmp_path / "linkage.toml"
+    linkage.write_text(template("dh"))
+    for robot, file in (("four_bar", tmp_path / "a.pdf"), (linkage, tmp_path / "b.pdf")):
+        done = run("pdf", robot, "--to", file)
+        assert done.exit_code == 0, done.output
+        assert file.read_bytes().startswith(b"%PDF")

@@ -466,3 +466,29 @@ def test_seed_rotated_by_half_turn_converges(ur5e, axis):
     assert within_reach.sum() > 2000
     found = ur5e.ik_numeric(T[within_reach], q_seed=seed[within_reach])
     assert found.valid.all()
+
+
+def test_fixed_coordinates_have_the_given_values(ur5e):
+    """Values of a name and of an index broadcast with the poses and the seeds."""
+    q = np.array([[0.3, -1.2, 1.1, -0.4, 0.7, 0.2], [0.1, -0.9, 0.8, 0.3, -0.6, 1.0]])
+    elbow, last = ur5e.coordinate_names[2], 5
+    found = ur5e.ik_numeric(ur5e.fk(q), q + 0.05, fixed={elbow: q[:, 2], last: q[:, last]})
+    assert found.valid.all()
+    np.testing.assert_array_equal(found.q[:, [2, last]], q[:, [2, last]])
+    np.testing.assert_allclose(found.q, q, atol=1e-9)
+
+
+def test_fixed_joint_of_a_loop_moves_its_actuator():
+    excavator = chasles.load("excavator")
+    q = np.add(excavator.q_reference, [0.2, 0.05, -0.03, 0.02])
+    boom = excavator.chain(q)[1]
+    found = excavator.ik_numeric(excavator.fk(q), excavator.q_reference, fixed={"boom": boom})
+    assert found.valid
+    assert excavator.chain(found.q)[1] == pytest.approx(boom, abs=1e-12)
+    np.testing.assert_allclose(found.q, q, atol=1e-9)
+
+
+def test_fixed_values_that_do_not_broadcast_are_rejected(ur5e):
+    seeds = np.zeros((3, 6))
+    with pytest.raises(chasles.ShapeError, match=r"the values of 2 have shape \(2,\)"):
+        ur5e.ik_numeric(ur5e.fk(seeds), seeds, fixed={2: [0.1, 0.2]})

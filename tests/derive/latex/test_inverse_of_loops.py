@@ -1,0 +1,37 @@
+"""Articles explain how the inverse of a robot with loops computes the actuators."""
+
+from pathlib import Path
+
+import pytest
+
+from chasles.derive import derive, read
+from chasles.derive.latex import files
+from chasles.derive.program.programs import NO_PROGRAMS
+from tests.support.generators.carried_platforms import drawn_platform
+from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
+
+BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
+
+
+def printed(robot):
+    """Returns the part of the article about the inverse."""
+    return files(derive(robot, functions=["ik"]), NO_PROGRAMS)["latex/inverse.tex"]
+
+
+def test_general_main_chain_is_solved_before_the_actuators():
+    text = printed(read(BOOM))
+    assert "method for a general arm (Raghavan and Roth)" in text
+    assert r"The function \texttt{ik\_chain} solves the main chain." in text
+    assert r"\texttt{ik} has 16 slots" in text
+
+
+def test_moving_part_of_the_chain_is_solved_before_the_actuators():
+    text = printed(drawn_platform(13))
+    assert "The actuators follow from these joints" in text
+    assert r"so \texttt{ik} has one slot" in text
+
+
+@pytest.mark.parametrize("kind", ["tripteron", "exechon"])
+def test_legs_that_are_serial_arms_are_named(kind):
+    text = printed(drawn_as(LEG_KINDS[kind], 1))
+    assert "are solved as serial arms whose last link has the pose" in text
