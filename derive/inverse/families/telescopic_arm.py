@@ -7,16 +7,14 @@ joint, a telescope, and three revolute joints. Maximum number of solutions: 8.
 
 import numpy as np
 
-from ...terms.vectors import cross
 from ..steps.parallel_slides import telescope
 from ..steps.plane import turn_to_plane
-from ..steps.rotations import last_turn
+from ..steps.rotations import two_last_turns
 from ..steps.target import Target
 from ..steps.triangle import remaining
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, across, meeting, parallel, revolute
-from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.turns import rotated
 from .family import Family
@@ -54,7 +52,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     reason = f"only this joint moves the common point of axes 5 and 6 along axis {second.name}"
     U, q1 = turn_to_plane(work, a1, second, centre, wanted, reason)
 
-    # 2. Joint 6 does not rotate its axis. 3. Each solution of step 2 has one matching angle sum.
+    # 2. Joint 6 does not rotate its axis.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     found, _ = sp2(terms, second.h, a5.h, a6.h, v, work.sign())
     total = work.step(
@@ -64,19 +62,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         found,
         f"with axis 6 parallel to axis {second.name} the sum is arbitrary and taken as 0",
     )
-    seen = rotated(terms, second.h, total.back, v)
-    q5 = work.step(
-        [a5],
-        "subproblem 1",
-        "the rest of the rotation of axis 6, behind joints 1 to 4",
-        sp1(terms, a5.h, a6.h, seen, is_regular=found.margin is None),
-    )
 
-    # 4. The remaining rotation.
-    e = cross(terms, a6.h, a5.h)
-    before = (a1, q1), (second, total), (a5, q5)
-    last = target.turned(terms, e)
-    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", is_regular=True)
+    # 3 and 4. The remaining rotation.
+    regular = found.margin is None
+    two_last_turns(work, ((a1, q1), (second, total)), (a5, a6), target, is_regular=regular)
 
     # 5. The prismatic joint sets the length of one side of a triangle.
     telescope(work, tuple(arm), centre, U, total)

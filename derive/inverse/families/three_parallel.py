@@ -6,16 +6,15 @@ Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the step o
 treatment of singularities are original.
 """
 
-from ...terms.vectors import cross, subtracted
+from ...terms.vectors import subtracted
 from ..steps.elbow_in_reach import with_elbow_in_reach
 from ..steps.plane import turn_to_plane
-from ..steps.rotations import last_turn
+from ..steps.rotations import two_last_turns
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
 from ..structure.lines import Lines
 from ..structure.requirement import Requirement, meeting, parallel, revolute
-from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.turns import rotated
 from .family import Family
@@ -47,7 +46,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
 
-    # 2. Joint 6 does not rotate its axis. 3. Each solution of step 2 has one matching angle sum.
+    # 2. Joint 6 does not rotate its axis.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)
@@ -60,19 +59,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "with axis 6 parallel to axes 2 to 4 the sum is arbitrary; the one taken brings the elbow "
         "nearest to a right angle",
     )
-    seen = rotated(terms, a2.h, q234.back, v)
-    q5 = work.step(
-        [a5],
-        "subproblem 1",
-        "the rest of the rotation of axis 6, behind joints 1 to 4",
-        sp1(terms, a5.h, a6.h, seen, is_regular=found.margin is None),
-    )
 
-    # 4. The remaining rotation.
-    e = cross(terms, a6.h, a5.h)
-    before = (a1, q1), (a2, q234), (a5, q5)
-    last = target.turned(terms, e)
-    last_turn(work, a6, e, last, before, behind=", behind joints 1 to 5", is_regular=True)
+    # 3 and 4. The remaining rotation.
+    regular = found.margin is None
+    two_last_turns(work, ((a1, q1), (a2, q234)), (a5, a6), target, is_regular=regular)
 
     # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
     lever = rotated(terms, a2.h, q234, subtracted(terms, centre, a4.p))

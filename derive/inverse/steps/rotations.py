@@ -138,6 +138,35 @@ def last_turn(
     work.step([axis], "subproblem 1", f"the rest of the rotation{behind}", found)
 
 
+def two_last_turns(
+    work: Work,
+    before: tuple[tuple[Axis, CosSin], tuple[Axis, CosSin]],
+    last: tuple[Axis, Axis],
+    target: Target,
+    *,
+    is_regular: bool,
+) -> None:
+    """Solves for joints 5 and 6 from the remaining rotation; joint 6 does not rotate its axis.
+
+    Args:
+        work: Records the steps.
+        before: Axis and angle of joint 1, and the sum of the angles of the parallel joints.
+        last: The axes of joints 5 and 6.
+        target: The displacement that the chain must produce.
+        is_regular: Whether the sum of the angles solves its equation for every target.
+    """
+    terms, (a5, a6), ((a1, q1), (second, total)) = work.terms, last, before
+    v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
+    seen = rotated(terms, second.h, total.back, v)
+    reason = "the rest of the rotation of axis 6, behind joints 1 to 4"
+    found = sp1(terms, a5.h, a6.h, seen, is_regular=is_regular)
+    q5 = work.step([a5], "subproblem 1", reason, found)
+    e = cross(terms, a6.h, a5.h)
+    wanted = target.turned(terms, e)
+    turned = (*before, (a5, q5))
+    last_turn(work, a6, e, wanted, turned, behind=", behind joints 1 to 5", is_regular=True)
+
+
 def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
     """Rotates a direction (in base axes) back by the first ``count`` joints."""
     for axis in lines.axes[:count]:
