@@ -110,9 +110,16 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     actuation = _wrong_actuation(mechanism, at)
     if actuation is not None:
         return actuation
+    moving = {c.moves for c in mechanism.coordinates}
+    cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
+    free = [*bodies.unknown, *cylinders]
+    # The stated joints may belong to other strokes than the defaults, the middle of the limits.
+    nearest = bodies.nearest(bodies.values, free, names)
+    if cylinders and bodies.all_closed(nearest, names):
+        at = nearest
     near = ", ".join(
         f"{name} = {shown(_wrapped(at[name], is_length), is_length)}"
-        for name, is_length in ((name, bodies.is_length(name)) for name in bodies.unknown)
+        for name, is_length in ((name, bodies.is_length(name)) for name in free)
     )
     rows = NumericRows(bodies)
     J = rows.relative(at)[:, [name in bodies.unknown for name in rows.names]]

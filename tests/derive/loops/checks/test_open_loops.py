@@ -10,6 +10,7 @@ import pickle
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -217,6 +218,23 @@ b = { body = "bonnet", xyz = [350, 0, 10] }
 [reference]
 gas_strut = 20
 """
+
+
+def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
+    """At the default stroke, the loop closes only far from the stated joints."""
+    press = read(Path(__file__).with_name("rocker_press.toml"))
+    with pytest.raises(DescriptionError, match="does not close at the reference") as message:
+        derive(press, functions=["fk"])
+    proposed = re.findall(r"(\w+) = (-?[\d.]+) (deg|mm)", str(message.value))
+    stated = {name: math.degrees(float(value)) for name, value in press.reference}
+    values = {
+        name: sp.Rational(value) * (sp.pi / 180 if unit == "deg" else sp.Rational(1, 1000))
+        for name, value, unit in proposed
+    }
+    assert values.keys() == {"crank", "coupler", "rocker", "ram"}
+    for name, value, unit in proposed:
+        assert unit == "mm" or float(value) == pytest.approx(stated[name], abs=15)
+    derive(replace(press, reference=tuple(values.items())), functions=["fk"])
 
 
 def test_default_swing_angle_points_along_its_strut():
