@@ -292,13 +292,16 @@ def info(
     if as_json:
         print((manifest.folder / "manifest.json").read_text(encoding="utf-8"))
         return
-    say("\n".join([f"{manifest.name}: {manifest.title}", manifest.source, *manifest.notes, ""]))
+    title = "" if manifest.title == manifest.name else f": {manifest.title}"
+    heading = [f"{manifest.name}{title}", manifest.source, *manifest.notes]
+    say("\n".join([*filter(None, heading), ""]))
     say(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
     for coordinate in manifest.coordinates:
-        limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"
-        say(f"    {coordinate.name:<20} {coordinate.kind:<10} {limits} {coordinate.unit}")
+        say(f"    {_with_limits(coordinate)}")
+    _say_coupling(manifest)
     _say_loops(manifest)
-    say("\nparameters:")
+    if manifest.parameters:
+        say("\nparameters:")
     for parameter in manifest.parameters:
         number = f"{parameter.value:.10g} {parameter.unit}"
         say(f"    {parameter.name:<20} {number:<20} {parameter.meaning}")
@@ -308,6 +311,26 @@ def info(
         say(f"    {function.name}({_arguments(function.inputs)})")
         say(f"        -> {_arguments(function.outputs)}")
         say(f"        {function.summary}\n        {counts}")
+
+
+def _with_limits(variable: Coordinate) -> str:
+    limits = f"{_limit(variable.lower, '-')} to {_limit(variable.upper, '')}"
+    return f"{variable.name:<20} {variable.kind:<10} {limits} {variable.unit}"
+
+
+def _say_coupling(manifest: Manifest) -> None:
+    """Print the joints of a coupled arm with their limits and ratios."""
+    coupling = manifest.loops.coupling
+    if not coupling:
+        return
+    say("\njoints (theta = C q + c, with the nonzero entries of C):")
+    for joint, row in zip(manifest.loops.chain, coupling, strict=True):
+        ratios = [
+            f"{ratio:.10g} {coordinate.name}"
+            for ratio, coordinate in zip(row, manifest.coordinates, strict=True)
+            if ratio
+        ]
+        say(f"    {_with_limits(joint)}: {', '.join(ratios) or 'constant'}")
 
 
 def _say_loops(manifest: Manifest) -> None:

@@ -364,3 +364,33 @@ def test_pdf_prints_shipped_and_derived_articles(tmp_path):
         done = run("pdf", robot, "--to", file)
         assert done.exit_code == 0, done.output
         assert file.read_bytes().startswith(b"%PDF")
+
+
+BEVEL = """
+name = "bevel"
+convention = "urdf"
+
+[[joints]]
+name = "pitch"
+axis = [0, 1, 0]
+limits = [-1.5, 1.5]
+
+[[joints]]
+name = "roll"
+axis = [1, 0, 0]
+
+[couplings]
+pitch = { m1 = "1/2", m2 = "1/2" }
+roll = { m1 = "1/2", m2 = "-1/2" }
+"""
+
+
+def test_info_shows_motors_and_the_limits_of_the_joints_that_they_move(tmp_path):
+    file = tmp_path / "bevel.toml"
+    file.write_text(BEVEL)
+    text = run("info", file).stdout
+    assert text.startswith("bevel\n")
+    assert re.search(r"m1 +revolute +-inf to inf rad\n", text)
+    assert re.search(r"pitch +revolute +-1.5 to 1.5 rad: 0.5 m1, 0.5 m2\n", text)
+    assert re.search(r"roll +revolute +-inf to inf rad: 0.5 m1, -0.5 m2\n", text)
+    assert "parameters:" not in text
