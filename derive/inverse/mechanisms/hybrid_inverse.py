@@ -89,15 +89,13 @@ def hybrid_inverses(
         exact = _by_structure(hybrid, families, give)
     if exact.solved:
         return exact
+    by_chain = partial(chain_inverse, hybrid, families, give)
+    by_nominal = partial(_by_nominal, hybrid, families, give, closure)
     # The nominal robot chooses the fixed joints of a redundant chain.
     is_redundant = len(hybrid.robot.moving) > rank.of_chain(exact.classification.lines)
-    chain = None if is_redundant else chain_inverse(hybrid, families, give)
-    return (
-        chain
-        or _by_nominal(hybrid, families, give, closure)
-        or (chain_inverse(hybrid, families, give) if is_redundant else None)
-        or _without_nominal(hybrid, exact, give)
-    )
+    methods = (by_nominal, by_chain) if is_redundant else (by_chain, by_nominal)
+    found = next(filter(None, (method() for method in methods)), None)
+    return found or _without_nominal(hybrid, exact, give)
 
 
 def _by_structure(
