@@ -192,12 +192,12 @@ class Equilibrium:
         other components would be statically indeterminate.
         """
         a, b = closure.bodies
-        way = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
-        turning = [k for k in way if self.screws[0, k, 3:].any()]
+        path = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
+        turning = [k for k in path if self.screws[0, k, 3:].any()]
         if not turning:
             return None
         normal = self.screws[:, turning[0], 3:]
-        sliding = [self.screws[0, k, :3] for k in way if not self.screws[0, k, 3:].any()]
+        sliding = [self.screws[0, k, :3] for k in path if not self.screws[0, k, 3:].any()]
         along = [self.screws[0, k, 3:] for k in turning]
         if closure.kind == "pin":
             along.append(axis[0])

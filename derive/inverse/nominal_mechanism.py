@@ -5,8 +5,7 @@ specifies the design, the design is the nominal mechanism. If the file does not 
 the lengths of the design are probably round. Some lengths of a design are equal or proportional, so
 that the loops have a closed form. Therefore, lengths are rounded to decimal grids, from coarse to
 fine, and axes to multiples of 15 degrees. The nominal mechanism is the first candidate with a
-suitable closed-form
-inverse: from its solutions, Newton's method converges to the true robot.
+suitable closed-form inverse: from its solutions, Newton's method converges to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -57,7 +57,7 @@ class Shim:
         return *found[:3], found[3].view(np.int32)[: len(T)]
 
     def bounds(self, kind, name):
-        """Returns the error bounds of a function's results; the header prints those of float."""
+        """Returns the error bounds of a function's results, which the header prints for float."""
         text = (self.folder / f"{self.robot.name}.cuh").read_text()
         comment = text.split(f"void {name}(")[0].rsplit("/*", 1)[1]
         printed = [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]

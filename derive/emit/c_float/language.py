@@ -82,8 +82,8 @@ them. An output may overwrite an input.
 A slot of an inverse is a solution if its residual is at most {upper}_SOLVED.
 
 Errors: twice the largest difference from double precision at {SAMPLES} random inputs. Inputs are
-rounded too. Errors of an inverse are those of solutions whose Jacobian has a smallest singular
-value above {REGULAR}; errors of a robot with loops are those of margins above {REGULAR}.
+rounded too. For an inverse, only solutions count whose Jacobian has a smallest singular value above
+{REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}.
 Stack: bound of a function's frame for a compiler that optimizes, without the called functions."""
     return text.split("\n")
 

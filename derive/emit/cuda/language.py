@@ -106,8 +106,8 @@ column. A slot of an inverse is a solution if its residual is at most precision<
 output may overwrite an input of the same pose.
 
 Errors: of single precision, twice the largest difference from double precision at {SAMPLES} random
-inputs. Errors of an inverse are those of solutions whose Jacobian has a smallest singular value
-above {REGULAR}; errors of a robot with loops are those of margins above {REGULAR}."""
+inputs. For an inverse, only solutions count whose Jacobian has a smallest singular value above
+{REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}."""
     return text.split("\n")
 
 

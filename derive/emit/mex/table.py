@@ -190,8 +190,8 @@ def _nearest(derivation: Derivation, function: Signature) -> Function:
     n, target = len(derivation.robot.coordinates), _of(function.inputs[0])
     column = (n, 1)
     optional = [
-        Array("lower", "lower limits; [] for those of the robot", column),
-        Array("upper", "upper limits; [] for those of the robot", column),
+        Array("lower", "lower limits; [] means the limits of the robot", column),
+        Array("upper", "upper limits; [] means the limits of the robot", column),
         Array("weights", "weights of the displacements; [] for 1", column),
     ]
     inputs = (target, Array("q_seed", "start configuration (rad or m)", column), *optional)

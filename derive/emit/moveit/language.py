@@ -69,7 +69,7 @@ def _chain(derivation: Derivation) -> Sequence[Joint]:
 
 
 def _joints(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the joints of the plugin: those of the chain, except joints that mimic others."""
+    """Returns the joints of the chain without joints that mimic others."""
     robot = derivation.robot
     if isinstance(robot, Mechanism) or not robot.couplings:
         return _chain(derivation)

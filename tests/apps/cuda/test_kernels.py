@@ -32,8 +32,8 @@ def has_gpu():
     return int(driver.cuInit(0)[0]) == 0
 
 
-needs_nvrtc = pytest.mark.skipif(not HAS_NVRTC, reason="no cuda-bindings and NVRTC")
-needs_gpu = pytest.mark.skipif(not has_gpu(), reason="needs a GPU")
+needs_nvrtc = pytest.mark.skipif(not HAS_NVRTC, reason="cuda-bindings is not installed")
+needs_gpu = pytest.mark.skipif(not has_gpu(), reason="no GPU")
 
 
 @pytest.fixture(scope="module")

@@ -112,7 +112,7 @@ def test_header_names_functions_that_exist_only_in_c(tmp_path):
     assert not (tmp_path / "example.cu").exists()
 
 
-@pytest.mark.skipif(not shutil.which("nvcc"), reason="no nvcc")
+@pytest.mark.skipif(not shutil.which("nvcc"), reason="nvcc is not installed")
 def test_nvcc_compiles_the_example_without_spilled_registers(shims):
     command = ["nvcc", "-std=c++17", "-arch=sm_90", "-Xptxas", "-v", "-cubin", "example.cu"]
     done = subprocess.run(command, cwd=shims("ur5e").folder, capture_output=True, check=False)

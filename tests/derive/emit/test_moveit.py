@@ -23,12 +23,14 @@ from tests.support.exports import (
 )
 from tests.support.moveit import NO_SOLUTION, SUCCESS, TIMED_OUT, Plugin, to_pose, to_transform
 from tests.support.pages import examples
-from tests.support.tools import needs, reason
+from tests.support.tools import MISSING, needs
 
 pytestmark = [
     needs("g++"),
     needs("gcc"),
-    pytest.mark.skipif(not moveit.EIGEN_FOLDER.is_dir(), reason=reason("pkg-config")),
+    pytest.mark.skipif(
+        not moveit.EIGEN_FOLDER.is_dir(), reason=f"{MISSING}: Eigen (apt-get install libeigen3-dev)"
+    ),
 ]
 NAMES = ["ur5e", "panda", "puma560"]
 PAGE = "how-to/moveit.md"
