@@ -102,11 +102,11 @@ def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> st
     robot = derivation.robot
     chain, every, _ = (derivation.signature(name) for name in function.calls)
     called = [f"{robot.name}_{name}" for name in function.calls]
-    (T, *given), (q, residual, margin) = function.inputs, function.outputs
+    T, (q, residual, margin) = function.inputs[0], function.outputs
     (slots, joints), (branches, n) = chain.outputs[0].shape, every.outputs[0].shape
     margins = every.outputs[1].shape[-1]
     assert isinstance(function.tables, mode_check.ClosureSize)
-    inputs = ", ".join([f"own_{T.name}", *(f"own_{argument.name}" for argument in given)])
+    inputs = ", ".join(f"own_{argument.name}" for argument in function.inputs)
     return "\n".join(
         [
             notice(robot),
@@ -114,8 +114,8 @@ def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> st
             *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
             "{",
             *(line for argument in function.inputs for line in own_copy(argument)),
-            f"  double theta[{slots * joints}], off[{slots}], least[{slots}];",
-            f"  {called[0]}({inputs}, theta, off, least);",
+            f"  double theta[{slots * joints}], theta_residual[{slots}], theta_margin[{slots}];",
+            f"  {called[0]}({inputs}, theta, theta_residual, theta_margin);",
             f"  for (int k = 0; k < {slots}; k++) {{",
             f"    double margins[{branches * margins}];",
             f"    {called[1]}(theta + {joints} * k, {q.name} + {branches * n} * k, margins);",
@@ -124,8 +124,8 @@ def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> st
             "      double reached[16];",
             f"      {called[2]}({q.name} + {n} * at, reached);",
             f"      {residual.name}[at] = chasles_mode_residual(",
-            f"          own_{T.name}, reached, off[k], {number(function.tables.size)});",
-            f"      {margin.name}[at] = least[k];",
+            f"          own_{T.name}, reached, theta_residual[k], {number(function.tables.size)});",
+            f"      {margin.name}[at] = theta_margin[k];",
             f"      for (int i = 0; i < {margins}; i++) {{",
             f"        const double own = margins[{margins} * b + i];",
             f"        {margin.name}[at] = own < {margin.name}[at] ? own : {margin.name}[at];",
