@@ -1,8 +1,6 @@
 """Every form of argument gives the same results as a loop over single poses, or a clear error."""
 
-import gc
 import re
-import sys
 import threading
 import warnings
 
@@ -15,6 +13,7 @@ from hypothesis.extra import numpy as hnp
 import chasles
 from chasles import derive
 from tests.support.handwritten import tiny
+from tests.support.leaks import assert_no_leaks
 
 Q = np.array([0.3, -1.2])
 finite = st.floats(-1e3, 1e3)
@@ -472,16 +471,7 @@ def test_calls_leak_no_references_or_memory(robot, few_objects):
         lambda: refused(robot.fk, batch, out=out),
     ]
     watched = [q, out, strided, batch, bad, one, three, robot.fk, robot.fk.ufunc]
-    for call in calls:
-        for _ in range(3):
-            call()
-        gc.collect()
-        before, blocks = list(map(sys.getrefcount, watched)), sys.getallocatedblocks()
-        for _ in range(200):
-            call()
-        gc.collect()
-        assert list(map(sys.getrefcount, watched)) == before
-        assert sys.getallocatedblocks() - blocks < 100
+    assert_no_leaks(calls, watched)
 
 
 def test_errors_form_one_tree_with_built_in_classes():

@@ -12,6 +12,7 @@ import pytest
 
 import chasles
 import chasles.call.threads
+from tests.support.leaks import assert_no_leaks
 from tests.support.waiting import SECONDS
 
 COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
@@ -288,16 +289,7 @@ def test_threaded_calls_leak_no_references_or_memory(eager, robot, few_objects):
         gc.collect()
 
     watched = [q, out, robot.fk, robot.fk.ufunc]
-    for call in calls:
-        for _ in range(3):
-            call()
-        settle()
-        before, blocks = list(map(sys.getrefcount, watched)), sys.getallocatedblocks()
-        for _ in range(200):
-            call()
-        settle()
-        assert list(map(sys.getrefcount, watched)) == before
-        assert sys.getallocatedblocks() - blocks < 200
+    assert_no_leaks(calls, watched, settle)
 
 
 # ---------------------------------------------- processes and their exit

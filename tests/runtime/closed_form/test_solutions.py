@@ -1,10 +1,8 @@
 """Inverse kinematics with all branches: the result of a call, and the filters on it."""
 
 import copy
-import gc
 import itertools
 import pickle
-import sys
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ import chasles
 from chasles.closed_form.solutions import Solutions, solutions_of
 from chasles.contract import Coordinate
 from tests.support.handwritten import scara
+from tests.support.leaks import assert_no_leaks
 
 N = 1000
 LIMITS = np.array([6.5, 2.5, 10.0, np.inf])
@@ -179,20 +178,7 @@ def test_inverse_calls_leak_no_references_or_memory(arm, q, few_objects):
         lambda: arm.ik(batch.tolist()),
         lambda: arm.ik(batch, out=(None, np.empty((3, 4))[:, ::2], None)),
     ]
-    kind = type(arm.ik(T))
-    watched = [T, batch, *out, arm.ik]
-    for call in calls:
-        for _ in range(3):
-            call()
-        gc.collect()
-        before, blocks = list(map(sys.getrefcount, watched)), sys.getallocatedblocks()
-        types = sys.getrefcount(kind)
-        for _ in range(200):
-            call()
-        gc.collect()
-        assert list(map(sys.getrefcount, watched)) == before
-        assert sys.getrefcount(kind) == types
-        assert sys.getallocatedblocks() - blocks < 100
+    assert_no_leaks(calls, [T, batch, *out, arm.ik, type(arm.ik(T))])
 
 
 def test_inverse_exposes_its_solutions_class(arm):

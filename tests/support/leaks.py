@@ -1,0 +1,31 @@
+"""Check that calls leave no references and no memory behind."""
+
+import gc
+import sys
+
+_CALLS = 200
+_ROUNDS = 3
+
+
+def assert_no_leaks(calls, watched, settle=gc.collect):
+    """Repeats each call and compares references and allocated blocks.
+
+    A leak adds a block per call in each round. Threads of earlier tests allocate
+    blocks, too, but not in each round, so the smallest growth decides.
+    """
+    for call in calls:
+        _repeat(call, 3, settle)
+        references, growth = list(map(sys.getrefcount, watched)), []
+        for _ in range(_ROUNDS):
+            before = sys.getallocatedblocks()
+            _repeat(call, _CALLS, settle)
+            growth.append(sys.getallocatedblocks() - before)
+        assert list(map(sys.getrefcount, watched)) == references
+        assert min(growth) < _CALLS // 2
+
+
+def _repeat(call, count, settle):
+    """Calls `count` times and waits until its garbage is collected."""
+    for _ in range(count):
+        call()
+    settle()
