@@ -5,8 +5,6 @@ point, and the first three joints reach this position. The remaining rotation de
 The residual includes the other conditions of the pose. Maximum number of solutions: 4.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 import sympy as sp
 
@@ -17,7 +15,7 @@ from ..steps.rotations import last_turn
 from ..steps.target import Target
 from ..steps.work import Work
 from ..structure.lines import Lines
-from ..structure.rank import moves_in_space
+from ..structure.rank import directions_at_right_angles, moves_in_space
 from ..structure.requirement import Requirement, revolute
 from ..subproblems.turns import any_across
 from .family import Family
@@ -25,7 +23,7 @@ from .family import Family
 
 def _requires(lines: Lines) -> list[Requirement]:
     arm = _arm(lines)
-    moves = next(_moved_points(lines), None) is not None if lines.axes[3].turns else False
+    moves = bool(_moved_points(lines)) if lines.axes[3].turns else False
     text = f"the joints before {lines.axes[3].name} move a point of its axis in three directions"
     return [
         revolute(lines, (3,)),
@@ -36,7 +34,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, arm, a4 = work.terms, _arm(lines), lines.axes[3]
-    case, point = three_joints.case_of(arm), next(_moved_points(lines))
+    case, point = three_joints.case_of(arm), _moved_points(lines)[0]
     assert case is not None
     # 1 to 3. Joint 4 does not move the points of its axis.
     meaning = f"a point of axis {a4.name}"
@@ -49,13 +47,21 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     step_on_all(work, lines, target)
 
 
-def _moved_points(lines: Lines) -> Iterator[Vector]:
-    """Yields points of axis 4 that the first three joints move in three directions."""
-    terms, a4 = lines.terms, lines.axes[3]
+def _moved_points(lines: Lines) -> list[Vector]:
+    """Returns points of axis 4 that the first three joints move in three directions.
+
+    The first point moves in the most directions at right angles. A point that reaches, for example,
+    the intersection of two axes does not determine their angles there.
+    """
+    terms, a4, arm = lines.terms, lines.axes[3], _arm(lines)
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
+    found: list[tuple[int, Vector]] = []
     for along in (sp.S.Zero, size, -size):
-        if moves_in_space(_arm(lines), a4.origin + float(along) * a4.direction):
-            yield combination(terms, (sp.S.One, along), (a4.p, a4.h))
+        there = a4.origin + float(along) * a4.direction
+        if moves_in_space(arm, there):
+            point = combination(terms, (sp.S.One, along), (a4.p, a4.h))
+            found.append((directions_at_right_angles(arm, there), point))
+    return [point for _, point in sorted(found, key=lambda each: -each[0])]
 
 
 def _arm(lines: Lines) -> Lines:

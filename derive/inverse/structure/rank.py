@@ -1,5 +1,7 @@
 """Degrees of freedom of the tool: the rank of the Jacobian."""
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from ...model.tolerances import JACOBIAN_RANK
 from .lines import Lines, rotation
 
 _CONFIGURATIONS = 3
+_QUARTERS = tuple(k * np.pi / 2 for k in range(4))
 
 
 def of_chain(lines: Lines) -> int:
@@ -26,14 +29,26 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
         lines: The chain.
         point: The point in the home pose (metre).
     """
+    return any(_directions(lines, point, q) == 3 for q in _random_configurations(lines))  # noqa: PLR2004
+
+
+def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
+    """Adds the numbers of directions in which a chain moves a point at all right angles.
+
+    Args:
+        lines: The chain.
+        point: The point in the home pose (metre).
+    """
+    values = [_QUARTERS if axis.turns else (0.0,) for axis in lines.axes]
+    return sum(_directions(lines, point, np.array(q)) for q in product(*values))
+
+
+def _directions(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> int:
     size = lines.length or 1.0
-    for q in _random_configurations(lines):
-        J, R, t = _jacobian(lines, q)
-        there = R @ (point / size) + t
-        rates = J[:3] + np.cross(J[3:], there, axis=0)
-        if np.linalg.matrix_rank(rates, tol=JACOBIAN_RANK) == 3:  # noqa: PLR2004
-            return True
-    return False
+    J, R, t = _jacobian(lines, q)
+    there = R @ (point / size) + t
+    rates = J[:3] + np.cross(J[3:], there, axis=0)
+    return int(np.linalg.matrix_rank(rates, tol=JACOBIAN_RANK))
 
 
 def _random_configurations(lines: Lines) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ import chasles
 from chasles.derive import explain, read
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
-from tests.campaigns.losses import losses_of
+from tests.campaigns.losses import losses_of, trial
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.generators.poses import PoseSet
 from tests.support.generators.synthetic import robot_of
@@ -31,6 +31,11 @@ SOLD = """<robot name="arm"><link name="base"/>
   <origin xyz="0 0 {along}" rpy="0 0 0.3"/></joint></robot>"""
 
 
+REACHING_OTHER_AXES = (61035130000014, 61035130000014000017)
+"""Arms whose origin of axis 4 reaches an earlier axis at right angles, where it determines no angle
+of this axis."""
+
+
 def lost_of(cases):
     """Describes the sets of poses for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
@@ -44,6 +49,13 @@ def test_single_joint_ik_solves_every_pose(chain, right):
         "joints that a pose determines one by one"
     ]
     assert not lost_of(cases)
+
+
+@pytest.mark.parametrize("seed", REACHING_OTHER_AXES)
+def test_point_of_the_last_axis_determines_the_first_three_joints(seed):
+    outcome = trial(seed)
+    assert outcome.counts["inverses"] > 0
+    assert not outcome.failures
 
 
 def test_slider_crank_ik_returns_both_crank_branches():
