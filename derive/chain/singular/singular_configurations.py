@@ -7,7 +7,7 @@ the factor but not at generic configurations.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import sympy as sp
@@ -20,10 +20,9 @@ from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
-"""Number of random values for the coordinates that the root search does not solve for."""
-GRID = 181
-"""Number of grid values of a coordinate for bracketing roots."""
-HALVINGS = 60
+"""Number of generic configurations."""
+STARTS = 24
+"""Number of random configurations from which the zeros of factors are searched."""
 HOLDS = 1e-6
 """Tolerance of a relation: sine of an angle, or distance relative to the arm length."""
 SEED = 30
@@ -31,10 +30,11 @@ SEED = 30
 
 @dataclass(frozen=True)
 class _Configuration:
-    """Joint axes in the base frame; prismatic joints have no points."""
+    """Joint axes in the base frame; prismatic joints have a direction but no line."""
 
     directions: FloatArray
     points: FloatArray
+    revolute: NDArray[np.bool_]
     size: float
 
     def off_parallel(self, i: int, j: int) -> float:
@@ -71,7 +71,8 @@ class _Configuration:
 
 WHOLE_WRIST = 3
 """Number of wrist axes that intersect in the wrist center."""
-WRIST = "the wrist's centre"
+WRIST = "the wrist center"
+STRETCHED = "; the arm is stretched or folded"
 Relation = Callable[[_Configuration], float]
 """The deviation of a configuration from a relation of the axes, or 0 if the relation holds."""
 
@@ -90,8 +91,8 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     factors = [factor.xreplace(values) for factor in condition]
-    found = [_configuration(screws, x) for x in roots(factors, q, DRAWS)]
-    return _first_that_holds(_coincident(len(q)), found, general)
+    found = [_configuration(screws, x) for x in roots(factors, q, STARTS)]
+    return _first_that_holds(_coincident(general[0]), found, general)
 
 
 def _in_general(
@@ -118,8 +119,8 @@ def _first_that_holds(
     return ""
 
 
-def _coincident(count: int) -> Iterator[tuple[str, Relation]]:
-    for i, j in combinations(range(count), 2):
+def _coincident(general: _Configuration) -> Iterator[tuple[str, Relation]]:
+    for i, j in combinations(np.flatnonzero(general.revolute).tolist(), 2):
         yield f"axes {i + 1} and {j + 1} coincide", partial(_off_axis, i, j)
 
 
@@ -131,8 +132,8 @@ def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> s
     """Describes the axes at the zeros of a factor; an empty text if no relation matches."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
-    rng = np.random.default_rng(SEED + 1)
-    found = [_configuration(screws, x) for x in _roots(factor.xreplace(values), q, rng)]
+    zeros = roots([factor.xreplace(values)], q, STARTS)
+    found = [_configuration(screws, x) for x in zeros]
     own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
     return _first_that_holds(_relations(general[0], own), found, general)
 
@@ -142,41 +143,8 @@ def _configuration(S: FloatArray, q: FloatArray) -> _Configuration:
     turns = np.linalg.norm(screws[:, 3:], axis=1) > HOLDS
     directions = np.where(turns[:, None], screws[:, 3:], screws[:, :3])
     points = np.where(turns[:, None], np.cross(screws[:, 3:], screws[:, :3]), 0.0)
-    return _Configuration(directions, points, float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0)
-
-
-def _roots(
-    factor: sp.Expr, q: Sequence[sp.Symbol], rng: np.random.Generator
-) -> Iterator[FloatArray]:
-    """Yields zeros of a factor; the other coordinates have random values."""
-    own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
-    function = sp.lambdify(list(q), factor, "numpy")
-    for _ in range(DRAWS):
-        at = rng.uniform(-3, 3, len(q))
-        for k in own:
-            grid = np.linspace(-np.pi - 0.01, np.pi + 0.02, GRID)
-            table = np.broadcast_to(_along(function, at, k, grid), grid.shape)
-            for i in np.flatnonzero(np.diff(np.signbit(table))):
-                yield _halved(function, at, k, grid[i], grid[i + 1])
-
-
-def _along(
-    function: Callable[..., FloatArray], at: FloatArray, k: int, values: FloatArray
-) -> FloatArray:
-    return np.asarray(function(*at[:k], values, *at[k + 1 :]), float)
-
-
-def _halved(
-    function: Callable[..., FloatArray], at: FloatArray, k: int, low: float, high: float
-) -> FloatArray:
-    below = bool(_along(function, at, k, np.array(low)) < 0)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        if bool(_along(function, at, k, np.array(middle)) < 0) == below:
-            low = middle
-        else:
-            high = middle
-    return np.array([*at[:k], (low + high) / 2, *at[k + 1 :]])
+    extent = np.ptp(points[turns], axis=0) if turns.any() else np.zeros(3)
+    return _Configuration(directions, points, turns, float(np.linalg.norm(extent)) or 1.0)
 
 
 def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
@@ -185,48 +153,62 @@ def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[st
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1
         pair = f"axes {i + 1} and {j + 1}"
-        yield f"{pair} coincide", partial(_off_axis, i, j)
+        if general.revolute[[i, j]].all():
+            yield f"{pair} coincide", partial(_off_axis, i, j)
         yield f"{pair} are parallel", lambda p: p.off_parallel(i, j)
         yield f"{pair} are at right angles", lambda p: p.off_right_angle(i, j)
-    parallel = [k for k in range(count - 1) if general.off_parallel(k, k + 1) <= HOLDS]
-    for k in parallel:
-        if k + 1 in parallel:
+    lines = np.flatnonzero(general.revolute).tolist()
+    parallel = [(i, j) for i, j in pairwise(lines) if general.off_parallel(i, j) <= HOLDS]
+    for (i, j), (other, k) in pairwise(parallel):
+        if j == other:
+            ending = STRETCHED if _keep_distances(general, i, k) else ""
             yield (
-                f"axes {k + 1}, {k + 2} and {k + 3} lie in a plane; the arm is stretched or folded",
-                _in_plane(k, partial(_point, k + 2)),
+                f"axes {i + 1}, {j + 1} and {k + 1} lie in a plane{ending}",
+                _in_plane(i, j, partial(_point, k)),
             )
     for axes in ([count - 3, count - 2, count - 1], [count - 2, count - 1]):
+        if not lines or axes[0] <= lines[0] or not general.revolute[axes].all():
+            continue
         if general.meeting(axes) is None:
             continue
         named = f"the point where axes {count - 1} and {count} meet"
-        yield from _of_centre(axes, WRIST if len(axes) == WHOLE_WRIST else named, parallel)
+        named = WRIST if len(axes) == WHOLE_WRIST else named
+        yield from _of_center(general, axes, named, parallel)
+
+
+def _keep_distances(general: _Configuration, i: int, k: int) -> bool:
+    """Whether no prismatic joint between two parallel axes changes their distance."""
+    sliding = (j for j in range(i, k) if not general.revolute[j])
+    return all(general.off_parallel(i, j) <= HOLDS for j in sliding)
 
 
 def _point(k: int, configuration: _Configuration) -> FloatArray:
     return np.asarray(configuration.points[k])
 
 
-def _in_plane(k: int, point: Callable[[_Configuration], FloatArray]) -> Relation:
-    """Returns the relation "a point lies in the plane of two adjacent parallel axes"."""
-    return lambda p: p.off_plane(point(p), k, p.points[k + 1] - p.points[k])
+def _in_plane(i: int, j: int, point: Callable[[_Configuration], FloatArray]) -> Relation:
+    """Returns the relation "a point lies in the plane of two parallel axes"."""
+    return lambda p: p.off_plane(point(p), i, p.points[j] - p.points[i])
 
 
-def _of_centre(
-    axes: Sequence[int], named: str, parallel: Sequence[int]
+def _of_center(
+    general: _Configuration, axes: Sequence[int], named: str, parallel: Sequence[tuple[int, int]]
 ) -> Iterator[tuple[str, Relation]]:
     """Yields relations of the intersection of the last axes."""
 
-    def centre(p: _Configuration) -> FloatArray:
+    def center(p: _Configuration) -> FloatArray:
         found = p.meeting(axes)
         return p.points[axes[0]] if found is None else found
 
-    yield f"{named} is on axis 1", lambda p: p.off_line(centre(p), 0)
-    for k in parallel:
+    first = int(np.flatnonzero(general.revolute)[0])
+    yield f"{named} is on axis {first + 1}", lambda p: p.off_line(center(p), first)
+    for i, j in parallel:
+        ending = STRETCHED if _keep_distances(general, i, axes[0]) else ""
         yield (
-            f"{named} is in the plane of axes {k + 1} and {k + 2}; the arm is stretched or folded",
-            _in_plane(k, centre),
+            f"{named} is in the plane of axes {i + 1} and {j + 1}{ending}",
+            _in_plane(i, j, center),
         )
     yield (
-        f"{named} is in the plane of axis 1 and the direction of axis 2",
-        lambda p: p.off_plane(centre(p), 0, p.directions[1]),
+        f"{named} is in the plane of axis {first + 1} and the direction of axis {first + 2}",
+        lambda p: p.off_plane(center(p), first, p.directions[first + 1]),
     )

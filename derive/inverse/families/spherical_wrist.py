@@ -31,7 +31,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 1 to 3. The wrist joints do not move the wrist center.
     arm = _arm(lines)
     centre = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
-    W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
+    W = work.name_vector(("W", "V"), "the wrist center", target.point(terms, centre))
     first, second, third = arm.axes
     if first.stays:
         work.turns[first.joint] = NO_TURN

@@ -65,7 +65,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance between shoulder center and wrist center.
-    wanted = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
+    wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, centre))
     V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
     across2 = squared_across(terms, a4.h, V, (upper, fore))

@@ -50,17 +50,20 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     assert found.determinant is not None
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
+    free = len(page.robot.moving) - len(found.fixed)
+    # A Jacobian with fewer columns is square only in some axes, and its value depends on the point.
+    rows = (
+        "in the axes of one of the links, at one of their origins and without its rows that are 0, "
+    )
+    rows = "" if free == WHOLE else rows
     if found.fixed:
         names = in_words([f"${page.tex(symbol)}$" for symbol in found.fixed])
         opening = (
-            f"With {names} fixed, as in the inverse, the Jacobian of the other joints has, up to"
-            " its sign, the determinant"
+            f"With {names} fixed, as in the inverse, the Jacobian of the other joints has,"
+            f" {rows}up to its sign, the determinant"
         )
-    elif len(page.robot.moving) != WHOLE:
-        opening = (
-            "In the axes of one of the links and without its rows that are 0, the Jacobian has, up"
-            " to its sign, the determinant"
-        )
+    elif rows:
+        opening = f"{rows[0].upper()}{rows[1:]}the Jacobian has, up to its sign, the determinant"
     product = sp.Mul(constant, *(factor**power for factor, power in factors))
     several = len(factors) > 1 or found.conditions[0].words
     who = "these joints are" if found.fixed else "the robot is"

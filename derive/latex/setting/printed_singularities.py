@@ -13,13 +13,15 @@ from ...chain.singular.determinant import factored_minors
 from ...chain.singular.factors import Factored
 from ...chain.singular.nearest import general_rank, nearest_singular
 from ...chain.singular.singular_configurations import words
-from ...model.robot import SerialRobot
+from ...model.robot import Parameter, SerialRobot
 from .notation import Notation
 
 MAX_ADDENDS = 12
 """Maximum terms of a printed factor."""
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are longer."""
+GENERIC = sp.Rational(271, 379)
+"""Value (radian or metre) of the first fixed coordinate when the axes are described."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Joint angles (degree) from which the search for a singularity starts, used cyclically."""
 
@@ -99,13 +101,16 @@ def _singularities_with_fixed_joints(
     """Returns the Jacobian determinant of the free joints."""
     if not given:
         return PrintedSingularities(None, ())
-    locked = {robot.moving[k].name for k in given}
+    values = {robot.moving[k].name: notation.q[k] for k in given}
     joints = [
-        replace(joint, kind="fixed", limits=(None, None)) if joint.name in locked else joint
+        joint.fixed_at(joint.direction * values[joint.name]) if joint.name in values else joint
         for joint in robot.joints
     ]
+    # The determinant may depend on the fixed values, so they stay symbols. The axes are described
+    # at generic values.
+    some = [Parameter(str(q), k * GENERIC) for k, q in enumerate(values.values(), 1)]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
-    rest = replace(robot, joints=tuple(joints))
+    rest = replace(robot, joints=tuple(joints), parameters=(*robot.parameters, *some))
     minors = factored_minors(rest, q)
     if minors is None or len(minors) != 1 or not _is_short(minors[0]):
         return PrintedSingularities(None, ())

@@ -105,9 +105,8 @@ def test_ur5e_determinant_has_textbook_factors():
         (
             "irb6640",
             {
-                "the wrist's centre is on axis 1",
-                "the wrist's centre is in the plane of axes 2 and 3; the arm is stretched or"
-                " folded",
+                "the wrist center is on axis 1",
+                "the wrist center is in the plane of axes 2 and 3; the arm is stretched or folded",
                 "axes 4 and 6 coincide",
             },
         ),
@@ -313,8 +312,8 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
     # Joints 1 and 4 are fixed, so the first revolute joint is axis 2, and the wrist is axes 6, 7
     # and 8.
     assert {condition.words for condition in page.singular.conditions} == {
-        "the wrist's centre is on axis 2",
-        "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",
+        "the wrist center is on axis 2",
+        "the wrist center is in the plane of axes 3 and 5; the arm is stretched or folded",
         "axes 6 and 8 coincide",
     }
 
