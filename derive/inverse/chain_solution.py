@@ -1,4 +1,4 @@
-"""Solves a chain with its matching family, for fixed joint values and from either end."""
+"""Solves a chain by the closed form of its family of axis structures."""
 
 from collections.abc import Mapping
 
@@ -19,13 +19,13 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Solves for the joints of a chain by its matching family.
+    """Solves for the joints of a chain by the closed form of its family.
 
     Args:
         work: Table that receives the joint values and the solution steps.
         lines: The chain.
         found: The family of axis structures that matches the chain.
-        target: The displacement of the last body that the joints must produce.
+        target: The displacement of the last body, which the joints must produce.
         given: Values of the fixed joints (radian or metre), keyed by joint index.
     """
     left, target = without(lines, target, given)

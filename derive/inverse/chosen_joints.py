@@ -32,7 +32,7 @@ def inverses_for_fixed(
     Args:
         robot: The description.
         terms: Table of named terms.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         fixed: Names of the fixed joints; () to select suitable joints of a redundant robot
             automatically.
 
@@ -60,7 +60,7 @@ def hybrid_inverses_for_fixed(
 
     Args:
         hybrid: The robot.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         fixed: Names of the fixed joints; () to select suitable main-chain joints automatically.
         closure: Closure equations of loops without a closed form, or None if all loops have a
             closed form.
@@ -116,7 +116,7 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields sets of ``count`` joints that give a solvable chain if these joints are fixed.
+    """Yields sets of ``count`` joints; a chain with these joints fixed is solvable.
 
     The sets that share the most joints with the requested set come first.
     """

@@ -17,15 +17,14 @@ from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
 MAX_JOINTS = 6
-"""Maximum joint count of a chain without redundancy; a redundant family needs further inputs."""
+"""Maximum joint count of a chain without redundancy; a redundant chain needs further inputs."""
 MAX_NEAR = 2
-"""Maximum number of structures tried as nominal arms if the arm does not fit any structure
-exactly."""
+"""Maximum number of structures tried for the nominal arm if an arm fits no structure exactly."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """Result of testing one family on a chain.
+    """The result of testing whether a chain fits one family.
 
     Attributes:
         family: The family.
@@ -55,7 +54,7 @@ class Attempt:
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Tests the same structure on a different chain, for example a nominal arm."""
+        """Tests whether another chain, for example a nominal arm, has the same structure."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -71,7 +70,7 @@ class Classification:
     """The structure of a chain.
 
     Attributes:
-        lines: The axes of the chain.
+        lines: The axes of the joints in the chain.
         found: The family that fits, or None if no family fits.
         attempts: The tested families, up to the first matching family.
         missing: The reason why no closed form exists; the value is empty if one exists.
@@ -104,14 +103,15 @@ def classify(
 ) -> Classification:
     """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
-    If the chain has more coordinates than the tool has degrees of freedom, the surplus joints must
-    be fixed. Unless ``give`` lists these joints, the first set that gives a solvable chain is used.
+    If the chain has more coordinates than the tool has degrees of freedom, the redundant joints
+    must be fixed. Unless ``give`` lists these joints, the first set that gives a solvable chain is
+    used.
 
     Args:
         robot: The description.
         terms: Receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple some joints.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         give: Indices of the joints to fix, in ascending order, or () for the first suitable set.
     """
     lines = Lines(terms, axes_of(robot, terms))
@@ -132,7 +132,7 @@ def of_lines(
     Args:
         lines: The chain.
         coordinates: Number of coordinates that move the chain; by default the joint count.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         give: Indices of the joints to fix, or () for the first suitable set.
     """
     if give and not _leaves_full_rank(lines, give):
@@ -153,7 +153,7 @@ def of_lines(
 
 
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
-    """Whether a fixed revolute joint has free joints on both sides; excludes nominal arms."""
+    """Whether a fixed revolute joint lies between free joints; such a chain has no nominal arm."""
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
@@ -164,12 +164,12 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields other exact structures that solve the pose, or structures for other fixed joints.
+    """Yields further structures that fit the chain exactly, possibly with other fixed joints.
 
     Args:
         lines: The chain.
         found: The structure already found for the chain.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         give: Indices of the joints to fix, or () for every possible set.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
@@ -187,8 +187,8 @@ def _near(
     """Returns the structures that the axes fit approximately, likeliest first.
 
     A structure whose deviation is within the tolerance for measurement errors comes first; other
-    structures are sorted by deviation. An input such as a swivel angle requires exact axes, so an
-    arm with inexact axes uses a fixed joint as input instead.
+    structures are sorted by deviation. A nominal arm has no input such as a swivel angle, because
+    it requires exact axes; a fixed joint is the input instead.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -211,7 +211,7 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """Returns the sets of joints that may be fixed; the set size is the coordinate surplus."""
+    """Returns the sets of joints that may be fixed; each set makes the chain non-redundant."""
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]

@@ -1,11 +1,15 @@
 """Shortens a coupled chain, so that each joint of the shorter chain moves independently.
 
-A coupled joint that follows other joints has no independent motion. Three identities remove joints
-that do not move independently; M is the constant placement between two consecutive axes:
+A coupled joint that follows other joints has no independent motion. Three identities, with the
+constant placement M between two consecutive axes, remove joints that do not move independently.
 
-    Rz(a) M Rz(b) = Rz(a + s b) M                           coaxial axes, s = 1 or -1
-    Tz(a) M Tz(b) = Tz(a + s b) M                           equal or opposite directions
-    Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a) T(t) R' Rz(b - s' a)     parallel axes
+Two coaxial revolute joints are merged, with s = 1 or -1: ``Rz(a) M Rz(b) = Rz(a + s b) M``.
+
+Two prismatic joints with equal or opposite directions are merged: ``Tz(a) M Tz(b) = Tz(a + s b)
+M``.
+
+The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
+T(t) R' Rz(b - s' a)``.
 
 In the last line, the rotations a and -s a cancel, so that the body with the placement M' only
 translates. t is the translation of M; t' and R' are the translation and rotation of R M', with the
@@ -33,7 +37,7 @@ class CoupledChain:
     Attributes:
         robot: The chain, without couplings; all directions are 1.
         C: Joint motion per unit of each coordinate (joints, coordinates).
-        c: Joint motions if all coordinates are 0 (joints, 1).
+        c: Joint motions (joints, 1) if all coordinates are 0.
         members: Names of the described joints whose motions each joint combines.
     """
 
@@ -44,7 +48,7 @@ class CoupledChain:
 
     @property
     def surplus(self) -> int:
-        """Number of joints that do not move independently."""
+        """Number of joints by which the chain exceeds its coordinates."""
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
@@ -55,7 +59,7 @@ class CoupledChain:
 
     @property
     def keeps_turns(self) -> bool:
-        """Whether full turns of the independent joints are full turns of all joints."""
+        """Whether every joint makes full turns if the independent joints make full turns."""
         L, joints = self.inverse()
         D = self.C * L
         moving = self.robot.moving
@@ -101,7 +105,7 @@ class _State:
     values: Mapping[sp.Symbol, sp.Expr]
 
     def shorter(self) -> "_State | None":
-        """Returns the chain with one joint fewer, or None."""
+        """Returns the chain with one joint fewer, or None if no joint can be removed."""
         for k in range(len(self.links) - 1):
             found = self._merged(k)
             if found is not None and found.rank == self.rank:
@@ -120,7 +124,7 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # A joint with a separate coordinate has the name that users know.
+        # A joint moved by a single coordinate has a name that users know.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(
@@ -133,7 +137,10 @@ class _State:
         return self._with(k, (merged,), other.before, 2)
 
     def _translating(self, k: int) -> "_State | None":
-        """Returns the chain without joint k+1, which must cancel joint k; joint k+2 is parallel."""
+        """Returns the chain without joint k+1 if joints k to k+2 are parallel, or None.
+
+        Joint k+1 must rotate by the opposite angle of joint k.
+        """
         one, other, last = self.links[k : k + 3]
         sense, sense_of_last = self._sense("revolute", other), self._sense("revolute", last)
         if one.joint.kind != "revolute" or sense * sense_of_last == 0:
@@ -158,7 +165,7 @@ class _State:
         return self._with(k, (first, second), (), 3)
 
     def _with(self, k: int, links: tuple[_Link, ...], behind: Placement, count: int) -> "_State":
-        """Replaces ``count`` joints from joint k by other joints, with a placement after them."""
+        """Replaces ``count`` joints from joint k on by other joints and a placement after them."""
         rest = self.links[k + count :]
         if not rest:
             return replace(self, links=self.links[:k] + links, after=behind + self.after)
@@ -166,7 +173,7 @@ class _State:
         return replace(self, links=self.links[:k] + links + rest)
 
     def _sense(self, kind: str, other: _Link) -> int:
-        """Returns 1 or -1 if a joint and the next joint of its kind have parallel axes, else 0."""
+        """Returns 1 or -1 if two consecutive joints of the same kind have parallel axes, else 0."""
         if kind != other.joint.kind or kind not in ("revolute", "prismatic"):
             return 0
         T = self._matrix(other)
@@ -187,7 +194,7 @@ class _State:
 
 
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
-    """Returns the chain of a coupled robot without joints that other joints can absorb.
+    """Returns the chain of a coupled robot after merging joints that do not move independently.
 
     The chain has the same tool pose and the same coordinates as the robot. Joints are only removed
     while the chain has more joints than coordinates.
@@ -219,7 +226,7 @@ def coupled_chain(robot: SerialRobot) -> CoupledChain:
 
 
 def _described(robot: SerialRobot) -> _State:
-    """Returns the chain as described."""
+    """Returns the chain of the robot before any joint is merged."""
     links: list[_Link] = []
     before, own = robot.base, robot.linear_map
     for joint in robot.joints:

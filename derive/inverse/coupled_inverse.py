@@ -27,8 +27,7 @@ def in_coordinates(
         solved: The task of the chain.
 
     Returns:
-        The result is None if the task does not solve joints that share coordinates with other
-        joints.
+        The task, or None if it solves for joints whose coordinates also move other joints.
     """
     function = solved.function
     free = _coordinates_of(chain, function.role.free)
@@ -52,7 +51,7 @@ def in_coordinates(
 def coordinates_at(
     chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the coordinates q = L (theta - c), from the joints of a chain, as named terms."""
+    """Returns the coordinates q = L (theta - c) of the chain joints theta as named terms."""
     L, joints = chain.inverse()
     moved = [theta[j] - chain.c[j] for j in joints]
     return tuple(
@@ -82,7 +81,8 @@ def refined_in_coordinates(
 ) -> NativeSolverFunction:
     """Returns the inverse of a calibrated chain, refined in the coordinates of the robot.
 
-    The general solver, which finds solutions of uncertain branches, knows the chain only.
+    The general solver, which finds solutions of uncertain branches, is not used because it computes
+    chain joints only.
 
     Args:
         robot: The coupled robot.
@@ -117,12 +117,15 @@ def refined_in_coordinates(
 
 
 def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argument:
-    """Returns the input for a fixed joint with the joint's name: it may be no coordinate."""
+    """Returns the input for a fixed joint, named after the joint."""
     return replace(argument, name=chain.robot.moving[joint].name)
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only these joints; None if others move them, too."""
+    """Returns the coordinates that move only these joints.
+
+    The result is None if other coordinates also move these joints.
+    """
     rows = range(chain.C.rows)
     found = [
         k

@@ -33,7 +33,7 @@ from .tasks.task import Solved
 
 NEVER = "no small change of the arm would do"
 MAX_LISTED = 12
-"""Maximum number of structures in a table, nearest first."""
+"""Maximum number of structures in a table of structures, nearest first."""
 _GAP = 3
 """Number of spaces between table columns."""
 
@@ -91,7 +91,7 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """Describes a permanent singularity after a prefix, or returns an empty text."""
+        """Describes a permanent singularity, with a prefix; returns an empty text without one."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)
@@ -124,7 +124,7 @@ class Explanation:
 
 
 def _couplings(chain: CoupledChain) -> str:
-    """States the joints that other joints absorb, and how the coordinates are computed."""
+    """States which joints act as one joint, and how the coordinates are computed."""
     sentences = [
         f"{listed(names)} act as one joint, {joint.name}."
         for joint, names in zip(chain.robot.moving, chain.members, strict=True)
@@ -150,7 +150,7 @@ def explain(
         description: A serial robot or a mechanism; the main chain of a mechanism is explained.
         fixed: Names of the fixed joints, whose values are inputs of ``ik``, or () for the default
             choice.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
 
     Returns:
         The explanation. The text lists the structure of the axes, the numbered solution steps with
@@ -209,7 +209,7 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """Lists the conditions that the axes fulfil only approximately, with the deviations."""
+    """Lists the conditions that the axes satisfy only approximately, with the deviations."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
@@ -244,13 +244,13 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
 
 
 def _with_added(classification: Classification) -> str:
-    """Lists the auxiliary axes added to the chain, after a comma; empty text if there are none."""
+    """Lists the auxiliary axes after a comma; returns an empty text without auxiliary axes."""
     names = [axis.name for axis in classification.lines.added]
     return f", with {listed(names)} at 0 in addition to the arm's joints" if names else ""
 
 
 def _with_fixed(attempt: Attempt, classification: Classification) -> str:
-    """Lists the fixed joints, after a comma; an empty text if there are none."""
+    """Lists the fixed joints after a comma; returns an empty text without fixed joints."""
     names = [classification.lines.axes[k].name for k in attempt.given]
     return f", with {listed(names)} fixed" if names else ""
 
@@ -269,7 +269,7 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Returns the tested structures, nearest first, with unmet conditions and deviations."""
+    """Returns the tested structures, nearest first, with violated conditions and deviations."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
@@ -342,7 +342,7 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: SolvedLoops) -> str:
-    """Describes how the actuator coordinates are computed from the main-chain joints."""
+    """Describes how the actuator coordinates follow from the main-chain joints."""
     mechanism = hybrid.mechanism
     if not mechanism.loop_joints:
         return "The actuators follow from the main chain by constant ratios."
@@ -381,7 +381,7 @@ def _counted(count: int, noun: str) -> str:
 
 
 def mechanism_in_words(h: SolvedLoops) -> str:
-    """Reports three counts of the freedoms, the loops, and the solution of each loop."""
+    """Reports the three counts of degrees of freedom, the loops, and the solution of each loop."""
     paragraphs = [_freedoms(h)]
     if h.mechanism.loop_joints:
         paragraphs += [_loops(h), _ways(h)]

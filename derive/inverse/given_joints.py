@@ -1,9 +1,9 @@
-"""Removes joints with fixed values from a chain: the result is a shorter chain and a new target.
+"""Removes joints with fixed values from a chain; the result is a shorter chain with a new target.
 
-A redundant arm is solved for fixed values of its surplus joints. A fixed joint at either end of the
-chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the end.
-Let E be the motion of a fixed joint. Let P be the motion of the joints before this joint, and Q the
-motion of the joints after it. Then
+A redundant arm is solved for fixed values of its redundant joints. A fixed joint at either end of
+the chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the
+end. Let E be the motion of a fixed joint. Let P be the motion of the joints before this joint, and
+Q the motion of the joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
@@ -25,11 +25,11 @@ from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
-"""Maximum number of joints in a chain whose inner prismatic joints are tried as fixed joints."""
+"""Maximum joint count of a chain in which prismatic joints between other joints may be fixed."""
 
 
 def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """Returns the joint sets that can be fixed: end joints, and prismatic joints anywhere.
+    """Returns the joint sets that can be fixed: joints at the ends, and prismatic joints anywhere.
 
     Args:
         lines: The chain.
@@ -52,7 +52,7 @@ def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """Returns the chain of the free joints, and the target pose of this chain.
+    """Returns the chain of the free joints, and its target pose.
 
     Args:
         lines: The chain.
@@ -96,7 +96,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """Returns the axis after a fixed rotation; its numeric values use a generic angle."""
+    """Returns the axis after a fixed rotation; numeric values are computed at a generic angle."""
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p

@@ -2,7 +2,7 @@
 
 If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
 selects one value. If the other joints reach the pose only for certain values of this angle, the
-closed form may miss the solution. An inverse misses poses at right angles, in arms with round
+closed form may miss the solution. An inverse may miss poses at right angles, in arms with round
 dimensions, and if a fixed prismatic joint makes axes intersect.
 """
 
@@ -40,11 +40,12 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
-    """Counts the sampled configurations whose pose is missed by all branches.
+    """Counts the sampled configurations whose pose no branch of the inverse reaches.
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task of the arm; its further inputs are values of fixed joints.
+        inverse: The inverse of one task of the arm; inputs other than the target are values of
+            fixed joints.
 
     Returns:
         The count, from 0 to ``SAMPLES``.
@@ -60,7 +61,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
-    """Counts the samples of the inputs (size, N) that no branch solves.
+    """Counts the input samples (size, N) that no branch of the inverse solves.
 
     Each branch is evaluated only at samples without a solution in an earlier branch.
     """

@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
-    """Returns the nominal arm of a robot: the same joints, with axes that fit a structure exactly.
+    """Returns the nominal arm of a robot: the same joints, on axes that fit a structure exactly.
 
     Args:
         robot: The calibrated arm.
@@ -72,7 +72,7 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
 
 
 def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
-    """Rotates the first of two axes to be perpendicular to the second; ignores exact axes."""
+    """Rotates one axis until it is perpendicular to a second axis; exact axes do not change."""
     if not indices:
         return
     first, second = (directions[k] for k in indices)
@@ -83,7 +83,7 @@ def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> N
 def _make_meet(
     directions: dict[int, FloatArray], origins: dict[int, FloatArray], indices: Sequence[int]
 ) -> None:
-    """Moves axes to the point with the smallest distance to all axes."""
+    """Shifts axes to the point with the smallest distance to all axes."""
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
@@ -132,7 +132,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle at 40-digit precision; a right angle is exact and needs no operation."""
+    """Returns an angle at 40-digit precision, as an exact value if it is a right angle."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)

@@ -1,4 +1,4 @@
-"""Convergence from a nominal arm to the true arm: the fraction of recovered configurations.
+"""Convergence of Newton's method from the solutions of a nominal arm to the true arm.
 
 The test samples random configurations of the true arm and solves their poses with the nominal
 inverse. Newton's method on the true arm refines every branch, as ``chasles_polish.h`` does. If the
@@ -33,7 +33,7 @@ class Sampled:
 
     Attributes:
         arm: Numeric model of the true arm.
-        given: Indices of the fixed joints.
+        given: Indices of the fixed joints in the chain.
         q: Configurations (N, n).
         T: Tool poses (N, 4, 4) of the configurations.
         branches: Coordinates (N, n) and residual (N,) of each branch of the nominal inverse.
@@ -92,7 +92,7 @@ class Sampled:
 
     @property
     def separations(self) -> tuple[float, ...]:
-        """Typical separation of the nominal solutions in each solved joint.
+        """Typical separation of the nominal solutions, for each solved joint.
 
         Median, over all poses, of the smallest difference (radian) between two solutions, or 0 if
         no pose has two solutions.
@@ -149,16 +149,16 @@ def _branches(
 
 
 def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
-    """Returns absolute joint differences between 0 and pi, modulo full turns."""
+    """Returns absolute joint differences modulo full turns, between 0 and pi."""
     return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 
 def _polished(
     arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns configurations (N, n) after Newton's method, and pose errors (N,).
+    """Returns configurations (N, n) after Newton's method, and their pose errors (N,).
 
-    The pose errors are in radian, or distances divided by the arm length.
+    A pose error is in radian, or a distance divided by the arm length.
     """
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)
     q = np.nan_to_num(q)

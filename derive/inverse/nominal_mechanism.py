@@ -1,11 +1,11 @@
-"""Nominal mechanism of an as-built robot with loops: its design, or rounded lengths.
+"""Nominal mechanism of an as-built robot with loops: its design, or one with rounded lengths.
 
 The lengths and axis directions of an as-built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. If the file does not specify a design,
-the lengths of the design are probably round. Some lengths of a design are equal or proportional, so
-that the loops have a closed form. Therefore, lengths are rounded to decimal grids, from coarse to
-fine, and axes to multiples of 15 degrees. The nominal mechanism is the first candidate with a
-suitable closed-form inverse: from its solutions, Newton's method converges to the true robot.
+the lengths of the design are probably round. In a design, some lengths are equal or proportional,
+so that the loops have a closed form. Therefore, lengths are rounded to decimal grids, from coarse
+to fine, and axes to multiples of 15 degrees. The nominal mechanism is the first candidate with a
+suitable closed-form inverse: Newton's method converges from its solutions to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,11 +39,12 @@ rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
-"""Number of test configurations, and of random trials that search for them; many loops can be
-closed in only one of five trials."""
+"""Number of test configurations, and number of random trials to find them; many loops can be closed
+in only one of five trials."""
 STEPS = 8
 CONVERGED = 1e-12
-"""Below this Newton step (radian, or relative length), a configuration counts as converged."""
+"""A configuration counts as converged if its last Newton step is below this value (radian, or
+relative length)."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,9 @@ class Nominal:
     """A nominal mechanism that approximates a robot as built.
 
     Attributes:
-        mechanism: The description, with numbers in place of the rounded parameters.
-        moved: Largest change (metre) of a length or member position.
+        mechanism: The description of the mechanism, with numbers in place of the rounded
+            parameters.
+        moved: Largest change (metre) of a length or of the position of a member.
         turned: Largest change of an axis direction (radian).
     """
 
@@ -86,7 +88,7 @@ Turn = Callable[[Rotation], Rotation]
 
 
 def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
-    """Returns a placement with transformed lengths and rotations."""
+    """Returns a placement whose lengths and rotations are transformed by two functions."""
     return tuple(
         replace(part, vector=tuple(map(length, part.vector)))
         if isinstance(part, Translation)
@@ -96,7 +98,7 @@ def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
 
 
 def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
-    """Returns a mechanism with transformed lengths and rotations of its members."""
+    """Returns a mechanism whose member lengths and rotations are transformed by two functions."""
 
     def placed(placement: Placement) -> Placement:
         return _placed(placement, length, turn)
@@ -119,7 +121,7 @@ def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
 
 
 def _in_numbers(mechanism: Mechanism) -> Mechanism:
-    """Returns a mechanism with numeric values in place of its symbolic parameters."""
+    """Returns a mechanism whose symbolic parameters are replaced by numbers."""
     values = {p.symbol: p.value for p in mechanism.parameters}
 
     def number(value: sp.Expr) -> sp.Expr:
@@ -158,14 +160,14 @@ class _Rounding:
         return _changed(self.mechanism, self._length, self._turn)
 
     def _length(self, value: sp.Expr) -> sp.Expr:
-        """Returns the rounded numeric length and records the change."""
+        """Returns the rounded length as a number and records the change."""
         number = value.xreplace(self.values)
         rounded = self._rounded(number)
         self.moved = max(self.moved, abs(float(rounded - number)))
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Returns the rounded number; irrational numbers do not change."""
+        """Returns the rounded number; an irrational number does not change."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -187,8 +189,8 @@ class ConvergenceResult:
 
     Attributes:
         share: Fraction (0 to 1) of random configurations that Newton's method recovers.
-        deviation: Largest initial pose error, or distance of a pose from the reachable set of the
-            nominal robot (radian, or relative to the robot length).
+        deviation: Largest initial pose error, or largest distance of a pose from the poses that the
+            nominal robot reaches (radian, or relative to the robot length).
     """
 
     share: float
@@ -210,10 +212,10 @@ def convergence_of(
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
         length: Characteristic length (metre) that converts distances to angles.
-        given: Indices of the fixed joints in the chain, whose values are inputs after the pose.
+        given: Indices of the fixed joints in the chain; their values are inputs after the pose.
         closure: Closure equations of loops without a closed form, or None if all loops have a
             closed form.
-        is_position: Whether the task is a position, so that orientation errors are ignored.
+        is_position: Whether the task is a position task, which ignores orientation errors.
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
@@ -231,8 +233,8 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loop solutions are continued from the reference configuration; if a joint rotates in the
-        # opposite direction, the loops may block.
+        # Loop solutions are continued from the reference configuration; if a joint rotates the
+        # wrong way, the loops may block.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # If the design has few degrees of freedom, it cannot reach all poses of the as-built robot.
         missed = residual[:, 0] / max(length, 1.0)
@@ -254,7 +256,7 @@ def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
-    """Returns coordinate differences, reduced to at most half a turn for revolute joints."""
+    """Returns coordinate differences, which are at most half a turn for revolute joints."""
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 
@@ -272,7 +274,7 @@ def _configurations(hybrid: SolvedLoops) -> FloatArray:
 def _numbers(
     hybrid: SolvedLoops, closure: LoopClosure | None
 ) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
-    """Returns numeric functions for the pose with Jacobian and for the main-chain joints."""
+    """Returns two numeric functions: the tool pose with its Jacobian, and the main-chain joints."""
     if closure is not None:
         followed = Followed(closure)
         return followed.posed, followed.theta
@@ -289,7 +291,7 @@ def _numbers(
 def _newton(
     fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, fixed: Sequence[int]
 ) -> FloatArray:
-    """Returns coordinates (N, n) after Newton's method with some coordinates fixed."""
+    """Returns coordinates (N, n) after Newton's method, with some coordinates kept fixed."""
     q, moving = q.copy(), np.arange(len(q))
     for _ in range(STEPS):
         here, J = fk(q[moving])

@@ -1,7 +1,7 @@
 """Inverse of an arm close to a known family: nominal solutions refined on the true arm.
 
-The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branches and refines them
-on the true arm (``chasles_polish.h``).
+The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branches and refines each
+solution on the true arm (``chasles_polish.h``).
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +17,10 @@ SOLVER = "polish"
 NOMINAL = "ik_nominal"
 CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
-"""Approximate operation count per branch: three or four Newton steps."""
+"""Approximate operation count per branch for three or four Newton steps."""
 FURTHER = 4
-"""Number of additional solution slots of an inverse without the general solver, because some arms
-with 8 nominal branches had 10 solutions."""
+"""Number of additional solution slots without the general solver; some arms with 8 nominal branches
+had 10 solutions."""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6
@@ -55,10 +55,10 @@ def polished_inverse(
     Args:
         classification: The structure, with the deviation of the axes from this structure.
         nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which finds the solutions of uncertain branches. If
-            the solver is well conditioned, it runs at every pose in two cases. In the first case,
-            fixed joints make the singularities more complex. In the second case, the arm differs
-            considerably from its nominal arm.
+        general: Tables of the general solver, which finds the solutions of uncertain branches. The
+            general solver, if it is well conditioned, runs at every pose in two cases. In the first
+            case, fixed joints make the singularities of the arm more complex. In the second case,
+            the arm differs considerably from its nominal arm.
         move: Median joint displacement (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found
@@ -87,15 +87,15 @@ class RefinedTables(Tables):
     """Numeric data of a refined inverse.
 
     Attributes:
-        turns: Number of turns per unit of each coordinate, or 0 for non-revolute coordinates.
+        turns: Number of full turns per unit of each coordinate, or 0 for non-revolute coordinates.
         length: Robot length (metre), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
         general: Numeric data of the robot for the general solver, or None if the general solver
             does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
-        is_searched: Whether to search near uncertain branches; the true loops of a robot may lack a
-            nominal branch.
+        is_searched: Whether to search for further solutions near uncertain branches; the loops of
+            the true robot may lack a nominal branch.
     """
 
     turns: tuple[float, ...]

@@ -1,9 +1,9 @@
-"""Inverse kinematics of a serial robot: one function per task that its axis structure allows.
+"""Inverse kinematics of a serial robot: one function per task that its axis structure can solve.
 
-A chain that fits a family exactly has a closed form. For a chain close to a known family, Newton's
-method refines the solutions of a nominal arm. A five-joint arm that fits no family is solved as a
-six-joint arm, with an added joint about the tool axis. Any other chain with six free joints is
-solved as a general arm.
+A chain that fits a family exactly has a closed form. For a chain that is close to a family,
+Newton's method refines the solutions of a nominal arm. A five-joint arm that fits no family is
+solved as a six-joint arm, with an added joint about the tool axis. Any other chain with six free
+joints is solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -60,7 +60,7 @@ from .tasks.task import Solved, Task
 from .tool_axis import by_tool_axis
 
 MAX_FREE = 6
-"""Maximum number of joints that a tool pose determines."""
+"""Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
 """Maximum number of structures that are tried until the inverse of one structure misses no pose."""
 
@@ -70,15 +70,15 @@ class Inverses:
     """All inverse functions of a robot.
 
     Attributes:
-        classification: The structure of the axes, or the reason why no structure applies.
+        classification: The structure of the joint axes, or the reason why no structure applies.
         solved: The solved tasks, keyed by function name.
-        others: Related functions, such as the swivel angle of a configuration.
+        others: Related functions, such as the function that returns the swivel angle.
         general: The inverse of a general arm, if the axes fit no known family.
         polished: The inverse of an arm that is close to a known family; ``solved`` then contains
             the inverse of the nominal arm.
-        polished_tasks: Functions for other tasks that start from the nominal arm.
-        composed: The inverse of a robot with loops that calls the inverse of its main chain.
-        chain: The solved chain with free joints, for a coupled robot.
+        polished_tasks: Functions for other tasks whose solutions also start from the nominal arm.
+        composed: The inverse of a robot with loops; it calls the inverse of the main chain.
+        chain: For a coupled robot, the solved chain whose joints are free.
     """
 
     classification: Classification
@@ -104,10 +104,10 @@ class Inverses:
 
     @property
     def self_motion(self) -> str:
-        """Describes the joints that move without moving the tool, in every configuration.
+        """Describes the joints that can move in every configuration without moving the tool.
 
-        The text is empty for arms without a self-motion, and for arms with more joints than a pose
-        determines. The text is also empty if loops couple the surplus joints of a chain.
+        The text is empty for an arm without a self-motion, and for an arm with more joints than a
+        pose determines. The text is also empty if loops couple the redundant joints of a chain.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
@@ -143,7 +143,7 @@ def inverses(
         robot: The description.
         terms: Table of named terms.
         coordinates: Number of coordinates that move the robot, if loops couple some joints.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
         give: Indices of the joints to fix; () to select suitable joints automatically.
         methods: Methods of :data:`METHODS` to try; all methods by default.
     """
@@ -158,7 +158,7 @@ def inverses(
 def _by_structure(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks of the family that fits exactly."""
+    """Derives the tasks that the exactly fitting family solves."""
     found, lines = classification.found, classification.lines
     if found is None or classification.method != "exact":
         return None
@@ -179,10 +179,10 @@ def _by_structure(
 
 
 def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
-    """Returns the tasks of partial poses that a structure solves.
+    """Returns the tasks with partial poses, such as positions, that a structure solves.
 
     If the axes are numbered from the tool, only tasks that number the chain from the base are kept.
-    A structure with fixed joints has none.
+    A structure with fixed joints has no such tasks.
     """
     tasks = [] if found.given else found.family.tasks
     usable = [task for task in tasks if found.is_whole or task.reads_base]
@@ -192,7 +192,7 @@ def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
 def _losing_least(
     robot: SerialRobot, lines: Lines, attempts: Iterable[Attempt]
 ) -> tuple[Attempt, Solved]:
-    """Returns the first structure whose ``ik`` misses the smallest number of right-angle poses."""
+    """Returns the first structure whose ``ik`` misses the fewest right-angle poses."""
     arm = NumericArm.of(robot, lines)
     best: tuple[int, Attempt, Solved] | None = None
     for attempt in islice(attempts, MAX_TRIED):
@@ -208,7 +208,7 @@ def _losing_least(
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
-    """Marks tasks that miss right-angle poses, so that their C code searches for further solutions.
+    """Marks tasks that miss right-angle poses; their C code then searches for further solutions.
 
     Tasks with a swivel angle are not marked, because a search would change the swivel angle.
     """
@@ -228,7 +228,7 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
 def _by_nominal(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the pose task of a nominal arm, to be refined by Newton's method."""
+    """Derives the pose task of a nominal arm, whose solutions Newton's method refines."""
     lines = classification.lines
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
@@ -243,7 +243,7 @@ def _by_nominal(
         is_clear = near >= CONVERGENCE_CLEAR and sampled.share_nearby >= MIN_NEARBY
         if is_clear or sampled.share_converged >= MIN_CONVERGED:
             fitting = replace(classification, found=found, missing="")
-            # The separations of six joints vary with the value of a fixed joint.
+            # The separations of the six free joints depend on the value of the fixed joint.
             apart = () if found.given else sampled.separations
             return refined_from(
                 fitting, solved, general_tables(robot, found.given, apart), sampled.move
@@ -263,7 +263,7 @@ def refined_from(
 def _by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks of five joints that fit a family together with an added tool axis."""
+    """Derives the tasks of five joints that, with an added tool axis, fit a family."""
     if classification.found is not None:
         return None
     found = by_tool_axis(robot, classification, families)
@@ -275,8 +275,9 @@ def _by_couplings(
 ) -> Inverses | None:
     """Derives the inverse of a coupled robot from a chain whose joints are free.
 
-    The free chain has no joint that other joints can absorb. The solutions of the free chain
-    include all solutions of the robot; the coordinates are a linear function of these solutions.
+    Joints that do not move independently are merged in the free chain. The solutions of the free
+    chain include all solutions of the robot; the coordinates are a linear function of these
+    solutions.
     """
     if not robot.couplings:
         return None
@@ -303,7 +304,7 @@ def _by_self_motion(
 ) -> Inverses | None:
     """Derives the inverse of an arm with a permanent self-motion, with one of its joints fixed.
 
-    The fixed joint is the joint nearest to the tool for which the rest of the arm is solvable.
+    Among the joints whose fixing leaves a solvable arm, the one nearest to the tool is fixed.
     """
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
@@ -336,10 +337,11 @@ METHODS: tuple[Method, ...] = (
 )
 """Derivation methods of an inverse, in the order in which they are tried."""
 WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
-"""Derivation methods that give handwritten C code, which a robot with loops calls for its main
-chain."""
+"""Derivation methods that use handwritten C code; a robot with loops can call such an inverse for
+its main chain."""
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
-"""Derivation methods with printable solution steps; excludes the general arm."""
+"""Derivation methods whose solution steps can be printed; the method for general arms is
+excluded."""
 
 
 def _by_free_followers(
@@ -353,11 +355,11 @@ def _by_free_followers(
         robot: The description.
         chain: The chain without couplings, which has more joints than the robot has coordinates.
         terms: Table of named terms.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
 
     Returns:
-        The result is None if the pose does not determine all free joints, or if a mimic ratio is a
-        fraction (full turns are then ambiguous).
+        The result is None if the pose does not determine all free joints, or if a coupling ratio is
+        a fraction (full turns are then ambiguous).
     """
     if not chain.keeps_turns:
         return None

@@ -1,10 +1,10 @@
 """Solves a five-joint arm as a six-joint arm with an added joint.
 
-The added joint 6 rotates the tool about the tool axis. Position and direction of the tool axis do
-not depend on angle 6, and a solution with angle 6 at 0 exists at every reachable pose. If the six
-joints fit no family, a joint that stays at 0 and has a different axis is added, for the pose task
-only. The added axis passes through the intersection of the last or first two axes, for a spherical
-wrist. If this gives no solution, the added axis passes through a point of an axis next to a
+The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
+do not depend on angle 6; at every reachable pose, a solution with angle 6 at 0 exists. If the six
+joints fit no family, a different axis is added for the pose task only; its joint stays at 0. This
+axis passes through the intersection of the last two or first two axes, as in a spherical wrist. If
+the first added axis gives no solution, the added axis passes through a point of an axis next to a
 prismatic joint, or at a distance from the other axes.
 """
 
@@ -38,7 +38,7 @@ def by_tool_axis(
     Args:
         robot: The description.
         classification: The result for the five joints alone, which fit no family.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
 
     Returns:
         The result is None unless exactly five joints are free and fit a family together with the
@@ -64,12 +64,12 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Returns five joints and an added sixth joint at 0 that fit a family exactly, or None.
+    """Returns five joints and an added sixth joint at 0 that exactly fit a family, or None.
 
     Args:
         robot: The description.
         classification: The result for the five joints alone, which fit no family.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
     """
     if len(classification.lines.axes) != JOINTS or unfit(robot):
         return None
@@ -84,10 +84,9 @@ def with_still_axis(
 def _by_added_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Solves the pose task of five joints with a sixth joint at 0 added at either end.
+    """Solves the pose task of five joints; a sixth joint at 0 is added at either end.
 
-    Returns the first added axis with which the inverse misses the smallest number of poses at right
-    angles.
+    Returns the first added axis whose inverse misses the fewest poses at right angles.
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None
@@ -107,9 +106,9 @@ def _by_added_axis(
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
     """Yields the chain with an added joint at 0, after the last joint or before the first joint.
 
-    The added axis passes through the intersection of the last two axes at this end, through a point
-    of the end axis if a joint is prismatic, or at a distance. The added axis is perpendicular to
-    the end axis, so that a wrist can reach every orientation.
+    The added axis passes through the intersection of the two axes at this end, through a point of
+    the end axis if a joint is prismatic, or at a distance from the other axes. The added axis is
+    perpendicular to the end axis, so that a wrist can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

@@ -30,23 +30,22 @@ class Family:
 
     Attributes:
         title: Description of the structure, for ``chasles explain`` and the article.
-        joints: Possible numbers of joints for a chain in this family.
+        joints: Possible joint counts of a chain in this family.
         requires: Returns the conditions on the axes, with their deviations.
         solve: Solves for all joints for a displacement of the tool, step by step. Each solution
             step has a reason, a degenerate case and an equation, printed by ``chasles explain`` and
             in the article.
         readings: The ends from which the axes may be numbered.
-        behind_given: Whether the family is also tested on the free joints of a longer chain in
-            which the other joints are fixed.
-        rather_gives: Whether the family is tested last if joints are fixed, because fixing its
-            prismatic joint is preferred.
+        behind_given: Whether the family is also tested on the free joints of a longer chain whose
+            other joints are fixed.
+        rather_gives: Whether a chain with fixed joints is tested last against this family; fixing
+            its prismatic joint is preferred.
         solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families of
             axis structures solve only specific tasks, such as the position.
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
-        tasks: Tasks in addition to the pose, for a chain without fixed joints that is numbered from
-            the base.
-        functions: Returns further functions for such a chain, for example the swivel angle of a
-            configuration.
+        tasks: Tasks in addition to the pose; they require a chain without fixed joints, numbered
+            from the base.
+        functions: Returns further functions of such a chain, for example its swivel angle.
     """
 
     title: str

@@ -34,7 +34,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     S = lines.meeting(1, 2)
 
     # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves this
-    # point to the same position as joints 6 and 5 do in the frame of the tool.
+    # point, in the base frame, to the position that joints 6 and 5 give it in the tool frame.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:
@@ -51,14 +51,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _two_of_three(
     work: Work, lines: Lines, target: Target, S: Vector
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Returns the angles of joints 1, 6 and 5. Angle 1 or angle 6 is 0."""
+    """Returns the angles of joints 1, 6 and 5. Angle 1 or angle 6 is set to 0."""
     terms, (a1, *_, a5, a6) = work.terms, lines.axes
     if a1.stays:
         fixed_axis, first, second = a1, a6.reversed(), a5.reversed()
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # If the tool is displaced, joint 5 rotates about its displaced axis.
+        # If the tool is displaced, the axis of joint 5 is displaced with it.
         fixed_axis, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)

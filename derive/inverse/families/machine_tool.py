@@ -40,9 +40,9 @@ from ..tasks.task import Solved, Task
 from .family import Family
 
 _MAX = 3
-"""Maximum number of revolute joints, and of prismatic joints."""
+"""Maximum number of revolute joints, and maximum number of prismatic joints."""
 _HEAD = 2
-"""Number of revolute joints that orient a tool."""
+"""Number of revolute joints that orient the tool axis."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:

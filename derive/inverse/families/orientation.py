@@ -1,8 +1,8 @@
 """Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
 
 The orientation of the tool determines the joints, although their axes need not intersect. Where the
-first and third axes align, the position determines the angles. The residual includes the position
-error. Maximum number of solutions: 2.
+first and third axes align, the position determines the angles. The residual of the solution
+includes the position error. Maximum number of solutions: 2.
 """
 
 from functools import partial

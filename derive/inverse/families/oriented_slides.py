@@ -1,6 +1,6 @@
 """Prismatic joints in any order between revolute joints that the orientation determines.
 
-Up to three joints are revolute, and consecutive revolute joints are not parallel. Up to three
+Up to three joints are revolute, and two consecutive revolute axes are never parallel. Up to three
 joints are prismatic. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 

@@ -111,7 +111,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
-"""Coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side of an equation."""
+"""Coefficients of (sin, cos) of angle 1 and of angle 5 in an equation, and its right-hand side."""
 
 
 def _nearer(
@@ -125,9 +125,9 @@ def _nearer(
     """Returns refined angles 1 and 5 if the refinement reduces the error of both equations.
 
     If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
-    direction only to 1e-8. The perpendicular component has full double precision: two unit vectors
-    with the components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 = (c' -
-    c)(c' + c)``.
+    direction only to 1e-8. The perpendicular component is accurate to double precision: two unit
+    vectors with the components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 =
+    (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -204,7 +204,7 @@ def _row(
     right: tuple[Vector, Vector],
     constant: sp.Expr,
 ) -> Row:
-    """Returns (sin, cos) coefficients and right side of ``h . R(k1) p1 = c + h . R(k2) p2``."""
+    """Returns coefficients (sin, cos) and right-hand side of ``h.R(k1) p1 = c + h.R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))

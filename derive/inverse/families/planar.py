@@ -74,7 +74,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     if len(turning) == _MAX_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
-    # 4. The rotation of the tool is the sum of the joint angles.
+    # 4. The tool rotates by the sum of the joint angles.
     e = any_across(terms, first.h)
     total = work.step(
         turning,

@@ -2,7 +2,7 @@
 
 The position of the tool determines its orientation. One point of the tool reaches its target
 position, and the residual includes the orientation error. This point is the tool origin, or another
-tool point if some joint does not move the origin. Maximum number of solutions: 4.
+point of the tool if some joint does not move its origin. Maximum number of solutions: 4.
 """
 
 import numpy as np
@@ -43,10 +43,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
-    """Returns a tool point that moves in three directions, about one arm length from the origin.
+    """Returns a tool point that the joints move in three directions.
 
-    The result is None if the tool origin itself moves in three directions, or if no such point
-    exists.
+    The point is about one arm length from the tool origin. The result is None if the joints move
+    the tool origin itself in three directions, or if no such point exists.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -70,8 +70,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# A position is not a displacement: it cannot be inverted, nor reduced by the motion of a fixed
-# joint.
+# The target is a position, not a displacement, so it cannot be inverted or reduced by the motion of
+# a fixed joint.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

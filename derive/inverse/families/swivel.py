@@ -5,11 +5,11 @@ wrist. The swivel angle defines the elbow position. The swivel angle is the angl
 planes bounded by this line: the reference half plane and the half plane of the elbow.
 
 Let S be the shoulder, W the wrist center and E the elbow (the point of axis 4 nearest to axis 3).
-With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis
-1,
+With ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1 and r a direction normal
+to axis 1.
 
-    e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
-    swivel = atan2(e_y . (E - S), e_x . (E - S)).
+    Then ``e_x = direction of ((w - t) x r) x w``, ``e_y = w x e_x`` and ``swivel = atan2(e_y.(E -
+    S), e_x.(E - S))``.
 
 This reference direction is smooth unless the wrist is straight below the shoulder, where a
 floor-mounted arm has its base. For a wrist straight below the shoulder, the angle is measured from
@@ -155,7 +155,7 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 
 
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
-    """Returns the shoulder-wrist direction and the two reference directions of the swivel angle."""
+    """Returns the shoulder-wrist direction and two reference directions for the swivel angle."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
     # If the wrist is straight below the shoulder, w - t is 0 and is replaced by the direction of
@@ -168,10 +168,11 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Returns shoulder-wrist line, arm-plane normal and side direction with joints 1 to 3 at 0.
+    """Returns the shoulder-wrist direction, the arm-plane normal and the side direction.
 
-    If the arm bends in a plane normal to the elbow axis, the side direction is normal to the elbow
-    axis, even for a stretched arm. For any other arm, the side direction points towards the elbow.
+    The values hold for joints 1 to 3 at 0. If the arm bends in a plane normal to the elbow axis,
+    the side direction is normal to this axis, even for a stretched arm. For any other arm, the side
+    direction points towards the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -182,7 +183,7 @@ def _frame(
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """Returns the unit vector along ``v``, or along ``instead`` if ``v`` is 0."""
+    """Returns the unit vector along ``v``, or along ``instead`` if ``v`` is zero."""
     v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))

@@ -1,8 +1,8 @@
 """A telescopic arm: two parallel axes and a prismatic joint, and intersecting axes 5, 6.
 
-Joint 1 is revolute. Among joints 2, 3 and 4, one joint is prismatic, and perpendicular to the
-parallel axes of the other two. The chain of an Exechon with a head has this structure: a universal
-joint, a telescope, and three revolute joints. Maximum number of solutions: 8.
+Joint 1 is revolute. Among joints 2, 3 and 4, one joint is prismatic; it is perpendicular to the
+parallel axes of the other two joints. The chain of an Exechon with a head has this structure: a
+universal joint, a telescope, and three revolute joints. Maximum number of solutions: 8.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     reason = f"only this joint moves the common point of axes 5 and 6 along axis {second.name}"
     U, q1 = turn_to_plane(work, a1, second, centre, wanted, reason)
 
-    # 2. Joint 6 does not rotate its axis.
+    # 2. Joint 6 does not rotate its own axis.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     found, _ = sp2(terms, second.h, a5.h, a6.h, v, work.sign())
     total = work.step(

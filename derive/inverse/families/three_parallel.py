@@ -46,7 +46,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
 
-    # 2. Joint 6 does not rotate its axis.
+    # 2. Joint 6 does not rotate its own axis.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)

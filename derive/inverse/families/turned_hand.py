@@ -2,7 +2,8 @@
 
 Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
 the sum q2 + q3, and q4. Two joint coordinates remain to reach the position. For an unreachable
-pose, the solution steps return a nearby pose. The residual is its distance. Maximum number of
+pose, the solution steps return a nearby pose. The residual is the distance to the target pose.
+Maximum number of
 solutions: 2 for a pose, 4 for a position.
 """
 
@@ -40,7 +41,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     meaning = f"a point of axis {a4.name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
-    # 1. The parallel joints change neither the height of the wrist along their axes nor its tilt.
+    # 1. The parallel joints change neither the wrist height along their axes nor the tilt of the
+    # wrist axis.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
     # 2. The parallel joints rotate the wrist axis; joint 4 does not move its own axis.
     seen = rotated(terms, a1.h, q1.back, along)
@@ -62,7 +64,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
-    # 5. Near a double solution of step 1, all six pose equations together are more accurate.
+    # 5. Near a double solution of step 1, all six pose equations together are more accurate than
+    # one equation.
     step_on_all(work, lines, target)
 
 

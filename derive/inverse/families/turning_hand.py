@@ -43,7 +43,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     before = [(axis, work.turns[axis.joint]) for axis in arm.axes if axis.turns]
     e = any_across(terms, a4.h)
     last_turn(work, a4, e, target.turned(terms, e), before)
-    # 5. The pose has more conditions than these solution steps use.
+    # 5. The pose has more conditions than solution steps 1 to 4 use.
     step_on_all(work, lines, target)
 
 
@@ -68,7 +68,7 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# If the axes were numbered from the tool, arms with right angles would lose poses.
+# If the axes were numbered from the tool, the inverse would miss poses of arms with right angles.
 TURNING_HAND = Family(
     "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
 )

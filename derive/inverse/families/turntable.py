@@ -3,10 +3,10 @@
 Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to these axes, and so is axis 5 if there is a
 fifth joint. Four joints give the tool four degrees of freedom: its position and its pitch in the
 arm plane. A fifth joint rotates the tool about an axis in the arm plane. For an unreachable pose,
-the solution steps return a nearby pose. The residual is its distance.
+the solution steps return a nearby pose. The residual is the distance to the target pose.
 
-Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch because the
-tool may point outward or inward.
+Maximum number of solutions: 4 for a pose (2 with four joints), and 8 for position and pitch,
+because the tool may point outward or inward.
 """
 
 import sympy as sp
@@ -72,8 +72,8 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     """Returns the smallest angle of joint 4 at which upper arm and forearm reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance lies between the
-    difference and the sum of the lengths of the other two sides. The elbow-wrist distance nearest
-    to its value at angle 0 is selected.
+    difference and the sum of the other two sides. The possible elbow-wrist distance nearest to the
+    distance at angle 0 is selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

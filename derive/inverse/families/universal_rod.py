@@ -1,13 +1,13 @@
-"""An arm and a rod between universal joints: two pairs of parallel axes, and an axis across.
+"""An arm and a rod between universal joints: two pairs of parallel axes, and a fifth axis.
 
 Axes 1 and 2 are parallel, axes 3 and 4 are parallel and perpendicular to them, and axis 5 is
-perpendicular to axis 4. The axes of a universal joint need not meet. The legs of a rotary delta
-whose rods have printed universal joints have this structure (R-U-U).
+perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
+delta whose rods have printed universal joints have this structure (R-U-U).
 
-Neither joint 1 nor joint 2 changes components along their axes. So the direction of axis 5 gives
-the sum of angles 3 and 4, and the position of a point on axis 5 gives angle 3. With the same
-orientation as the base, the sum is 0 and both of its solutions coincide. Angles 1 and 2 form a
-triangle; the orientation of the tool is then determined, so that a pose in general leaves a
+Neither joint 1 nor joint 2 changes components along their axes. Therefore, the direction of axis 5
+determines the sum of angles 3 and 4, and the position of a point on axis 5 determines angle 3. If
+the tool has the orientation of the base, the sum is 0 and both solutions for the sum coincide.
+Angles 1 and 2 follow from a triangle and determine the tool orientation, so most poses leave a
 residual.
 
 Maximum number of solutions: 8.
@@ -41,14 +41,14 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (first, second, third, fourth, fifth) = work.terms, lines.axes
-    # 1. The sum of angles 3 and 4, from the direction of axis 5.
+    # 1. The direction of axis 5 determines the sum of angles 3 and 4.
     total = work.step(
         [third, fourth],
         "subproblem 1",
         f"axes {first.name} and {second.name} keep the component of axis {fifth.name} along them",
         _tilt(work, lines, target),
     )
-    # 2. Angle 3, from a point of axis 5.
+    # 2. The position of a point on axis 5 determines angle 3.
     wrist = work.name_vector(
         ("W", "V"), f"a point of axis {fifth.name}", target.point(terms, fifth.p)
     )
@@ -62,7 +62,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp4(terms, first.h, third.h, rod, dot(terms, first.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
-    # 3, 4. A triangle of the arm and the rod.
+    # 3, 4. The arm and the rod form a triangle.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
     triangle(work, first, second, added(terms, turned, hand), subtracted(terms, wrist, first.p))
     # 5. The orientation.
@@ -75,10 +75,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, target: Target) -> FoundTurn:
-    """Returns the turn about axis 3 that gives axis 5 its component along axis 1.
+    """Returns the rotation about axis 3 that gives axis 5 its component along axis 1.
 
-    The sine is the length of the other component, because the cosine alone would be inaccurate
-    where the sine is 0.
+    The sine is computed from the other component, because the cosine is inaccurate near a sine of
+    0.
     """
     terms, first, third, fifth = work.terms, lines.axes[0], lines.axes[2], lines.axes[4]
     aim = target.turned(terms, fifth.h)

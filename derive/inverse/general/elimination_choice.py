@@ -5,8 +5,8 @@ If consecutive axes intersect or are parallel, many elimination orders are unsui
 suppressed angle, or several solutions have the same suppressed angle. Therefore, all elimination
 orders are rated at many random configurations. An elimination order is suitable at a configuration
 if det M is a trigonometric polynomial of degree 8 in the suppressed angle. In addition, the second
-smallest singular value of M at the solution and the smallest singular value of A must not be close
-to zero.
+smallest singular value of M at the solution, and the smallest singular value of A, must be clearly
+positive.
 """
 
 from collections.abc import Mapping, Sequence
@@ -43,11 +43,12 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of configurations with fixed joints, and number of additional configurations per right
-angle."""
+"""Number of configurations with fixed joints, and the number of additional configurations at right
+angles."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders that are used; if one fails at a pose, the next order is tried. A
-fourth order is used only if it is suitable at some configurations where the other three are not."""
+"""Number of elimination orders of an arm; if one order fails at a pose, the next order is tried. A
+fourth order is added only if it is suitable at some configurations where the first three are
+not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
 """Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
@@ -55,7 +56,7 @@ MAX_JOINTS = len(PRIMES)
 
 @dataclass(frozen=True)
 class Rating:
-    """Rating of an elimination order.
+    """Rating of one elimination order at many configurations.
 
     Attributes:
         order: The elimination order.
@@ -71,7 +72,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """Smaller value of ``separations`` and ``pairs`` at each configuration.
+        """The smaller of the values ``separations`` and ``pairs`` at each configuration.
 
         NaN propagates.
         """
@@ -119,7 +120,7 @@ class Choice:
 
     @property
     def separation(self) -> float:
-        """Separation of the solutions by the best elimination order; see :attr:`Rating.key`."""
+        """How well the best elimination order separates the solutions; see :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
@@ -151,8 +152,8 @@ def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in sets if (choice := choice_at(constants, given, slides))]
-    # If several joints give equally good results, the joint nearest to the tool is fixed, because
-    # an operator can set this joint easily.
+    # If several joints are equally suitable, the joint nearest to the tool is fixed, because an
+    # operator can set it most easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
@@ -193,10 +194,10 @@ def choice_at(
     Args:
         constants: The constant placements before, between and after the joints, as floats.
         given: Indices of the fixed joints, in ascending order.
-        slides: Indices of the prismatic joints.
+        slides: Indices of the prismatic joints among all joints.
         apart: Separation of the solutions in each of the six joints (radian), if known. If the arm
-            is close to a known family, several solutions often have equal values of some joints, so
-            these joints cannot distinguish the solutions.
+            is close to a known family, a joint often has equal values in several solutions and
+            cannot distinguish them.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -226,9 +227,9 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders with distinct joint orders, best first.
 
-    If ``apart`` is not empty, elimination orders come first if their suppressed joint has
-    different values in different solutions. Each selected order has a different suppressed joint,
-    because solutions that agree in one joint may differ in another joint.
+    If ``apart`` is not empty, elimination orders come first if the values of their suppressed joint
+    differ between the solutions. Each selected order has a different suppressed joint, because
+    solutions that agree in one joint may differ in another joint.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -318,8 +319,8 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
     A is singular if joints 1 and 2 belong to three parallel axes. Each solution of the other joints
-    then leads to two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, the
-    equations contain no products of the squared displacements.
+    then leads to two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, no product
+    in the equations contains the square of a displacement.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))
@@ -359,8 +360,8 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Returns quasi-random configurations (multiples of square roots of primes, modulo 1).
 
-    In some configurations, the fixed joints are at right angles, because at right angles the six
-    free joints often fit a known family.
+    Some configurations have fixed joints at right angles, because the six free joints then often
+    fit a known family.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

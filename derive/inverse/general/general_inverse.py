@@ -1,6 +1,7 @@
 """Inverse of a general arm, which belongs to no known family: the function ``ik``.
 
-The handwritten C of the solver reads the numbers of the arm. ``chasles explain`` prints the steps.
+The handwritten C of the solver reads numeric tables of the arm. ``chasles explain`` prints the
+solution steps.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """Codes of the joint types in the C tables."""
 OPERATIONS = 60_000
-"""Approximate operation count: 12,000 for the equations, 20,000 for determinant samples, 10,000 for
+"""Approximate operation count: 12,000 for the equations, 20,000 for the determinants, 10,000 for
 the roots, and 18,000 for the other joints and Newton's method."""
 CALLS = ("fk_jacobian_mixed",)
 
@@ -37,11 +38,12 @@ class GeneralArm(Tables):
     Attributes:
         joints: Number of joints of the robot.
         kinds: Type code of each joint.
-        directions: 1 or -1 for each joint.
+        directions: The sign of each joint direction, 1 or -1.
         length: The arm length (metre).
-        placed: The rows of the constant placements of the joints and the tool.
+        placed: The first three rows of each constant placement.
         order_count: Number of elimination orders.
-        orders: Joint order, direction and half-angle joint of each elimination order.
+        orders: For each elimination order: the joint order, the direction, and the joint with the
+            half angle.
     """
 
     joints: int
@@ -54,7 +56,7 @@ class GeneralArm(Tables):
 
     @classmethod
     def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
-        """Returns the numbers of an arm, padded to the maximum joint count."""
+        """Returns the tables of an arm, padded to the maximum joint count."""
         placed = tuple(_row(E) for E in constants)
         unused = MAX_JOINTS + 1 - len(placed)
         directions = tuple(float(joint.direction) for joint in robot.moving)
@@ -72,9 +74,10 @@ class GeneralArm(Tables):
 
 
 OWN = JOINTS - 1
-"""Number of joints of the arm, without an added joint."""
+"""Number of joints of the arm, without the added sixth joint."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
-"""Candidate axes in the tool frame: direction, and point relative to the arm length."""
+"""Candidate axes for the added joint in the tool frame: direction, and point relative to the arm
+length."""
 APART = (np.pi,) * OWN + (0.0,)
 """Assumed separations of the solutions in each joint (radian); the separation in the added joint is
 zero."""
@@ -95,7 +98,7 @@ class WithTool:
 
 @dataclass(frozen=True)
 class GeneralInverse:
-    """The inverse of a general arm.
+    """The inverse of a general arm by elimination.
 
     Attributes:
         title: Description of the arm, and the source of the method.
@@ -140,7 +143,7 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
-    """Whether six solvable joints remain after the joints are fixed."""
+    """Whether five or six solvable joints remain after the joints are fixed."""
     return is_fit(robot, given) and len(robot.moving) <= MAX_JOINTS
 
 
@@ -172,7 +175,7 @@ class GeneralTables:
 
     Attributes:
         arm: The numbers of the arm for the general solver, or None if the solver does not apply.
-        separation: Separation of the solutions by the best elimination order; see
+        separation: Degree to which the best elimination order separates the solutions; see
             :attr:`.Choice.separation`.
     """
 
@@ -243,7 +246,7 @@ def _tool_axis(free: list[str]) -> tuple[str, ...]:
 
 
 def _squares(sliding: list[str]) -> str:
-    """Explains the monomials of prismatic joints; the text is empty without such joints."""
+    """Explains the terms of prismatic joints; the text is empty without prismatic joints."""
     if not sliding:
         return ""
     is_one = len(sliding) == 1
@@ -276,7 +279,7 @@ def with_tool_joint(
     The added joint rotates the tool. Every solution of the five joints also solves the six joints,
     with angle 6 at 0. Solutions with a nonzero angle 6 are discarded. The added axis is skew to the
     other axes, so that the six joints fit no known family. The added axis is far enough from the
-    tool origin for a rotation about it to move the origin.
+    tool origin that a rotation about it moves the origin.
 
     Args:
         constants: The constant placements before, between and after the joints, as floats.
@@ -311,11 +314,11 @@ def solver_function(
 ) -> NativeSolverFunction:
     """Returns the function ``ik``: every solution of a pose, in sixteen solution slots.
 
-    Solutions come first, sorted by the suppressed joint. Without a solution, the solution slots
-    contain the nearest result; otherwise, unused slots contain an invalid configuration. The margin
-    of a solution is |det J| divided by the product of the column norms of J, with lengths relative
-    to the arm length. The margin is 0 if J is singular and two solutions coincide, and at most 1.
-    The margin of an invalid slot is its negative residual.
+    Valid solutions come first, sorted by the value of the suppressed joint. Without a solution, the
+    solution slots contain the nearest configuration; otherwise, unused slots contain an invalid
+    configuration. The margin of a solution is |det J| divided by the product of the column norms of
+    J, with lengths relative to the arm length. The margin is 0 if J is singular and two solutions
+    coincide, and at most 1. The margin of an invalid slot is its negative residual.
 
     Args:
         robot: The description.

@@ -2,21 +2,22 @@
 
 For a point p on a line with unit direction l, the equations of Raghavan and Roth equate
 
-    x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
+    ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``
 
 for two expressions of the line l through p. With a 1 appended to x, a motion p -> R p + d, l -> R l
 multiplies x by a matrix that depends only on R and d. Every quantity is linear in the cosine and
 sine of each revolute joint and quadratic in the displacement of each prismatic joint. With the
-vector h = R^T d, the quantities become:
+vector h = R^T d and the quantity w = (p.p) l - 2 (p.l) p, the motion gives:
 
-    p'         = R p + d
-    l'         = R l
-    p'.p'      = p.p + 2 h.p + d.d
-    p'.l'      = p.l + h.l
-    p' x l'    = R (p x l) + d x R l
-    w'         = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d
+    ``p' = R p + d`` and ``l' = R l``,
 
-where w = (p.p) l - 2 (p.l) p. The last two equations use d x (b x c) = b (d.c) - c (d.b).
+    ``p'.p' = p.p + 2 h.p + d.d`` and ``p'.l' = p.l + h.l``,
+
+    ``p' x l' = R (p x l) + d x R l``,
+
+    ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
+
+The last two formulas use d x (b x c) = b (d.c) - c (d.b).
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,

@@ -3,27 +3,29 @@
 The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
 placement C_6 from the tool back to the base contains the target pose. Then
 
-    Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
+    ``Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I``.
 
 An elimination order numbers the joints from any joint in either direction. An elimination order
-consists of a pair (1, 2), the suppressed joint (3), two more joints (4, 5) and a last joint (6).
-Joint 6 does not move its axis, so the equations of this axis do not contain joint 6:
+consists of a pair of joints (1, 2), the suppressed joint (3), two more joints (4, 5) and a last
+joint (6). Joint 6 does not move its axis, so the equations of this axis do not contain joint 6:
 
-    Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
+    With the axis a of joint 6, ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1
+    C_6^-1 a``.
 
 Both sides of this equation are written as fourteen line quantities (:mod:`.line_quantities`), which
 are linear in the cosine and sine of each joint:
 
-    A y = B(theta_3) x, where y contains the eight products of joints 1 and 2, and x the nine
-    products of joints 4 and 5,
+    ``A y = B(theta_3) x``, where y contains the eight products for joints 1 and 2, and x the nine
+    products for joints 4 and 5.
 
-and the matrix A (14, 8) depends only on the pose and B only on theta_3. Six linear combinations of
-the equations eliminate y. The generated C finds the angles theta_3 at which these six equations
-have a solution. Accuracy depends on the suppressed joint (:mod:`.elimination_choice`).
+The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
+combinations of the equations eliminate y. The generated C finds the angles theta_3 at which these
+six equations have a solution. Accuracy depends on the suppressed joint
+(:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta), and 1, d, d^2 instead of 1,
-cosine, sine. A prismatic joint may be joint 1 or 2, or the joint among 4 and 5 without a half
-angle. The other three joints of the order must be revolute.
+cosine, sine. A prismatic joint may be joint 1 or 2, or whichever of joints 4 and 5 has no half
+angle. The other joints of the order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -48,10 +50,11 @@ Parts = Callable[[int], tuple[Array, Array, Array]]
 
 @dataclass(frozen=True)
 class EliminationOrder:
-    """A numbering of the loop's joints, which defines an elimination order.
+    """A numbering of the six joints in the loop, which defines an elimination order.
 
     Attributes:
-        joints: Joint indices in the order: pair, suppressed joint, two more joints, last joint.
+        joints: Joint indices in the order: pair of joints, suppressed joint, two more joints, last
+            joint.
         sense: 1 from base to tool, -1 from tool to base.
         halved: Selects the joint with a half angle as unknown: 0 for joint 4, 1 for joint 5.
     """
@@ -91,7 +94,7 @@ def elimination_orders(slides: Collection[int] = ()) -> list[EliminationOrder]:
 
 
 def placements(robot: SerialRobot) -> list[Array]:
-    """Returns the exact constant placements (4, 4) before, between and after the joints.
+    """Returns the exact constant placements (4, 4) before, between and after the joints of an arm.
 
     Raises:
         DescriptionError: A joint is neither revolute nor prismatic, or is coupled.
@@ -135,7 +138,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free, and an elimination order exists.
+    """Whether enough joints are free, and whether an elimination order exists.
 
     Args:
         robot: The description.
@@ -156,8 +159,8 @@ def _is_free(joint: Joint) -> bool:
 def doubled(six: Array) -> Array:
     """Expands six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4.
 
-    Multiplies each equation by cos f and by sin f. Columns: (cos 3f, sin 3f, cos f, sin f) x (1,
-    c5, s5).
+    Multiplies each equation by cos f and by sin f. The columns belong to the products (cos 3f, sin
+    3f, cos f, sin f) x (1, c5, s5).
     """
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
@@ -216,7 +219,7 @@ def _raised(height: float) -> Array:
 
 
 def _inverses(constants: Sequence[Array], order: EliminationOrder, T: Array) -> list[Array]:
-    """Returns the inverses of the transforms C_1 ... C_6, in the elimination order."""
+    """Returns the inverses of the transforms C_1 to C_6, in the elimination order."""
     before, *between, behind = constants
     if order.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]

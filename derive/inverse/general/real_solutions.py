@@ -1,8 +1,8 @@
 """Computes all real solutions of a general arm for one pose, for the example in its article.
 
-The roots of the determinant are computed from a quadratic eigenvalue problem M(theta) u = 0 in the
-tangent of half the suppressed angle. (The generated C uses no eigenvalue library.) Newton's method
-on the pose refines each solution.
+The determinant is zero where M(theta) u = 0, a quadratic eigenvalue problem in the tangent of half
+the suppressed angle. The generated C uses no eigenvalue library. Newton's method on the pose
+refines each solution.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -57,7 +57,7 @@ class _Six:
 
     Attributes:
         constants: The constant transforms before, between and after the six joints.
-        slides: Indices of the prismatic joints.
+        slides: Indices of the prismatic joints among the six joints.
     """
 
     constants: tuple[Array, ...]
@@ -69,7 +69,7 @@ class _Six:
         return np.array([k not in self.slides for k in range(6)])
 
     def pose_jacobian(self, q: Array) -> tuple[Array, Array]:
-        """Returns the pose (4, 4) and the mixed Jacobian (6, 6)."""
+        """Returns the pose (4, 4) and the mixed Jacobian (6, 6) of the arm."""
         T, axes = self.constants[0], []
         for k, (value, E) in enumerate(zip(q, self.constants[1:], strict=True)):
             axes.append((T[:3, 2], T[:3, 3]))
@@ -81,7 +81,7 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """Returns the largest joint difference; differences of angles are at most half a turn."""
+        """Returns the largest joint difference; an angle difference is at most half a turn."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:
@@ -126,7 +126,7 @@ def _roots(M: Array) -> list[float]:
 
 
 def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
-    """Sets the last joint to the angle that the remaining orientation requires."""
+    """Sets the last joint to the angle that the target orientation requires."""
     constants, sliding = arm.constants, arm.slides
     before = forward(constants[: last + 1], q[:last].tolist(), sliding)[:3, :3]
     after = [k - last - 1 for k in sliding]

@@ -2,8 +2,8 @@
 
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
 closed form, loop by loop. Each loop has two branches, one for each of the two folded positions of
-its links. If the loops reduce the degrees of freedom of the main chain, as in a delta robot with a
-rotated platform, the loop equations decide whether the pose is reachable.
+its links. If the loops reduce the degrees of freedom of the main chain, the loop equations decide
+whether the pose is reachable; an example is a delta robot with a rotated platform.
 """
 
 from collections.abc import Sequence
@@ -56,9 +56,9 @@ IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] 
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` if all joints are closed-form functions of the main-chain joints.
+    """Returns the function ``ik`` if the main-chain joints determine all joints in closed form.
 
-    Returns no function otherwise; planar platforms with three legs have a separate inverse.
+    Otherwise, no function is returned; planar platforms with three legs have a separate inverse.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):
@@ -71,14 +71,14 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def _chain(h: SolvedLoops) -> MovingChain | None:
-    """Returns the main chain with a structure that solves the pose, or None."""
+    """Returns the main chain and a structure that solves its pose, or None if none exists."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
     return whole if moving is None else moving[0]
 
 
 def _whole_chain(h: SolvedLoops) -> MovingChain | None:
-    """Returns the main chain with a structure that solves all its joints, or None."""
+    """Returns the main chain and a structure that solves all its joints, or None."""
     classification = classify(h.robot, h.terms)
     found = classification.found
     if found is None:
@@ -90,7 +90,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
-    """Returns the inverse of the main chain's moving part, or None if all of the chain moves."""
+    """Returns the inverse of the moving part of the main chain, or None if all its joints move."""
     if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
@@ -106,7 +106,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
 
 
 def _inverse(h: SolvedLoops, chain: MovingChain, legs: Sequence[LegChain]) -> SymbolicFunction:
-    """Returns the function ``ik``, with one slot per distinct combination of branch signs."""
+    """Returns the function ``ik``, with one slot per combination of branch signs."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain.given, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function
@@ -131,7 +131,7 @@ def _settled(
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # For random poses of the chain, the loops can rarely be closed, but the branch signs still
+        # At random poses of the chain, the loops can rarely be closed, but the branch signs still
         # change the computed coordinates.
         return unused | idle_choices(h, function, *_poses(h, given), within=np.inf)[0]
     same, without = idle_choices(h, function, *_poses(h, given))
@@ -143,7 +143,7 @@ def _idle_in_legs(
 ) -> frozenset[int]:
     """Returns the branch signs of legs that change no coordinate at poses with closed loops.
 
-    Of a platform with all freedoms, every pose closes the loops.
+    If a platform has all degrees of freedom, its loops can be closed at every pose.
     """
     if len(h.theta) <= len(h.q):
         return idle_signs(h, function, *_poses(h, given))
@@ -174,7 +174,7 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
 
 
 def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
-    """Returns random poses (16, N) of the main chain around the reference, and given values."""
+    """Returns random main-chain poses (16, N) around the reference, and values of fixed joints."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
@@ -227,6 +227,6 @@ def _solved(
 
 
 def _coordinates(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of the actuated coordinates that move the listed main-chain joints."""
+    """Returns the indices of actuated coordinates that move any of the listed main-chain joints."""
     moves = [c.moves for c in h.mechanism.coordinates]
     return [moves.index(h.robot.moving[k].name) for k in joints]

@@ -1,8 +1,8 @@
 """Inverse of a robot with loops whose main chain is solved by handwritten C.
 
 ``ik_chain`` solves the main chain as a serial arm, from a nominal arm or as a general arm. For each
-of its slots, ``actuators_all`` computes the actuators on every branch of the loops, and ``fk``
-checks the result.
+solution of the main chain, ``actuators_all`` computes the actuators on every branch of the loops,
+and ``fk`` checks the result.
 """
 
 from collections.abc import Sequence
@@ -29,13 +29,13 @@ MAX_BRANCHES = 16
 def chain_inverse(
     hybrid: SolvedLoops, families: Sequence[Family], give: tuple[int, ...]
 ) -> Inverses | None:
-    """Returns the inverse through a main chain that handwritten C solves, or None.
+    """Returns the inverse of a robot whose main chain handwritten C solves, or None.
 
     The result is None if the loops couple joints of the main chain or have no closed form.
 
     Args:
         hybrid: The robot.
-        families: The families to try on the main chain, in order.
+        families: The families of axis structures to try on the main chain, in order.
         give: Indices of the chain joints to fix; () to select suitable joints automatically.
     """
     robot, count = hybrid.robot, len(hybrid.robot.moving)
@@ -65,7 +65,7 @@ def chain_inverse(
 
 
 def chain_pose(hybrid: SolvedLoops) -> SymbolicFunction:
-    """Returns pose and mixed Jacobian of the tool as a function of the main-chain joints."""
+    """Returns tool pose and mixed Jacobian as functions of the main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
     arguments = {f"q{'d' * k}": hybrid.arguments[f"theta{'d' * k}"] for k in range(3)}
     motion = InProportion(robot, terms, hybrid.theta)
@@ -77,7 +77,7 @@ def chain_pose(hybrid: SolvedLoops) -> SymbolicFunction:
 def _composed(
     hybrid: SolvedLoops, chain: NativeSolverFunction, every: SymbolicFunction, labels: Sequence[str]
 ) -> NativeSolverFunction:
-    """Returns ``ik``: the actuators on every loop branch, for every solution of the chain."""
+    """Returns ``ik``: the actuators on every loop branch, for every solution of the main chain."""
     (_, residual, margin), (q, _) = chain.outputs, every.outputs
     branches, n = q.shape
     slots = chain.branches * branches
@@ -108,7 +108,7 @@ def _composed(
 
 
 def moving_coordinates(hybrid: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of actuated coordinates that move the listed main-chain joints."""
+    """Returns the indices of actuated coordinates that move any of the listed main-chain joints."""
     entries = named(hybrid, hybrid.forward, [hybrid.robot.moving[k].name for k in joints])
     rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
     behind = {symbol for e in rests_on for symbol in e.free_symbols}

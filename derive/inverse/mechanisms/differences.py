@@ -1,9 +1,10 @@
-"""Geometric difference between a robot with loops as built and its design.
+"""Geometric difference between a robot with loops as built and the design of this robot.
 
 The robot as built and its design are compared at the same actuated coordinates, with their loops
-closed. A joint is represented by a line, a ball joint by a point, a prismatic joint by a direction.
-Each body is aligned with its counterpart to first order. Therefore, the result depends neither on
-the body frames nor on the position of a frame along its joint axis.
+closed. A line represents a revolute joint, a point a ball joint, and a direction a prismatic joint.
+Each body of the as-built robot is aligned with the same body of the design to first order.
+Therefore, the result depends neither on the body frames nor on the position of a frame along its
+joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,7 +27,8 @@ class Feature(NamedTuple):
     Attributes:
         point: (3,) a point of the feature (metre).
         axes: (k, 3) directions of the feature.
-        across: (3, 3) projector onto the point displacements that move the feature.
+        across: (3, 3) projector onto the directions in which a displacement of the point moves the
+            feature.
     """
 
     point: FloatArray
@@ -118,13 +120,13 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the distance (metre) from the mean to the farthest feature, or 1."""
+    """Returns the distance (metre) from the mean point to the farthest feature, or 1 if it is 0."""
     points = np.array([f.point for of in configuration.values() for f in _about(_centre(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
 
 def _centre(features: list[Feature]) -> FloatArray:
-    """Returns the mean of the feature points that are nearest to the origin."""
+    """Returns the mean of the feature points, moved along their axes towards the origin."""
     feet = _about(np.zeros(3), features)
     return np.asarray(np.mean([foot.point for foot in feet], axis=0))
 
@@ -135,7 +137,7 @@ def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the number of the first matrix row of each feature, in units of three rows."""
+    """Yields the index of the first matrix row of each feature, in units of three rows."""
     first = 0
     for feature in features:
         yield first
@@ -145,14 +147,14 @@ def _starts(features: list[Feature]) -> Iterator[int]:
 def _rows(
     features: list[Feature], others: list[Feature], size: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns the Jacobian for the body twist (v, size w) and the feature differences (metre)."""
+    """Returns the Jacobian for the body twist (v, size w), and the feature differences (metre)."""
     rows, left = [], []
     for one, other in zip(features, others, strict=True):
         rows.append(np.hstack([one.across, -one.across @ _cross(one.point) / size]))
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # The direction of a line may be reversed, but not an axis of a pose.
+            # The direction of a line may be reversed, but an axis of a pose may not.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 
@@ -160,7 +162,7 @@ def _rows(
 def _zeros(
     bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """Yields the zero-offset differences of actuated joints; the value True marks a length."""
+    """Yields the zero-offset differences of actuated joints; a flag is True for lengths."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:

@@ -1,7 +1,7 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
-All configurations are continued together along straight lines from the reference, with a few Newton
-steps at each intermediate point.
+All configurations are continued together, along straight lines from the reference, with a few
+Newton steps at each intermediate point.
 """
 
 import numpy as np
@@ -14,13 +14,13 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of path points, of Newton steps per point, and of Newton steps at the end. If some
-coordinates need more Newton steps, for example near a singularity, their result counts as not
+"""Number of points on the path, of Newton steps per point, and of Newton steps at the end. If a
+coordinate vector needs more Newton steps, for example near a singularity, its result counts as not
 converged."""
 
 
 class Followed:
-    """Solves the main chain and the tool pose at actuated coordinates by iteration."""
+    """Solves for the main chain and the tool pose at actuated coordinates by iteration."""
 
     def __init__(self, closure: LoopClosure) -> None:
         """Compiles the loop equations and the tool pose as functions of the loop variables."""
@@ -32,11 +32,11 @@ class Followed:
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 
     def theta(self, q: FloatArray) -> FloatArray:
-        """Returns main-chain joints (N, n_theta) at coordinates (N, n)."""
+        """Returns main-chain joints (N, n_theta) at actuated coordinates (N, n)."""
         return np.asarray(self._closed(q)[0][:, self.chain])
 
     def posed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
+        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at actuated coordinates (N, n)."""
         w, D = self._closed(q)
         given, unknown = self.closure.given, self.closure.unknown
         slope = np.zeros((len(q), w.shape[1], q.shape[1]))

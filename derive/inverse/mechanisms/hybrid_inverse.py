@@ -61,7 +61,7 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of sets of inner revolute joints tried as fixed joints."""
+"""Maximum number of sets of revolute joints between free joints that are tried as fixed joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -78,10 +78,10 @@ def hybrid_inverses(
 
     Args:
         hybrid: The robot.
-        families: The families to try on the main chain, in order.
+        families: The families of axis structures to try on the main chain, in order.
         give: Indices of the chain joints to fix; () to select suitable joints automatically.
-        closure: Closure equations of loops without a closed form, which require a nominal robot, or
-            None if all loops have a closed form.
+        closure: Closure equations of loops without a closed form, or None if all loops have one;
+            loops without a closed form require a nominal robot.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
@@ -91,7 +91,7 @@ def hybrid_inverses(
         return exact
     by_chain = partial(chain_inverse, hybrid, families, give)
     by_nominal = partial(_by_nominal, hybrid, families, give, closure)
-    # The nominal robot chooses the fixed joints of a redundant chain.
+    # The nominal robot determines which joints of a redundant chain are fixed.
     is_redundant = len(hybrid.robot.moving) > rank.of_chain(exact.classification.lines)
     methods = (by_nominal, by_chain) if is_redundant else (by_chain, by_nominal)
     found = next(filter(None, (method() for method in methods)), None)
@@ -108,7 +108,7 @@ def _by_structure(
 
     Args:
         hybrid: The robot.
-        families: The families to try.
+        families: The families of axis structures to try.
         give: Indices of the chain joints to fix.
         built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
             the as-built robot may require coordinates beyond the dead points of the nominal robot.
@@ -137,7 +137,7 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Returns a structure with inner revolute joints fixed; tries the last joints first.
+    """Returns a structure with revolute joints inside the chain fixed; tries the last joints first.
 
     For example, long-arm excavators (four parallel axes on a column) have no other joint to fix.
     """
@@ -172,7 +172,7 @@ def _by_nominal(
 
 
 def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]) -> Inverses:
-    """Adds the role of the nominal robot to the reason for a missing inverse.
+    """Adds a remark on the nominal robot to the reason for a missing inverse.
 
     If the caller fixed joints, the reason does not change.
     """
@@ -259,8 +259,9 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
 def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None) -> Solved:
     """Solves for the joints of the main chain, then the actuators.
 
-    If the loops of an as-built robot have a closed form, they determine the actuators. The as-built
-    loops may be beyond a dead point of the design, for example in a folded parallelogram.
+    If the loops of an as-built robot have a closed form, this closed form determines the actuators.
+    The as-built loops may be beyond a dead point of the design, for example in a folded
+    parallelogram.
     """
     pose = _on_chain(hybrid, chain, Work(hybrid.terms))
     settled = settled_choices(hybrid, pose, chain.given)
@@ -277,10 +278,10 @@ def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None
 def _on_chain(
     hybrid: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
-    """Solves the chain and the actuators without the redundant branch signs.
+    """Solves for the chain and the actuators without the redundant branch signs.
 
-    Newton's method does not change the coordinates of fixed joints, so these have their as-built
-    values.
+    Newton's method does not change the coordinates of fixed joints, so they are computed from the
+    as-built robot.
     """
     terms = hybrid.terms
     arguments, joints = chain.coordinates(work)
@@ -341,7 +342,7 @@ def _by_translation(
 def _on_shorter_chain(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
-    """Solves the chain and the actuators without the redundant branch signs."""
+    """Solves for the chain and the actuators without the redundant branch signs."""
     robot, terms = hybrid.robot, hybrid.terms
     target = of_pose(terms, POSE_SYMBOLS, _matrix(moved.home))
     solve_chain(work, moved.lines, found, target, {})
@@ -390,7 +391,7 @@ def _solved(
     given: Sequence[int] = (),
     closing: Sequence[sp.Expr] = (),
 ) -> Solved:
-    """Combines the solved task with its function."""
+    """Combines the solved task with its generated function."""
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     inputs_of_task = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
     function = function_of("ik", work, inputs_of_task, q, unit, residual, IDENTITY, given, closing)
@@ -425,7 +426,7 @@ def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:
 
 
 def _matrix(home: tuple[Basis, Vector]) -> sp.Matrix:
-    """Returns axes and origin of a pose as a homogeneous matrix."""
+    """Returns the axes and the origin of a pose as a homogeneous matrix."""
     axes, origin = home
     T = sp.eye(4)
     for j, column in enumerate((*axes, origin)):

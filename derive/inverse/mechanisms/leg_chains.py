@@ -1,13 +1,14 @@
-"""Legs that a pose of the platform determines: each is a serial arm between two known bodies.
+"""Legs solved from the pose of a platform: each leg is a serial arm between two known bodies.
 
-A leg consists of the joints from a known body to a closure, and of the closure's own freedom. If
-the other body of the closure is also known, the leg is an arm, and its last link has a known pose.
-A family of inverses solves this arm. So the legs of a tripteron (a slide and three parallel axes),
-of an Exechon and of a 3-UPU, and rods between universal joints have closed forms.
+A leg consists of the joints from a known body to a closure, and of the freedom of this closure. If
+the other body of the closure is also known, the leg is an arm whose last link has a known pose. A
+family of closed-form inverses solves this arm. Therefore, the legs of a tripteron (one prismatic
+joint and three parallel axes), an Exechon and a 3-UPU, and rods between universal joints, have
+closed forms.
 
-Several passive configurations of a leg can have the same actuated coordinate. Configurations with
-equal actuated coordinates share a slot. The residual of the slot is the smallest residual of its
-configurations.
+Several configurations of the passive leg joints can have the same actuated coordinate.
+Configurations with equal actuated coordinates share a solution slot. The residual of the solution
+slot is the smallest residual of its configurations.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -41,7 +42,7 @@ FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "slider": (Joint("closure", "prismatic"),),
     "weld": (),
 }
-"""The joints at the end of a leg, by the kind of its closure."""
+"""The joints that replace the closure at the end of a leg, keyed by the closure kind."""
 
 
 @dataclass
@@ -50,8 +51,8 @@ class LegWork(Work):
 
     Attributes:
         hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
-        passive: The symbols of these signs, which are not slots.
-        requested: Number of branch signs that the leg has introduced so far.
+        passive: The symbols of these branch signs; they add no solution slots.
+        requested: Number of branch signs that the leg has requested so far.
     """
 
     hidden: frozenset[int] = frozenset()
@@ -69,16 +70,16 @@ class LegWork(Work):
 
 @dataclass(frozen=True)
 class LegChain:
-    """A leg as a serial arm from a known body to a closure on a known body.
+    """A leg as a serial arm from a known body to a closure, whose other body is also known.
 
     Attributes:
         closure: Name of the closure.
-        known: The known joints from the meeting body of the loop to the leg.
+        known: The known joints from the common body of the loop to the leg.
         unknown: The moving joints of the leg.
-        back: The known joints from the meeting body to the other body of the closure.
-        end: The closure's frame on this body.
-        robot: The leg with the freedom of its closure.
-        lines: The axes of the leg.
+        back: The known joints from the common body of the loop to the other body of the closure.
+        end: The frame of the closure on its other body.
+        robot: The serial robot that consists of the leg and the freedom of its closure.
+        lines: The axes of the leg joints.
         found: The structure that solves the leg.
     """
 
@@ -94,11 +95,12 @@ class LegChain:
     def solved(
         self, h: SolvedLoops, work: Work, values: Values
     ) -> tuple[dict[str, sp.Expr], sp.Expr]:
-        """Returns the leg's actuated coordinates by name, and its squared gap (m^2 and rad^2).
+        """Returns the leg's actuated coordinates by name, and the squared gap (m^2 and rad^2).
 
         Args:
             h: The robot.
-            work: State of the derivation; receives the signs and the steps of the leg.
+            work: State of the derivation of the inverse; receives the signs and the solution steps
+                of the leg.
             values: Values of the known joints by name.
         """
         entries = self._wanted(h, values)
@@ -127,14 +129,14 @@ class LegChain:
         return coordinates, _least(h.terms, residual, own.passive)
 
     def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
-        """Names both branches of the signs from a first one by the leg and the solved joints."""
+        """Names the branches of each sign from ``first`` on by the leg and the joints it solves."""
         joints = {step.found.sign: "+".join(step.joints) for step in own.steps}
         for symbol in work.signs[first:]:
             name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure
             work.sides[symbol] = name, {sign: side_of(sign) for sign in (1, -1)}
 
     def _hidden(self, h: SolvedLoops) -> frozenset[int]:
-        """Returns the indices of the signs that change no actuated coordinate at any pose."""
+        """Returns the indices of branch signs that change no actuated coordinate at any pose."""
         driven = {c.moves for c in h.mechanism.coordinates}
         alone = LegWork(h.terms)
         found, _ = self._solution(alone, POSE_SYMBOLS)
@@ -157,7 +159,7 @@ class LegChain:
         return {name: found[name] for name in names}, residual
 
     def _wanted(self, h: SolvedLoops, values: Values) -> list[sp.Expr]:
-        """Returns the entries of the pose of the closure's other frame, seen from the leg."""
+        """Returns the pose entries of the closure frame on the other body, seen from the leg."""
         m, terms = h.mechanism, h.terms
         start = pose_along(m, terms, self.known, (), values)
         (x, y, z), p = pose_along(m, terms, self.back, self.end.placement, values)
@@ -169,7 +171,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs that determine all joints without a closed form, or None.
+    """Returns the legs that determine all joints without a closed form, or None if no legs do.
 
     The result is empty if the main chain determines all joints in closed form.
     """
@@ -224,7 +226,7 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
 
 
 def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
-    """Returns the axes and the structure of a leg, or None."""
+    """Returns the axes and the structure of a leg, or None if no structure fits."""
     classification = classify(robot, h.terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:
@@ -240,7 +242,7 @@ def _seen(terms: Terms, frame: Pose, vector: Vector) -> Vector:
 
 
 def _behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
-    """Returns the symbols on which entries depend."""
+    """Returns the symbols on which the expressions depend."""
     found = [*entries, *(terms.definitions[symbol] for symbol in terms.needed(entries))]
     found += [part for s in terms.needed(entries) if s in terms.solved for part in terms.solved[s]]
     return {symbol for entry in found for symbol in entry.free_symbols}

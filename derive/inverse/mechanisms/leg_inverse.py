@@ -27,9 +27,9 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
     """Returns the function ``ik``: each pose has one vector of leg lengths.
 
-    A leg length is the distance between the leg's end points. The residual is the deviation of T
-    from a rigid pose. Every rigid pose has leg lengths, but for these lengths, forward kinematics
-    may return a different assembly mode.
+    A leg length is the distance between the leg's end points. The residual is the deviation of the
+    matrix T from a rigid pose. Every rigid pose determines the leg lengths, but forward kinematics
+    may return a different assembly mode for these lengths.
     """
     terms, names = h.terms, [strut.name for strut in h.mechanism.struts]
     rows = [POSE_SYMBOLS[4 * i : 4 * i + 4] for i in range(3)]

@@ -1,6 +1,6 @@
 """Loop branches in the inverse of a robot with loops, and removal of redundant branch signs.
 
-If a leg or a four-bar linkage has two branches, several actuator vectors give the same main-chain
+If a leg or a four-bar linkage has two branches, two actuator vectors give the same main-chain
 joints. Each loop with two branches adds a branch sign to the inverse. A branch sign that does not
 change the result is fixed during the derivation. For example, a translating platform has the same
 legs for both solutions of its orientation. Branches that forward kinematics never reaches have no
@@ -28,12 +28,12 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
-"""Number of test configurations, and of random trials that search for them; crank-and-rod loops can
+"""Number of test configurations, and number of random trials to find them; crank-and-rod loops can
 be closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
-of closed configurations. The ranges are tried one after another: loops through three booms far from
-the base can be closed only if the sampling range is small."""
+"""Sampling ranges of lengths without limits, relative to the mechanism size, and the number of
+closed configurations that is sufficient. The ranges are tried one after another: loops through
+three booms far from the base can be closed only if the sampling range is small."""
 MAX_CHOICES = 9
 """Maximum number of branch signs (512 solution slots); further loops stay on the reference
 branch."""
@@ -44,7 +44,7 @@ def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
 
     Args:
         hybrid: The robot.
-        work: List that receives the signs and branch names; sign 1 is the reference branch.
+        work: List that receives the branch signs and branch names; sign 1 is the reference branch.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
@@ -59,12 +59,12 @@ def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
 
 
 def _is_free(step: LoopStep) -> bool:
-    """Whether the branch sign of a step is a symbol instead of a number."""
+    """Whether the branch sign of a solution step is a symbol instead of a number."""
     return bool(sp.Add(step.sign).free_symbols)
 
 
 def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
-    """Returns the names of both branches of a step, keyed by the sign value."""
+    """Returns the names of both branches of a solution step, keyed by the sign value."""
     sign = sp.Add(step.sign)
     return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
 
@@ -147,8 +147,8 @@ def idle_choices(
         within: Maximum residual of a solution; by default the rounding error.
 
     Returns:
-        Indices of the branch signs with equal coordinates for both values, and of the branch signs
-        for which the value -1 has no solution.
+        Two sets of branch-sign indices: both values give equal coordinates, or the value -1 has no
+        solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -162,7 +162,7 @@ def idle_choices(
 def idle_signs(
     hybrid: SolvedLoops, function: SymbolicFunction, *inputs: FloatArray
 ) -> frozenset[int]:
-    """Finds branch signs that change no coordinate at sample poses, for any number of signs.
+    """Finds branch signs that change no coordinate at sample poses; any number of signs is allowed.
 
     Each pose has random values of the other signs.
     """
@@ -238,8 +238,8 @@ def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
     Random coordinates lie within the limits. Without limits, angles span a full turn, and lengths
-    span the fraction ``part`` of the mechanism size. If this fraction is small, a rocker does not
-    pass its dead points.
+    span the fraction ``part`` of the mechanism size. If ``part`` is small, a rocker does not pass
+    its dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

@@ -1,4 +1,4 @@
-"""Inverse of a robot with iterated loops; checks every solution by ``fk``.
+"""Inverse of a robot whose loops are solved by iteration; ``fk`` checks every solution.
 
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
 these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
@@ -31,7 +31,8 @@ def with_legs(
     """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
 
     Args:
-        makers: The derivation of each function; ``ik`` is the leg inverse, if present.
+        makers: The derivation of each function, keyed by its name; ``ik`` is the leg inverse, if
+            the robot has one.
         closure: The closure equations of the loops.
     """
     if IK not in makers:
@@ -61,7 +62,7 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 @dataclass(frozen=True)
 class ClosureSize(Tables):
-    """The length of the mechanism (metre), the scale of length tolerances."""
+    """The length of the mechanism (metre), which scales the length tolerances."""
 
     size: float
 

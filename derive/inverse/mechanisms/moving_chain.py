@@ -1,9 +1,9 @@
-"""The moving part of a main chain; locked joints in closed loops have constant values.
+"""The moving part of a main chain; the closed loops lock the other joints at constant values.
 
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
-have constant values. An axis behind the platform then continues a chain of three translations. If
-the actuators outnumber the freedoms of the tool, as with a rail below a hexapod or an axis behind
-it, actuated joints of the chain have values that the caller chooses.
+have constant values. An axis mounted on the platform then continues a chain of three translations.
+If the actuators outnumber the degrees of freedom of the tool, the caller chooses the values of some
+actuated joints in the chain; examples are a rail below a hexapod and an axis on its platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,9 +34,10 @@ class MovingChain:
     Attributes:
         whole: The main chain.
         robot: The main chain, in which locked joints are fixed joints.
-        lines: The axes of the moving joints, numbered in the whole chain.
+        lines: The axes of the moving joints; their joint numbers count all joints of the chain.
         found: The structure of these axes.
-        locked: The constant value of each locked joint, keyed by joint number in the whole chain.
+        locked: The constant value of each locked joint, keyed by its joint number in the whole
+            chain.
     """
 
     whole: SerialRobot
@@ -52,11 +53,11 @@ class MovingChain:
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Numbers of the joints in the whole chain whose values the caller chooses."""
+        """Numbers of the joints, counted in the whole chain, whose values the caller chooses."""
         return tuple(self.lines.axes[place].joint for place in self.found.given)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns the arguments other than the pose, and the coordinates of all joints.
+        """Returns the arguments except the pose, and the coordinates of all joints.
 
         Args:
             work: Table that receives the joint values and the solution steps.
@@ -77,13 +78,13 @@ class MovingChain:
 def moving_chain(
     h: SolvedLoops, families: Sequence[Family]
 ) -> tuple[MovingChain, Classification] | None:
-    """Returns the moving part of a main chain that fits a family exactly, or None.
+    """Returns the moving part of a main chain that exactly fits a family, or None.
 
-    The result is also None if the loops hold no joint still and no actuated joint is redundant.
+    The result is also None if the loops lock no joint and no actuated joint is redundant.
 
     Args:
         h: The robot.
-        families: The families to try, in order.
+        families: The families of axis structures to try, in order.
     """
     locked = _locked(h)
     robot = _with_locked_joints(h.robot, locked)
@@ -93,7 +94,8 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If loops couple the moving joints, the number of redundant joints is below the surplus.
+    # If loops couple the moving joints, the chain has fewer redundant joints than its joint count
+    # suggests.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):
         return None
@@ -122,7 +124,7 @@ def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
 
 
 def _is_still(h: SolvedLoops, joint: Joint) -> bool:
-    """Whether a joint keeps its described reference value in all closed configurations."""
+    """Whether a joint keeps its reference value in all closed configurations."""
     reference = float(h.mechanism.reference_of(joint.name))
     if not h.forward.open:
         value = h.forward.values[joint.name]

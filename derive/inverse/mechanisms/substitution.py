@@ -39,7 +39,7 @@ def _again(
 
 
 def _replaced(terms: Terms, expression: sp.Expr, known: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Replaces the symbols of an expression; cosines and sines of solved angles are reused."""
+    """Replaces symbols in an expression; cosines and sines of solved angles are reused."""
     if expression.func in (sp.cos, sp.sin):
         angle = sp.expand(_replaced(terms, expression.args[0], known))
         c, s = terms.cos_sin(angle)

@@ -1,9 +1,9 @@
-"""Replaces the translating part of a chain by virtual prismatic joints; solves their actuators.
+"""Replaces the translating part of a chain by virtual prismatic joints; solves the actuators.
 
 The rods of a delta robot as built are not exactly parallel, so its platform rotates slightly.
-Therefore, the three coordinates determine the orientation as well as the position. The inverse of
-the nominal robot solves for the position and ignores the orientation; Newton's method then reaches
-the pose, or only the position.
+Therefore, the three actuated coordinates determine the orientation as well as the position. The
+inverse of the nominal robot solves for the position and ignores the orientation; Newton's method
+then converges to the pose, or to the position only.
 """
 
 from collections.abc import Sequence
@@ -42,10 +42,10 @@ from .substitution import substituted
 
 @dataclass(frozen=True)
 class Slides:
-    """The virtual prismatic joints, which replace a part of the chain.
+    """The virtual prismatic joints that replace the translating part of the chain.
 
     Attributes:
-        values: The displacements as functions of the actuated coordinates.
+        values: The displacements of the virtual joints as functions of the actuated coordinates.
         weights: The component of each displacement along each axis of the shortened chain.
     """
 
@@ -58,7 +58,8 @@ class Translating:
     """A shortened chain, with the translating part replaced by virtual prismatic joints.
 
     Attributes:
-        lines: The shortened chain; the indices of virtual joints follow all joint indices.
+        lines: The shortened chain; the indices of virtual joints come after all indices of other
+            joints.
         home: The tool pose (axes and origin) with all joints at zero.
         slides: The virtual prismatic joints that replace the translating part.
     """
@@ -92,7 +93,7 @@ def translating(hybrid: SolvedLoops) -> Translating | None:
 def _home(
     terms: Terms, groups: Sequence[Group], values: Sequence[sp.Expr], names: Sequence[str]
 ) -> tuple[list[Axis], tuple[Basis, Vector]]:
-    """Returns the axes and the tool pose of a chain with all joints at zero."""
+    """Returns the axes and the tool pose of a chain whose joints are all at zero."""
     basis, origin = IDENTITY, ORIGIN
     axes: list[Axis] = []
     tool: tuple[Basis, Vector] = (basis, origin)
@@ -140,7 +141,7 @@ def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.E
 
 
 def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
-    """Expands the named terms of an expression, except the terms in ``stop``."""
+    """Replaces the named terms of an expression by their definitions, except terms in ``stop``."""
     kept = stop or set()
     while True:
         found = {
@@ -172,11 +173,11 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solves the actuated coordinates for the prismatic displacements of a pose.
+    """Solves for the actuated coordinates from the prismatic displacements of a pose.
 
-    The equations must be linear in one coordinate (a slider). The equations are linear in the other
-    coordinate or, if this coordinate belongs to a crank, in its cosine and sine. Eliminating the
-    slider gives an equation for the crank.
+    The displacements must be linear in one actuated coordinate (a slider). The displacements are
+    linear in the other coordinate or, if it belongs to a crank, in its cosine and sine. Eliminating
+    the slider coordinate gives an equation for the crank angle.
 
     Args:
         work: Record of the solution with the prismatic displacements; the solution step is added to
@@ -185,7 +186,7 @@ def actuators_of(
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates, or None if the equations have a different form.
+        The values of the coordinates, or None if the displacements do not have this form.
     """
     terms = work.terms
     slides = moved.slides
@@ -254,7 +255,7 @@ def _two(
 
 
 def still_axes(design: SolvedLoops) -> Basis | None:
-    """Returns the tool axes if no coordinate rotates the tool, otherwise None."""
+    """Returns the axes of the tool frame if no coordinate rotates the tool, otherwise None."""
     axes, _ = tool_kinematics(design).forward.tool_pose()
     is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
     return axes if is_still else None
@@ -276,7 +277,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 
 
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
-    """Derives the function ``ik_position`` from a refined ``ik`` with position targets.
+    """Derives the function ``ik_position`` from a refined ``ik``; its targets are positions.
 
     Both functions start from the same nominal inverse.
     """

@@ -1,16 +1,14 @@
-"""Angle of aligned axes from the position.
+"""Angle of the first of two aligned axes, computed from the position.
 
 If the last of three revolute axes is parallel to the first, the orientation determines only the sum
 or difference of their two angles. A chain of three or four joints must also reach the position.
-With the image ``v`` of a point on the last axis, the first angle and the displacement d of a
-prismatic joint solve
+Let ``v`` be the target of a point on the last axis. The first angle and the displacement d of a
+prismatic joint solve ``R_1 (w + d u) = v`` if the prismatic joint is between the first and the last
+axis, or ``R_1 w = v - d u`` otherwise.
 
-    R_1 (w + d u) = v       if the prismatic joint is between the first and the last axis, or
-    R_1 w = v - d u         otherwise,
-
-where w is the vector from the first axis to the point, and u is the direction of the prismatic
-joint. Equal lengths of the two sides give a quadratic equation for d. Subproblem 1 then gives the
-first angle.
+Here, w is the vector from the first axis to the point, and u is the direction of the prismatic
+joint. Both sides have equal lengths, which gives a quadratic equation for d. Subproblem 1 then
+gives the first angle.
 """
 
 from collections.abc import Sequence
@@ -29,7 +27,7 @@ from .target import Target
 def first_angle(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the rotation of the first of three revolute joints whose first and last axes align.
+    """Returns the rotation of the first of three revolute joints; first and last axis align.
 
     Args:
         terms: Table of named terms.
@@ -58,6 +56,6 @@ def first_angle(
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
-    """Returns the point of a line along u at the distance |other| from the origin."""
+    """Returns the point of the line along u whose distance from the origin is |other|."""
     length = slide_to_sphere(terms, u, start, dot(terms, other, other), sign).length
     return combination(terms, (sp.Integer(1), length), (start, u))

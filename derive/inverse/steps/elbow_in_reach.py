@@ -1,4 +1,4 @@
-"""Angle sum of three parallel joints if the tool orientation does not determine it."""
+"""Angle sum of three parallel joints in cases where the tool orientation does not determine it."""
 
 import sympy as sp
 
@@ -20,7 +20,7 @@ def with_elbow_in_reach(
     centre: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Returns the sum of angles 2 to 4; if it is arbitrary, the sum with the best elbow angle.
+    """Returns the sum of angles 2 to 4; if it is arbitrary, the elbow angle determines it.
 
     The best elbow angle is the angle nearest to 90 degrees.
 

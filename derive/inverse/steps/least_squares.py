@@ -1,13 +1,13 @@
 """Gauss-Newton step for a pose with more equations than the chain has joints.
 
-Each closed-form solution step uses only some of the six pose equations. Near a double solution of a
-single equation, the angle of its joint is accurate only to 1e-8, although the other equations
-determine the angle to full double precision. A Gauss-Newton step on all equations restores full
+Each closed-form solution step uses only some of the six pose equations. Near a double solution of
+one equation, the angle of its joint is accurate only to 1e-8, although the other equations
+determine the angle to double precision. A Gauss-Newton step on all equations restores full
 accuracy:
 
     (J^T J + mu) dq = J^T e, with a damping factor mu,
 
-where e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
+Here, e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
 to the arm length.
 """
 
@@ -31,7 +31,7 @@ Row = list[sp.Expr]
 
 @dataclass(frozen=True)
 class _State:
-    """Coordinates, twist to the target, squared norm of the twist, and columns of the Jacobian."""
+    """Coordinates, twist to the target, squared norm of this twist, and Jacobian columns."""
 
     turns: dict[int, CosSin]
     lengths: dict[int, sp.Expr]
@@ -41,7 +41,7 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step if the chain was solved with an added joint that stays at 0.
+    """Applies a Gauss-Newton step to a chain that was solved with an added joint at angle 0.
 
     Args:
         work: Record of the solution with the solved joints.
@@ -53,7 +53,7 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
 
 
 def step_on_all(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a chain with fewer than six joints.
+    """Applies a Gauss-Newton step to a chain that has fewer than six joints.
 
     The step is used only near the target pose, and only if it reduces the error.
 
@@ -74,8 +74,8 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # After the Gauss-Newton step, the angles of parallel joints no longer add up to the stored
-    # sums.
+    # After the Gauss-Newton step, the angles of parallel joints no longer add up to their stored
+    # sum.
     work.sums.clear()
 
 
@@ -87,7 +87,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Returns twist and Jacobian; the columns run from the last joint to the first."""
+    """Returns the twist and the Jacobian, with columns from the last joint to the first."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -143,7 +143,7 @@ def _moved(
 
 
 def _solved(terms: Terms, columns: Sequence[Row], error: Row) -> Row:
-    """Solves the normal equations by square-root-free Cholesky decomposition."""
+    """Solves the normal equations by a Cholesky decomposition without square roots."""
     let, n = terms.let, len(columns)
 
     def product(a: Row, b: Row) -> sp.Expr:

@@ -1,8 +1,8 @@
 """Three revolute and prismatic joints that position a point.
 
-A rotation changes neither the component of a point along its axis nor the distance from the axis.
-Therefore, a plane or a sphere determines one prismatic joint, and the other joints are computed
-from this joint.
+A rotation changes neither the component of a point along the rotation axis nor its distance from
+this axis. Therefore, a plane or a sphere determines one prismatic joint, and the other joints
+follow from this joint.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires a prismatic joint along axis 1, and two independent prismatic directions."""
+    """Requires a prismatic joint along axis 1, and another one in an independent direction."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -40,8 +40,8 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
-    # 1. The lift joint compensates the height change of the other prismatic joint. Together, they
-    # move the point perpendicular to axis 1 at the target height.
+    # 1. The lift joint compensates the height change of the other prismatic joint. The two
+    # prismatic joints together move the point perpendicular to axis 1 at the target height.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     displacement = combination(terms, (_ONE, ratio), (other.h, lift.h))
@@ -84,7 +84,7 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
 
 
 def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Solves for two parallel revolute joints with a prismatic joint along them in between."""
+    """Solves for two parallel revolute joints with a prismatic joint between them."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     length = _to_height(work, a2, a1, centre, W)
     by = combination(terms, (length,), (a2.h,))
@@ -93,7 +93,7 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Solves two revolute joints with a prismatic joint normal to axis 1; up to four solutions."""
+    """Solves for two revolute joints and a prismatic joint normal to axis 1; up to 4 solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
     reach = subtracted(terms, centre, a3.p)
@@ -110,7 +110,8 @@ def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
             work.sign(),
         ),
     )
-    # 2. The distance of the point from axis 1 gives the prismatic joint. 3. The revolute joint.
+    # 2. The distance of the point from axis 1 determines the prismatic joint. 3. The revolute
+    # joint.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)
@@ -127,7 +128,7 @@ def _is_across(slide: Axis, axis: Axis) -> bool:
 
 
 def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector) -> sp.Expr:
-    """Solves the prismatic joint that moves ``point`` to the height of ``goal`` along an axis."""
+    """Solves for the prismatic joint that moves ``point`` to the height of ``goal``."""
     terms = work.terms
     return work.slide(
         slide,
@@ -140,13 +141,13 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, displacement: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """Solves the prismatic joint that brings ``point`` to the distance of ``goal`` from an axis.
+    """Solves for the prismatic joint that moves ``point`` to the axis distance of ``goal``.
 
     Args:
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis.
-        displacement: The displacement of the point per unit of the prismatic joint.
+        displacement: The displacement of the point per unit displacement of the prismatic joint.
         point: The position of the point relative to the axis.
         goal: The goal point, relative to the axis.
     """

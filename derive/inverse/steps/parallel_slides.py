@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
-A lift moves along the revolute axes; a telescope moves perpendicular to two of these axes. The sum
-of the two revolute angles is known. Therefore, the telescope changes one side of a triangle whose
-other two sides are known.
+The lift moves along the revolute axes; the telescope moves perpendicular to two of these axes. The
+sum of the two revolute angles is known. Therefore, the telescope changes one side of a triangle
+whose other two sides are known.
 """
 
 import sympy as sp
@@ -16,7 +16,7 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for the prismatic joint along parallel axes, the only joint that lifts the tool.
+    """Solves for the prismatic joint along parallel axes, which alone lifts the tool.
 
     Args:
         work: Records the step.
@@ -44,9 +44,9 @@ def telescope(
         work: Records the two solution steps.
         axes: The two revolute axes and the telescope, in the order of the chain.
         hand: A point moved by all three joints, in the home pose.
-        position: The target position of the point relative to the first revolute axis; the
+        position: The target position of the point relative to the first revolute axis; its
             component along this axis has no effect.
-        total: The rotation by the sum of the revolute angles, measured about the first axis.
+        total: The rotation by the sum of the two revolute angles, measured about the first axis.
     """
     terms = work.terms
     first, second = (axis for axis in axes if axis.turns)
@@ -57,8 +57,9 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes extends the triangle side between these axes. Any other
-    # telescope changes the distance from elbow to wrist that both revolute joints must reach.
+    # A telescope between the two axes extends the triangle side between these axes. A telescope
+    # before or after both axes changes the distance from elbow to wrist that both revolute joints
+    # must reach.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

@@ -1,4 +1,4 @@
-"""Solution steps for an arm in a plane on a rotating base: first the plane, then the arm.
+"""Solution steps for an arm that moves in a plane on a rotating base.
 
 The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
 joints position the tool and set its pitch in this plane. A fifth joint rotates the tool about an
@@ -29,12 +29,12 @@ DIGITS = 20
 def turn_to_plane(
     work: Work, first: Axis, second: Axis, carried: Vector, position: Vector, reason: str
 ) -> tuple[Vector, CosSin]:
-    """Solves joint 1 if no other joint moves a point along the second axis.
+    """Solves for joint 1 if no other joint moves a point along the second axis.
 
     Args:
         work: Records the step.
         first: The axis of joint 1.
-        second: The axis along which only the first joint moves the point.
+        second: The axis along which only joint 1 moves the point.
         carried: The point in the home pose.
         position: The target position of the point.
         reason: Explains why no other joint moves the point along the second axis.
@@ -63,10 +63,10 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Like :func:`turn_to_plane`, but a tool-fixed direction also determines joint 1.
+    """Like :func:`turn_to_plane`, but a direction fixed in the tool also determines joint 1.
 
-    The next joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
-    These joints do not change the angle between the direction and the parallel axes.
+    The joints after joint 1 are revolute with parallel axes, or prismatic and perpendicular to
+    these axes. These joints do not change the angle between the direction and the parallel axes.
 
     Args:
         work: Records the step.
@@ -113,11 +113,12 @@ def in_plane(lines: Lines) -> tuple[Axis, ...]:
 
 
 def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for all joints for a pose.
+    """Solves for all joints of an arm from a pose.
 
     Args:
         work: Records the steps.
-        lines: A rotating base, three joints that move in a plane, and an optional fifth joint.
+        lines: The joints of a rotating base, three joints that move in a plane, and an optional
+            fifth joint.
         target: The displacement of the tool.
     """
     terms = work.terms
@@ -133,7 +134,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
         U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
-    # 2. The parallel joints rotate a direction that the last joint does not rotate.
+    # 2. The parallel joints rotate a direction that the last joint does not change.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     total = turned_as_one(
         work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
@@ -147,7 +148,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
-    """Like :func:`turned_to_plane`, for a tool with a constant orientation relative to axis 2."""
+    """Like :func:`turned_to_plane`, for a tool whose orientation relative to axis 2 is constant."""
     terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
     q1 = work.step(
         [a1],
@@ -168,12 +169,12 @@ def turned_to_plane(
 
 
 def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    """Records the sum of the angles about the parallel axes."""
+    """Records the sum of the joint angles about the parallel axes."""
     return work.step(in_plane(lines), "subproblem 1", reason, found)
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solves for the joints in the arm plane from the sum of their angles."""
+    """Solves for the joints in the arm plane, given the sum of their angles."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)
@@ -185,7 +186,7 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Sets all joints to 0 that the task does not determine."""
+    """Sets all joints that the task does not determine to 0."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 

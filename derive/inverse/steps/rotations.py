@@ -1,4 +1,4 @@
-"""Three revolute joints that produce a rotation: a spherical wrist or shoulder."""
+"""Three revolute joints that produce a given rotation, as a spherical wrist or shoulder."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,7 +17,7 @@ from .work import Work
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Solves for the three wrist joints from the remaining rotation.
+    """Solves for the three wrist joints from the rotation that remains for them.
 
     Args:
         work: Record of the solution with the joints before the wrist; receives the steps.
@@ -41,15 +41,16 @@ def three_turns(
 ) -> None:
     """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
-    ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then determines the last
-    angle.
+    The equation ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then
+    determines the last angle.
 
     Args:
         work: Records the steps.
         axes: The three axes.
-        wanted: Returns a direction after the rotation R.
-        aligned: Returns the angle of joint 4 if axis 6 is parallel to axis 4, from the angle of
-            joint 5 and a sign. Without this function, the angle of joint 4 is then 0.
+        wanted: A function that returns the image of a direction under the rotation R.
+        aligned: If axis 6 is parallel to axis 4, this function returns the angle of joint 4 for the
+            angle of joint 5 and a sign. Without this function, the angle of joint 4 is 0 in this
+            case.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -91,13 +92,13 @@ def three_turns(
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
     """Solves ``R_4 R_5 = R`` for two angles; at most one solution.
 
-    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Both subproblems always have a
-    unique solution.
+    The equation ``R_4 h_5 = R h_5`` and the remaining rotation are both subproblem 1. Both
+    subproblems always have a unique solution.
 
     Args:
         work: Records the steps.
         axes: The two axes.
-        wanted: Returns a direction after the rotation R.
+        wanted: A function that returns the image of a direction under the rotation R.
     """
     terms = work.terms
     a4, a5 = axes
@@ -126,11 +127,12 @@ def last_turn(
     Args:
         work: Records the step.
         axis: The last axis.
-        e: A direction perpendicular to the axis.
-        wanted: The direction after the rotation by all joints.
-        before: The axes and rotations of the preceding joints, from the base.
-        behind: Text that names the preceding joints.
-        is_regular: Whether the rotated direction is perpendicular to the axis for every target.
+        e: A direction perpendicular to the last axis.
+        wanted: The image of this direction under the rotation by all joints.
+        before: The axes and rotations of the joints before the last joint, numbered from the base.
+        behind: Text that names the joints before the last joint.
+        is_regular: Whether the rotated direction is perpendicular to the last axis for every
+            target.
     """
     for other, turn in before:
         wanted = rotated(work.terms, other.h, turn.back, wanted)
@@ -146,14 +148,14 @@ def two_last_turns(
     *,
     is_regular: bool,
 ) -> None:
-    """Solves for joints 5 and 6 from the remaining rotation; joint 6 does not rotate its axis.
+    """Solves for joints 5 and 6 from the remaining rotation; joint 6 does not rotate its own axis.
 
     Args:
         work: Records the steps.
-        before: Axis and angle of joint 1, and the sum of the angles of the parallel joints.
+        before: Axis and angle of joint 1, and the angle sum of the parallel joints.
         last: The axes of joints 5 and 6.
         target: The displacement that the chain must produce.
-        is_regular: Whether the sum of the angles solves its equation for every target.
+        is_regular: Whether the angle sum solves its equation for every target.
     """
     terms, (a5, a6), ((a1, q1), (second, total)) = work.terms, last, before
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))

@@ -1,8 +1,8 @@
 """Prismatic joints in any order between revolute joints that the orientation determines.
 
-The orientation determines up to three revolute joints, of which no two consecutive joints are
-parallel. The position is then linear in up to three displacements, along directions that the
-revolute joints rotate. Maximum number of solutions: 1, or 2 with three revolute joints.
+The orientation determines up to three revolute joints; two consecutive revolute axes are never
+parallel. The position is then linear in up to three displacements, whose directions depend on the
+revolute joints. Maximum number of solutions: 1, or 2 with three revolute joints.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,10 +29,11 @@ from .target import Target
 from .work import Work
 
 _MAX = 3
-"""Maximum number of revolute joints, and of prismatic joints."""
+"""Maximum number of revolute joints, and maximum number of prismatic joints."""
 _FREEDOMS = 6
 _PARALLEL = sp.Float("1e-14", 20)
-"""Below this sine of their angle (a rounding error), two prismatic joints count as parallel."""
+"""Two prismatic joints count as parallel if the sine of their angle is below this rounding
+error."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
@@ -76,7 +77,7 @@ def _turns(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
-    """Solves the prismatic joints from the displacement that remains after the revolute joints."""
+    """Solves for the prismatic joints from the displacement that the revolute joints leave."""
     terms, carried = work.terms, target.home
     sliding: list[Axis] = []
     for axis in reversed(axes):
@@ -93,7 +94,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
     )
     for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
         rate, rest = dot(terms, normal, axis.h), dot(terms, normal, displacement)
-        # If the prismatic joints are parallel, the displacement is 0 and the next prismatic joint
+        # If a prismatic joint is parallel to the next one, its displacement is 0 and the next joint
         # moves the tool.
         length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
@@ -103,7 +104,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
 
 
 def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:
-    """Yields, per prismatic joint, a unit vector along which later ones do not move the tool."""
+    """Yields, for each prismatic joint, a unit vector along which no later joint moves the tool."""
     terms = work.terms
     match sliding:
         case [_, second, third]:
@@ -128,6 +129,6 @@ def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def _unit(terms: Terms, v: Vector) -> Vector:
-    """Returns a vector divided by its length; the null vector does not change."""
+    """Returns a vector divided by its length; a zero vector does not change."""
     inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
     return combination(terms, (inverse,), (v,))

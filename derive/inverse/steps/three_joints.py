@@ -1,8 +1,8 @@
 """Three joints that position a point, such as the arm before a spherical wrist.
 
-``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W``, with joint screws S_k, point C and target W, is
-solved with an invariant: the component of a point along parallel axes, its distance from the
-intersection of axes, or both quantities.
+The equation ``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W``, with joint screws S_k, point C and
+target W, is solved by means of invariants. An invariant is the component of a point along parallel
+axes, or its distance from the intersection of axes.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,8 +43,8 @@ class Case:
     """An arrangement of three joints with a closed-form solution.
 
     Attributes:
-        kinds: One letter per joint: r (revolute) or p (prismatic).
-        title: Description of the axis arrangement.
+        kinds: One letter per joint: r for revolute, p for prismatic.
+        title: Description of how the axes are arranged.
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
         solve: Solves for the three joints.
@@ -58,7 +58,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Returns the first arrangement whose conditions the three axes fulfil."""
+    """Returns the first arrangement whose conditions the three axes satisfy."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -67,7 +67,7 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first fitting arrangement, or of the nearest arrangement."""
+    """Returns the conditions of the first fitting arrangement, or else of the nearest one."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
@@ -152,7 +152,8 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
-    # axes. Joint 1 moves this intersection, so the distance |R_1^T V - c| is known.
+    # axes. Joint 1 moves this intersection to a known position, so the distance |R_1^T V - c| is
+    # known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, centre, C)
     minus_h = negative(a1.h)
@@ -171,8 +172,8 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 
 def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 changes neither the
-    # length of the rotated vector nor its component along axis 2.
+    # In the equation R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)), joint 2
+    # changes neither the length of the rotated vector nor its component along axis 2.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
@@ -327,7 +328,7 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
 
 
 def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
-    """Solves for two prismatic joints that move a point by a vector in their plane."""
+    """Solves for two prismatic joints that move a point by a vector in the plane of the joints."""
     terms = work.terms
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)

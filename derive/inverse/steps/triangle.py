@@ -12,15 +12,15 @@ from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
-    """Solves two joints from the sides of the triangle: first the elbow, then the shoulder.
+    """Solves for two joints from the sides of the triangle: first the elbow, then the shoulder.
 
     Args:
         work: Records the two solution steps.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
         hand: A point moved by both joints, in the home pose.
-        position: The target position of the point relative to the shoulder axis; the component
-            along the axis has no effect.
+        position: The target position of the point relative to the shoulder axis; its component
+            along this axis has no effect.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))

@@ -1,4 +1,4 @@
-"""Record of a closed form during its derivation: angles, signs, margins, steps to print."""
+"""Record of a closed form during its derivation: angles, signs, margins and solution steps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,11 +20,12 @@ class InverseStep:
     """One solution step of a closed-form inverse.
 
     Attributes:
-        joints: Names of the joints whose angle sum the step solves.
+        joints: Names of the joints; with several names, the step solves for the sum of their
+            angles.
         method: The subproblem, for example "subproblem 4".
-        reason: Reason for the step: the joints that its equation does not contain, and why.
-        found: The solved angle or length, with its equation.
-        degenerate: Describes the poses at which the value is arbitrary, and the selected value at
+        reason: Reason for the step: which joints its equation does not contain, and why.
+        found: The solved angle or displacement, with its equation.
+        degenerate: Describes the poses at which the value is arbitrary, and the value selected at
             these poses.
     """
 
@@ -37,7 +38,7 @@ class InverseStep:
 
 @dataclass(frozen=True)
 class NamedVector:
-    """A named vector to which the step descriptions refer.
+    """A named vector that the descriptions of the solution steps mention.
 
     Attributes:
         letters: LaTeX letters in order of preference; letters that denote robot parameters are
@@ -58,8 +59,8 @@ class Remainder:
     """A joint whose angle is computed from a solved angle sum and the other joints of the sum.
 
     Attributes:
-        joints: Names of the joints in the sum, in the order of the step.
-        last: Name of the remaining joint.
+        joints: Names of the joints in the sum, in the order of the solution step.
+        last: Name of the joint that is computed from the sum.
     """
 
     joints: tuple[str, ...]
@@ -68,10 +69,10 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Sum:
-    """Parallel joints whose angle sum is solved before the single angles.
+    """Parallel joints for which the sum of the angles is solved before the single angles.
 
     Attributes:
-        senses: Index of each joint, with 1 or -1 for the sense of its angle about the first axis.
+        senses: For each joint, its index and the sense (1 or -1) of its angle about the first axis.
         turn: Cosine and sine of the angle sum.
     """
 
@@ -81,22 +82,22 @@ class Sum:
 
 @dataclass
 class Work:
-    """State of a derivation, which a family fills step by step.
+    """State of a derivation, which a family of axis structures fills step by step.
 
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints; computing a joint angle from the sum saves an atan2
+        sums: Angle sums of parallel joints; a joint angle that follows from the sum needs no atan2
             call.
-        remainders: Joints that are computed from an angle sum, for the printed explanation.
+        remainders: Joints whose angles follow from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
-        locked: Indices of the joints that cannot move in the closed loops of a robot.
+        locked: Indices of the joints that the closed loops of a robot lock.
         signs: The sign symbols (1 or -1), in the order of the solution slots.
         settled: Indices of the redundant branch signs; these signs are always 1.
         choices: Number of branch signs introduced so far.
-        sides: For signs of loop branches, the loop name and the branch names keyed by sign.
+        sides: The loop name of each loop-branch sign, and the branch names keyed by sign value.
         steps: The solution steps in order.
-        vectors: Named vectors to which the step descriptions refer.
+        vectors: Named vectors that the descriptions of the solution steps mention.
     """
 
     terms: Terms
@@ -113,7 +114,7 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions; 1 for a redundant branch sign."""
+        """Returns a new symbol that selects one of two solutions; 1 for a redundant sign."""
         self.choices += 1
         if self.choices - 1 in self.settled:
             return sp.Integer(1)
@@ -121,7 +122,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Names a vector for the article; returns the vector."""
+        """Records a vector and its name for the article; returns the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -133,7 +134,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a step; for a single axis, the angle is the joint angle."""
+        """Records a solution step; with a single axis, the solved angle is its joint angle."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
@@ -143,25 +144,25 @@ class Work:
         return found.turn
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
-        """Records the step that solves a prismatic joint."""
+        """Records the solution step for a prismatic joint."""
         self.steps.append(InverseStep((axis.name,), method, reason, _settled(found)))
         self.lengths[axis.joint] = found.length
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Records a step that solves an angle outside the chain."""
+        """Records a step that solves for an angle that is not a joint angle of the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Records a step that solves a length outside the chain."""
+        """Records a step that solves for a length that is not a joint displacement of the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Records that the last of these joints is computed from the solved sum."""
+        """Records that the angle of the last joint is computed from the solved sum."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 
@@ -171,7 +172,7 @@ class Work:
 
 
 def _settled(found: Found) -> Found:
-    """Returns the result of a step, without sign and margin if the solution is unique."""
+    """Returns the result of a solution step; a unique solution has no sign and no margin."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

@@ -1,10 +1,10 @@
 """Arm angles that the position of the wrist center does not determine.
 
-A joint does not move a wrist center on its axis, so its angle is arbitrary. A wrist with
-perpendicular consecutive axes reaches every orientation, so any arm angle is valid. Wrists without
-perpendicular axes reach only some orientations: the angle between axes 4 and 6 has limits. For
-these wrists, the selected arm angle brings the angle between axes 4 and 6 to the middle of its
-range, or as close to the middle as possible.
+A joint does not move a wrist center on the joint's axis, so the angle of the joint is arbitrary. A
+wrist whose consecutive axes are perpendicular reaches every orientation, so any arm angle is valid.
+Other wrists reach only some orientations, because the angle between axes 4 and 6 has limits. For
+such a wrist, the selected arm angle brings the angle between axes 4 and 6 as close as possible to
+the middle of its range.
 """
 
 import sympy as sp
@@ -59,7 +59,7 @@ def with_wrist_in_reach(
 
 
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
-    """Replaces an arbitrary angle (lever parallel to the axis) by the preferred angle."""
+    """Replaces the joint angle by ``best`` if the lever is parallel to the joint axis."""
     work.turns[axis.joint] = where_free(work.terms, axis.h, lever, work.turns[axis.joint], best)
 
 
@@ -80,7 +80,7 @@ def is_straight(one: Axis, other: Axis) -> bool:
 def _turned(
     terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
 ) -> Vector:
-    """Rotates a direction by joints from last to first; with ``back``, by inverse rotations."""
+    """Rotates a direction by several joints or, with ``back``, by their inverse rotations."""
     for axis in axes if back else axes[::-1]:
         if axis.turns:
             turn = work.turns[axis.joint]

@@ -1,4 +1,4 @@
-"""Axes of a chain as lines in its home pose, and their relative positions.
+"""Axes of a chain, as lines in its home pose, and their relative positions.
 
 A chain has a closed-form inverse if certain axes are parallel or intersect. The test for parallel
 and intersecting axes is numeric, at the default values of all parameters; the inverse is then
@@ -33,16 +33,18 @@ Frame = tuple[Basis, Vector]
 
 
 MAX_ADDENDS = 16
-"""Maximum number of addends of a symbolic constant that is expanded to cancel terms."""
+"""Maximum number of addends up to which a symbolic constant is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of an added joint: the first about the tool axis, the second about any other axis."""
+"""Names of added joints: the first name for an axis along the tool axis, the second name for any
+other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic value of prismatic joints (metre); axes that intersect at this value also intersect at
-every other value."""
+"""Generic value of prismatic joints (metre); axes that intersect at this value intersect at every
+value."""
 SOME_TURN = 0.7548776662
-"""Generic revolute value (radian): an angle at which no axes align by chance."""
+"""Generic value of revolute joints (radian); at this angle, no axes align by chance."""
 APART = 0.5698402910
-"""Offset between the generic values of different joints, so that their motions do not cancel."""
+"""Offset between the generic values of two joints; because of the offset, joint motions do not
+cancel."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Axis:
         name: Name of the joint.
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
-        p: A point on the axis (metre); meaningless for a prismatic joint.
+        p: A point on the axis (metre), without meaning for a prismatic joint.
         direction: Numeric value of the direction h.
         origin: Numeric value of the point p.
         stays: Whether the joint is an added joint that stays at 0.
@@ -76,7 +78,7 @@ class Axis:
 
     @property
     def some_motion(self) -> float:
-        """A generic joint value (radian or metre), different for each joint."""
+        """A generic joint value (radian or metre), which differs from joint to joint."""
         some = SOME_TURN if self.turns else SOME_SLIDE
         return some * (1 + self.joint * APART % 1)
 
@@ -85,12 +87,12 @@ class Axis:
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
-        """Returns the axis with the opposite direction, as for numbering from the tool."""
+        """Returns the axis with the opposite direction, for a chain numbered from the tool."""
         x, y, z = self.h
         return replace(self, h=(-x, -y, -z), direction=-self.direction)
 
     def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
-        """Returns a parallel axis through a different point."""
+        """Returns a parallel axis through another point."""
         return replace(self, p=p, origin=origin)
 
 
@@ -118,7 +120,7 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
     Args:
         robot: The description.
         lines: The axes of the robot's moving joints.
-        stays: Whether the angle of the added joint is 0; otherwise the task determines this angle.
+        stays: Whether the angle of the added joint is 0; otherwise, the task determines this angle.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
@@ -140,7 +142,7 @@ def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """Returns a frame moved by a constant placement, with named components."""
+    """Returns the frame at a constant placement relative to a frame, with named components."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -168,14 +170,14 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel; does not change numbers and long constants."""
+    """Expands a constant so that terms cancel; numbers and long constants do not change."""
     if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel, or names the constant if the expansion is long."""
+    """Expands a constant so that terms cancel; a long expansion is replaced by a name."""
     return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
@@ -185,7 +187,7 @@ def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
 
 
 def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """Returns the rotation matrix about a unit vector (Rodrigues)."""
+    """Returns the rotation matrix for an angle about a unit vector (Rodrigues)."""
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
 
@@ -197,7 +199,8 @@ class Lines:
     Attributes:
         terms: Table of named terms.
         axes: The axes, ordered from the base or from the tool.
-        tolerance: Maximum deviation (radian, or relative to the arm length).
+        tolerance: Maximum deviation (radian, or relative to the arm length) of parallel or
+            intersecting axes.
         is_part: Whether other joints of the original chain have fixed values.
     """
 
@@ -222,9 +225,9 @@ class Lines:
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """Returns the axes of the free joints, with the fixed joints at generic values.
+        """Returns the axes of the free joints, displaced by fixed joints at generic values.
 
-        The returned axes are used only to test the structure, not to solve it.
+        The returned axes serve only to test the structure, not to solve it.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -254,7 +257,7 @@ class Lines:
         return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
 
     def meet(self, *indices: int) -> bool:
-        """Whether pairwise nonparallel revolute axes intersect in one point."""
+        """Whether several revolute axes, none of them parallel, intersect in one point."""
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
@@ -292,5 +295,5 @@ class Lines:
         return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
-        """Returns 1 if axes i and j have the same direction, -1 if opposite."""
+        """Returns 1 if axes i and j have the same direction, -1 if opposite directions."""
         return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

@@ -51,7 +51,7 @@ class NumericArm:
         )
 
     def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at q (N, n)."""
+        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates q (N, n)."""
         R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
         axes = []
         for h, point, turns, sense, value in zip(
@@ -78,7 +78,7 @@ class NumericArm:
 
 
 def _offsets(robot: SerialRobot) -> Iterator[sp.Expr]:
-    """Yields the components of all translations between the robot frames."""
+    """Yields the components of all translations between consecutive robot frames."""
     placements = [placement for joint in robot.joints for placement in (joint.before, joint.after)]
     for placement in (robot.base, *placements, robot.tool):
         for motion in placement:

@@ -18,12 +18,12 @@ def of_chain(lines: Lines) -> int:
 
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
-    """Returns Jacobians (6, n) in random configurations; lengths are relative to arm length."""
+    """Returns Jacobians (6, n) in random configurations; lengths are relative to the arm length."""
     return [_jacobian(lines, q)[0] for q in _random_configurations(lines)]
 
 
 def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
-    """Whether a chain moves a point in three directions.
+    """Whether the joints of a chain move a point in three directions.
 
     Args:
         lines: The chain.

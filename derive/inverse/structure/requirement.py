@@ -1,4 +1,4 @@
-"""Conditions of a family on the axes of a chain, with their deviations."""
+"""Conditions that a family places on the axes of a chain, with their deviations."""
 
 import math
 from collections.abc import Iterable
@@ -20,13 +20,13 @@ class Requirement:
 
     Attributes:
         text: Description of the condition on the axes.
-        deviation: Deviation of the axes from the condition: the sine of an angle, or a distance
-            relative to the arm length. The deviation is 0 if the condition holds, and infinite if
-            no small change of the arm can fulfil the condition.
+        deviation: Deviation of the axes from the condition, which is the sine of an angle or a
+            distance relative to the arm length. The deviation is 0 if the condition holds, and
+            infinite if no small change of the arm can satisfy the condition.
         is_length: Whether the deviation is a distance relative to the arm length.
-        parallel: Axes that must be parallel, or () for other conditions.
-        meeting: Axes that must intersect, or () for other conditions.
-        across: The two axes that must be perpendicular, or () for other conditions.
+        parallel: Axes that must be parallel, or () for another kind of condition.
+        meeting: Axes that must intersect, or () for another kind of condition.
+        across: The two axes that must be perpendicular, or () for another kind of condition.
         parts: The conditions that this condition summarizes, if any.
     """
 
@@ -39,7 +39,7 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """Formats the finite deviation in mm, mrad or degrees; ``length`` is the arm length [m]."""
+        """Formats a finite deviation in mm, mrad or degrees, for the arm length ``length`` [m]."""
         if self.is_length:
             return f"{_MILLI * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))
@@ -69,21 +69,21 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
 
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
-    """Requires axes through one point."""
+    """Requires that several axes intersect in one point."""
     verb = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     text = f"axes {_names(lines, indices)} {verb}"
     return Requirement(text, lines.meeting_deviation(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:
-    """Requires two perpendicular axes."""
+    """Requires that two axes are perpendicular."""
     a, b = lines.axes[i], lines.axes[j]
     deviation = abs(float(a.direction @ b.direction))
     return Requirement(f"axes {a.name} and {b.name} are at right angles", deviation, across=(i, j))
 
 
 def askew(lines: Lines, i: int, j: int) -> Requirement:
-    """Requires two nonparallel axes."""
+    """Requires that two axes are not parallel."""
     text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
     return Requirement(
         text, np.inf if lines.angular_deviation((i, j)) < MEASURED_STRUCTURE else 0.0

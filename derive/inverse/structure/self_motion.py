@@ -21,7 +21,8 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
         given: Indices of the joints with fixed values.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone"; an empty text for other arms.
+        A clause such as "the tool depends on joint5 + joint6 alone", or an empty text without a
+        self-motion.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
@@ -41,7 +42,7 @@ def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:
 
 
 def _moving(motions: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
-    """Returns the joints that move in the null spaces (k, n) of random configurations."""
+    """Returns the joints that move in null spaces (k, n) of the Jacobian."""
     if min(map(len, motions)) == 0:
         return np.array([], dtype=np.intp)
     return np.flatnonzero(np.max([np.abs(m).max(0) for m in motions], axis=0) > JACOBIAN_RANK)
@@ -54,7 +55,7 @@ def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
-    """Returns the ratio of two joint velocities if it is always 1 or -1, otherwise 0."""
+    """Returns the ratio of two joint velocities if it is always 1 or always -1, otherwise 0."""
     if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
         return 0.0
     ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])

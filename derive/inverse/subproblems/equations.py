@@ -1,7 +1,7 @@
-"""Equations of the subproblems as data: coefficients and solutions.
+"""Equations of the subproblems as data, with their coefficients and their solutions.
 
-Each solution step stores its equation. The article prints its coefficients, relation and solution;
-a test evaluates them numerically.
+Each solution step stores its equation. The article prints the coefficients, the relation and the
+solution; a test evaluates all of them numerically.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,7 +18,7 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation with its coefficients as fields: numbers, vectors or rows."""
+    """An equation whose coefficients are fields; a coefficient is a number, a vector or rows."""
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
@@ -32,13 +32,13 @@ class Equation:
 
 
 def _filled(shape: Any, left: Iterator[sp.Expr]) -> Any:
-    """Returns the next coefficient values in the shape of a coefficient."""
+    """Returns the next values, arranged in the shape of a coefficient."""
     return tuple(_filled(part, left) for part in shape) if isinstance(shape, tuple) else next(left)
 
 
 @dataclass(frozen=True)
 class Linear(Equation):
-    """The equation ``a cos(theta) + b sin(theta) = d``; up to two solutions."""
+    """The equation ``a cos(theta) + b sin(theta) = d``, which has up to two solutions."""
 
     a: sp.Expr
     b: sp.Expr
@@ -46,7 +46,7 @@ class Linear(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation of the opposite angle."""
+        """Returns the equation that holds for the opposite angle."""
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
@@ -65,14 +65,14 @@ class Linear(Equation):
 
 @dataclass(frozen=True)
 class Direction(Equation):
-    """The equation ``cos(theta) : sin(theta) = a : b``; one solution."""
+    """The equation ``cos(theta) : sin(theta) = a : b``, which has one solution."""
 
     a: sp.Expr
     b: sp.Expr
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation of the opposite angle."""
+        """Returns the equation that holds for the opposite angle."""
         return type(self)(self.a, -self.b)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
@@ -89,11 +89,11 @@ class LineAndPlane(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation of the opposite displacement."""
+        """Returns the equation that holds for the opposite displacement."""
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms of the displacement, which is their sum."""
+        """Returns the terms whose sum is the displacement."""
         return tuple(sp.Add.make_args(-self.rest / self.rate))
 
 
@@ -106,7 +106,7 @@ class LineAndSphere(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation of the opposite displacement."""
+        """Returns the equation that holds for the opposite displacement."""
         return type(self)(-self.linear, self.constant)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
@@ -118,7 +118,7 @@ class LineAndSphere(Equation):
 
 @dataclass(frozen=True)
 class LoopOfThree(Equation):
-    """The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+    """The vector equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
     Subproblem 5 solves all three angles together.
     """
@@ -134,7 +134,7 @@ class LoopOfThree(Equation):
 
 @dataclass(frozen=True)
 class TwoEllipses(Equation):
-    """The equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
+    """The two equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
     Subproblem 6 solves both angles together.
 

@@ -1,43 +1,34 @@
 """Roots of a trigonometric polynomial of degree 2 (a quartic), as points on the unit circle.
 
-Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0``, (c, s) = (cos, sin)(phi).
+Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) = (cos, sin)(phi).
 
-Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic
+Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic ``g (x^2 -
+y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. Its intersections with the unit circle are the
+roots. A multiple lambda of x^2 + y^2 - 1 may be added to the conic. Let ``r' = r/g``, ``P =
+(p/2g)^2`` and ``Q = (q/2g)^2``. If lambda = g tau solves the cubic resolvent ``(tau^2 - 1)(tau -
+r') + P (tau - 1) + Q (tau + 1) = 0``, the conic is a pair of lines, which are real for -1 <= tau <=
+1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1, so it always has a root in this
+range, and no complex arithmetic is needed. A line intersects the circle in two points, or misses
+the circle and has two complex roots.
 
-    g (x^2 - y^2) + p x + q y + r = 0, where g = |(a2, b2)|,
+If the cubic has several roots tau, the root farthest from the other roots is used. Two coinciding
+roots of the quartic then lie on the same line, so their computation loses no accuracy. A double
+root tau is never used, because its accuracy is only 1e-8. Newton's method computes tau. The start
+value lies beyond tau, seen from the other roots, so the method converges monotonically. If the
+outer root gives no real lines, the circle has no intersections; the other two roots tau follow from
+a quadratic.
 
-and the intersections of this conic with the circle are the roots. A multiple lambda of x^2 + y^2 -
-1 may be added to the conic. If lambda = g tau solves the cubic resolvent
+For tau > 0, x and y are exchanged, which gives t = 1 + tau in [0, 1]. Newton's method refines t in
+the cubic ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0`` to full relative accuracy, even
+for small t. With alpha^2 = g t and beta^2 = g (2 - t), the lines are ``alpha x + beta y + m`` and
+``alpha x - beta y + n``. There are three equations for the two unknowns m and n: ``alpha (m + n) =
+p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. The second equation is combined with the first
+if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t has the same effect as
+an equal relative error of the largest of p, q and r. If p is only rounding error, t = 0 is exact,
+as a fourfold root requires.
 
-    (tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0,   r' = r/g, P = (p/2g)^2, Q = (q/2g)^2,
-
-the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic has the value -2 P at -1
-and 2 Q at 1, so it always has a root in this range, and no complex arithmetic is needed. A line
-intersects the circle in two points, or misses the circle and has two complex roots.
-
-If there are several roots tau, the root farthest from the other roots is used. Two coinciding roots
-of the quartic then lie on the same line of the pair, so their computation loses no accuracy. A
-double root tau is never used, because its accuracy is only 1e-8. Newton's method computes tau. The
-start value is farther from the other roots than tau, so the method converges monotonically. If the
-outer root has no real line pair, the circle has no intersections; the other two roots tau follow
-from a quadratic.
-
-Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; Newton's method refines t in the cubic
-
-    t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0,
-
-to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (2 - t) the lines are
-``alpha x + beta y + m`` and ``alpha x - beta y + n`` with
-
-    alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
-
-which are three equations for the two unknowns m and n. The second equation is combined with the
-first if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t acts like a
-relative error of the same size in the largest of p, q and r. If p is only rounding error, t = 0 is
-exact, as a fourfold root requires.
-
-Degenerate: for g = 0 (a single line), the second line is far away; the same formulas hold with g =
-1e-20. If all coefficients are 0, the points are arbitrary.
+Degenerate: for g = 0, the conic is a single line and the second line is far away; the same formulas
+hold with g = 1e-20. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
 11.4); the choice of lambda and the forms without cancellation are original.
@@ -65,7 +56,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps; this number gives 12 digits from a start value with a 30 % error."""
+"""Number of Newton steps, which gives 12 digits from a start value with a 30 % error."""
 POLISHING_STEPS = 2
 
 
@@ -75,8 +66,9 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: Margin in units of the polynomial, or 0 for a double root. The margin is negative
-            for a complex root; ``turn`` is then the circle point nearest to a line of the pair.
+        margin: Margin in the units of the polynomial; it is 0 for a double root. The margin is
+            negative for a complex root; ``turn`` is then the circle point nearest to a line of the
+            pair.
     """
 
     turn: CosSin
@@ -95,10 +87,11 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference for root labels if the circle of the polynomial may be rotated or mirrored.
+    """Reference for the root labels if the circle of the polynomial may be rotated or mirrored.
 
     Attributes:
-        along: A direction in the plane of the circle; roots in its half plane have the sign 1.
+        along: A direction in the plane of the circle; roots in the half plane of this direction
+            have the sign 1.
         orientation: Sense (1 or -1) of the angle phi.
     """
 
@@ -122,7 +115,7 @@ def circle_roots(
     separation: sp.Expr = ZERO,
     reference: Reference | None = None,
 ) -> CirclePoint:
-    """Returns a root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
+    """Returns a root of ``a0 + first.(c, s) + second.(cos(2 phi), sin(2 phi))``.
 
     Args:
         terms: Table of named terms.
@@ -130,13 +123,13 @@ def circle_roots(
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
         signs: Two symbols (1 or -1); the four combinations give all roots. The second sign is
-            opposite to the sign of the polynomial's derivative with respect to the angle, and
-            changes only at double roots. The first sign distinguishes two roots with equal second
-            sign by the side of the conic axis on which they lie.
-        separation: If two roots agree up to rounding error, the function returns them at this angle
-            on either side of their common point.
-        reference: Reference direction and sense of the signs, if the default reference is
-            discontinuous.
+            opposite to the sign of the polynomial's derivative with respect to the angle; it
+            changes only at double roots. The first sign distinguishes two roots whose second sign
+            is equal, by the side of the conic axis on which a root lies.
+        separation: If two roots agree up to rounding error, the function returns roots at this
+            angle before and after their common point.
+        reference: Reference direction and sense of the signs, to be given if the default reference
+            is discontinuous.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -172,7 +165,7 @@ def _turned(
 
 
 def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
-    """Returns the root t, the slope of the cubic at 0, and whether x and y are exchanged."""
+    """Returns the root t, the slope of the cubic at t = 0, and whether x and y are exchanged."""
     let = terms.let
     inverse = let(1 / conic.g)
     r = let(conic.r * inverse)
@@ -192,11 +185,11 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Returns the root tau farthest from the others if it is in [-1, 1], else a root in [-1, 1]."""
+    """Returns the root tau that lies in [-1, 1], preferably the root farthest from the others."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
-    # tau = middle + y with y^3 - k y - rest = 0.
+    # Here, tau = middle + y, where y solves y^3 - k y - rest = 0.
     k = let(let(1 - total) + 3 * let(middle**2))
     rest = let(let(2 * middle**2 - let(total + 2)) * middle + let(P - Q))
     positive = rest >= 0
@@ -217,7 +210,7 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for (if k > 0, above) the positive root y of ``y^3 - k y = size``."""
+    """Returns a start value for the positive root y of ``y^3 - k y = size``; above y if k > 0."""
     let = terms.let
     # The power size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
@@ -253,7 +246,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The larger of the two line offsets has the sign of p, and its line is alpha x - side beta y.
+    # The line with the larger offset is alpha x - side beta y; the offset has the sign of p.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -264,8 +257,8 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Within the circle, the y or x values separate the
-    # two lines. The y or x coordinate of a root identifies the line that contains the root.
+    # The two lines intersect outside the circle. Within the circle, the y or the x values separate
+    # the two lines. The y or x coordinate of a root identifies the line that contains the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

@@ -1,11 +1,11 @@
 """Second-order step to the common root of two equations for two angles.
 
-Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` for the small step x
-of two angles. No term of the equations contains both angles, so the matrices G and H are diagonal.
+Statement: ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0`` for the small step x of
+two angles. No term of the two equations contains both angles, so the matrices G and H are diagonal.
 
-Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d .
-G d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second order. On this parabola,
-h is a quadratic in tau, and its root nearer to 0 is used. If the second gradient vanishes, as at a
+Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
+d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,
+h is a quadratic in tau; the root nearer to 0 is used. If the second gradient vanishes, as at a
 double root, Newton's method only halves the error per step, but this second-order step still
 converges quickly.
 
@@ -35,7 +35,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the Newton steps of both joint angles on the second-order parabola."""
+    """Returns the steps of both joint angles, from the parabola of second order."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]
@@ -57,7 +57,7 @@ def step_on_parabola(
 
 
 def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearer to 0; the mean of complex roots."""
+    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearer to 0, or the mean of complex roots."""
     let = terms.let
     square = let(B**2 - 2 * A * C)
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))

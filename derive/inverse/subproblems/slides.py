@@ -1,11 +1,11 @@
 """Prismatic subproblems: a translation moves a point into a plane or onto a sphere.
 
-Plane: ``h . (p + t u) = d`` for a point p and a direction u, so ``t = (d - h . p) / (h . u)``; one
+Plane: ``h.(p + t u) = d`` for a point p and a direction u, so ``t = (d - h.p) / (h.u)``; one
 solution. The direction u must not lie in the plane.
 
-Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^2)`` with p' the
-component of p perpendicular to u. If no real root exists, the root is set to 0, which gives the
-point of the line nearest to the sphere.
+Sphere: ``|p + t u| = r`` with a unit vector u, so ``t = -u.p +- sqrt(r^2 - |p'|^2)``, where p' is
+the component of p perpendicular to u. If no real root exists, the root term is set to 0, which
+gives the point of the line nearest to the sphere.
 
 Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """
@@ -22,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """Solves the displacement along u that gives a point the component d along h."""
+    """Solves for the displacement along u after which a point has the component d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
@@ -30,7 +30,7 @@ def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) ->
 def slide_to_sphere(
     terms: Terms, u: Vector, p: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundLength:
-    """Solves the displacement along the unit vector u that gives p the squared length r2."""
+    """Solves for the displacement along the unit vector u that gives p the squared length r2."""
     along, across = dot(terms, u, p), perpendicular(terms, u, p)
     across2 = dot(terms, across, across)
     xi2 = terms.let(r2 - across2)

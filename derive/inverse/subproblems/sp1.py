@@ -2,11 +2,10 @@
 
 Statement: ``R(k, theta) p = v``.
 
-Derivation: with ``p' = p - k (k . p)`` the rotated vector is ``k (k . p) + cos p' + sin (k x p)``;
-its products with p' and with k x p, which are perpendicular and of equal length, are ``p' . v =
-|p'|^2 cos`` and ``(k x p) . v = |p'|^2 sin``. Therefore, the angle is the direction of ``(p' . v,
-(k x p) . v)`` for any length of v. If v differs from p in length or in the component along k, this
-angle is the least-squares solution.
+Derivation: let ``p' = p - k (k.p)``; the rotated vector is ``k (k.p) + cos p' + sin (k x p)``.
+Since p' and k x p are perpendicular and equally long, ``p'.v = |p'|^2 cos`` and ``(k x p).v =
+|p'|^2 sin``. Therefore, the angle is the direction of ``(p'.v, (k x p).v)`` for any length of v. If
+v differs from p in length or in the component along k, this angle is the least-squares solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 
@@ -34,7 +33,7 @@ def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = Fal
     """
     across = perpendicular(terms, k, p)
     if not all(map(terms.is_constant, across)):
-        # If p is close to the axis, the component of v along k would increase the rounding error of
+        # If p is close to the axis, a component of v along k would increase the rounding error of
         # p.
         v = perpendicular(terms, k, v)
     x = dot(terms, across, v)

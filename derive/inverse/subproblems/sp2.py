@@ -2,15 +2,14 @@
 
 Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
 
-Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2 . p`` along k2, so
+Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along k2, so
 subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. In this
-order, the two angles belong together, even if theta1 is arbitrary.
+order, the two angles match, even if theta1 is arbitrary.
 
-If p is nearly parallel to k2, the two solutions are nearly equal, and the expression of subproblem
-4, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is a
+Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
+equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a
 small difference of large terms. Because p and v have equal length, xi^2 also equals ``|p x k2|^2
-s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression whose terms are smaller is
-used.
+s^2 - (k1.v - c k2.p)^2``, whose terms are small. The expression whose terms are smaller is used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.
@@ -38,7 +37,8 @@ def sp2(
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # If theta1 always exists, v rotated back by theta1 has the same distance from k2 as p.
+    # If theta1 always exists, the vector v, rotated back by theta1, has the same distance from k2
+    # as p.
     is_regular = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), is_regular=is_regular)
 

@@ -1,26 +1,23 @@
-"""Subproblem 3: the angles for which the sum of a rotated and a fixed vector has a known length.
+"""Subproblem 3: the angles at which the sum of a rotated and a constant vector has a known length.
 
-Statement: ``|p0 + R(k, theta) p| = D``: the elbow angle from the distance D between shoulder and
-wrist.
+Statement: ``|p0 + R(k, theta) p| = D``, for example the elbow angle from the distance D between
+shoulder and wrist.
 
 Derivation: the length depends only on the components perpendicular to k, with lengths P and Q and
-the angle phi between them. With ``D'^2 = D^2 - (k . p0 + k . p)^2``,
+the angle phi between them. With ``D'^2 = D^2 - (k.p0 + k.p)^2``, these equations define the line of
+subproblem 4: ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and (Heron) ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
+- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form stays accurate for a folded elbow with P = Q; with the
+cosine alone, an elbow angle of 1e-10 has an error of 1e-8. Two close solutions are merged if
+rounding errors of D'^2 or (P + Q)^2 exceed their difference. The two solutions of a nearly folded
+elbow with shoulder and wrist close together are not merged, because D' is small and has full
+relative accuracy.
 
-    2 P Q cos(phi) = D'^2 - P^2 - Q^2,
-    4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
-
-and these equations define the line of subproblem 4. Heron's form stays accurate for a folded elbow
-with P = Q; the cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close
-solutions are merged if rounding errors of D'^2 or (P + Q)^2 exceed their difference. For a nearly
-folded elbow with shoulder and wrist close together, the two solutions are not merged, because D' is
-small and has full relative accuracy.
-
-Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|; for other D', the nearest
-boundary is used.
+Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|; any D' outside this range
+is replaced by the nearer boundary.
 
 Degenerate: if P or Q is 0, the distance does not depend on the angle, which is set to 0.
 
-Source: Elias and Wen 2022, subproblem 3, for the same cosine.
+Source: Elias and Wen 2022, subproblem 3, with the same formula for the cosine.
 """
 
 import sympy as sp
@@ -53,7 +50,7 @@ def sp3(
             :func:`squared_across`.
         sign: Selects one of the two angles: the sign of sin(phi).
         rounding: The term that determines the rounding error of across2: ``D^2`` if across2 is a
-            difference; across2 itself if None.
+            difference; if None, across2 itself.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
@@ -63,7 +60,7 @@ def sp3(
     xi2 = terms.let(above * below)
     if is_constant and least != 0:
         return on_line(terms, a, b, e, sign, xi2)
-    # If shoulder and wrist may coincide, the distance between them has full relative accuracy.
+    # If shoulder and wrist may coincide, their distance is computed with full relative accuracy.
     opening = terms.let(
         above - terms.let(MEETING_SOLUTIONS * (across2 if rounding is None else rounding))
     )
@@ -79,9 +76,9 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Like :func:`sp3`, but accurate to half the digits if the elbow is nearly folded or stretched.
+    """Like :func:`sp3`, but near the folded or stretched elbow only accurate to half the digits.
 
-    This variant needs fewer operations. The variant is used if every angle is valid and the
+    This variant of subproblem 3 needs fewer operations. It is used if every angle is valid and the
     solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
@@ -91,7 +88,7 @@ def by_cosine(
 def _line(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
 ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Returns P^2 and Q^2, and the coefficients of the line ``a cos + b sin = e``."""
+    """Returns P^2 and Q^2, and the coefficients a, b, e of the line ``a cos + b sin = e``."""
     p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
     P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
     a = terms.let(2 * dot(terms, p0_across, p_across))
@@ -101,12 +98,12 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` of the sum of two vectors, from the length of the sum.
+    """Returns ``D'^2`` for the sum of two vectors, from the length of this sum.
 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
-        total: A vector with the same length as the sum.
+        total: A vector that is as long as the sum.
         parts: The two vectors of the sum; their components along k do not depend on the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))

@@ -1,23 +1,22 @@
-"""Subproblem 4: the angles for which a rotated vector has a known component along a given vector.
+"""Subproblem 4: the angles at which a rotated vector has a known component along a given vector.
 
 Statement: ``h . R(k, theta) p = d``.
 
-Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p'``,
-``p' = p - k (k . p)`` and ``b = h . (k x p)``. With ``e = d - (h . k)(k . p)`` the line
-``a x + b y = e`` intersects the unit circle at
-
-    (x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a),    xi^2 = a^2 + b^2 - e^2.
+Derivation: the left side is ``a cos + b sin + (h.k)(k.p)`` with ``p' = p - k (k.p)``, ``a = h.p'``
+and ``b = h.(k x p)``. With ``e = d - (h.k)(k.p)``, the line ``a x + b y = e`` intersects the unit
+circle at ``(x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a)``, where ``xi^2 = a^2 + b^2 - e^2``.
 
 If no intersection exists, xi is set to 0, and (x, y) along e (a, b) is the circle point nearest to
 the line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is below MEETING_SOLUTIONS (a^2 + b^2).
-Without this merging, rounding would move a solution by 1e-8 from its singular position and hide the
-singularity from later steps. Merging changes the component along h only by the fraction 4e-15.
+Without merging, a rounding error would move a solution by 1e-8 from its singular position and hide
+the singularity from later steps. Merging changes the component along h only by the fraction 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
-= b = 0 for every target, e decides whether the target is reachable, and there is no margin.
+= b = 0 for every target, the value of e decides whether the target is reachable, and there is no
+margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -33,7 +32,7 @@ from .turns import NO_TURN, CosSin, composed, direction, direction_of, perpendic
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns the rotation R about the unit vector k with ``h . R p = d``."""
+    """Returns the rotation R about the unit vector k with ``h.(R p) = d``."""
     a = dot(terms, h, perpendicular(terms, k, p))
     b = dot(terms, h, cross(terms, k, p))
     e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
@@ -59,7 +58,7 @@ def on_line(
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
         xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
-        are_two: Whether the points are distinct, where None compares xi2 with a^2 + b^2.
+        are_two: Whether the two points are distinct; if None, xi2 is compared with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -89,7 +88,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Like :func:`on_line`, with xi^2 computed independently of a and b.
+    """Like :func:`on_line`, but xi^2 is computed independently of a and b.
 
     Args:
         terms: Table of named terms.
@@ -98,8 +97,8 @@ def near_line(
         e: The right-hand side.
         sign: Selects one of the two points.
         xi2: ``a^2 + b^2 - e^2`` up to rounding error.
-        scale: The magnitude of the terms whose difference is xi^2.
-        are_two: Whether the points are distinct; None to compare xi2 with the scale.
+        scale: The magnitude of the terms whose difference is xi2.
+        are_two: Whether the two points are distinct; if None, xi2 is compared with the scale.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -114,7 +113,7 @@ def near_line(
 
 
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns a point of a line through the center of the circle; its two points are opposite."""
+    """Returns one of the two opposite points of a line through the center of the unit circle."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)

@@ -1,21 +1,20 @@
-"""Subproblem 5: three rotations that close a loop of vectors.
+"""Subproblem 5: three rotations that close a vector loop.
 
 Statement: ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
 Derivation: write the left side as v and the right side as ``R(k2, theta2) w``. The second rotation
-changes neither the length of w nor its component along k2:
+changes neither the length of w nor its component along k2, so ``|v|^2 = |w|^2`` and ``k2.v =
+k2.w``.
 
-    |v|^2 = |w|^2,   k2 . v = k2 . w,
+These two equations are linear in the cosine and sine of theta1 and of theta3, so subproblem 6
+solves them with up to four solutions. The rotation about k2 from w to v is theta2.
 
-These two equations are linear in the cosine and sine of theta1 and of theta3: they are subproblem 6
-with up to four solutions. The rotation from w to v about k2 is theta2.
-
-If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
-components v' and w' normal to k2 only to 1e-8. Two solutions that the squares cannot distinguish
-therefore get start values on either side of their common point. Each solution moves to the nearer
-root of the second-order expansion in v' and w', which restores the accuracy. If first derivatives
-vanish, the expansion is not enough; therefore damped Newton steps on ``v - R2 w = 0`` then refine
-all three angles. Each step is used only if it reduces the closure error.
+If v and w are almost parallel to k2, as at a shoulder singularity, the squared lengths determine
+the components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
+distinguish therefore get start values before and after their common point. Each start value moves
+to the nearer root of the second-order expansion in v' and w', which restores the accuracy. If first
+derivatives vanish, the expansion is not enough; therefore, damped Newton steps on ``v - R2 w = 0``
+refine all three angles. Each step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
@@ -55,7 +54,7 @@ class ThreeAngles:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: The margin, which is defined as in subproblem 6.
+        margin: The margin of the solution, defined as in subproblem 6.
     """
 
     first: CosSin
@@ -104,7 +103,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """Sum of a fixed and a rotated vector: ``fixed + cos across + sin turned``."""
+    """The sum of a constant vector and a rotated vector: ``fixed + cos across + sin turned``."""
 
     fixed: Vector
     across: Vector
@@ -125,7 +124,7 @@ class _Arm:
 
 @dataclass(frozen=True)
 class _State:
-    """Three angles, with the vectors ``R2 w`` and ``v - R2 w`` (the closure error)."""
+    """Three angles, with the vector ``R2 w`` and the closure error ``v - R2 w``."""
 
     turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
@@ -141,7 +140,7 @@ class _Loop:
     w: _Arm
 
     def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
-        """Returns ``|v|^2 = |w|^2`` / 2 L^2 and ``k2 . v = k2 . w`` / L for subproblem 6."""
+        """Returns ``|v|^2 = |w|^2``, divided by 2 L^2, and ``k2.v = k2.w``, divided by L."""
         let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
@@ -181,11 +180,10 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """Moves to the nearer root of both second-order equations, if it reduces the error.
+        """Moves the angles to the nearer root of both second-order equations if the error falls.
 
-        With the components v' and w' normal to k2, the equations are ``k2 . (v - w) = 0`` and
-        ``(|v'|^2 -
-        |w'|^2) / (2 L) = 0``, which are as accurate as v' and w'.
+        With the components v' and w' normal to k2, the equations are ``k2.(v - w) = 0`` and
+        ``(|v'|^2 - |w'|^2) / (2 L) = 0``; they are as accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns
@@ -207,7 +205,7 @@ class _Loop:
     def _expansion(
         self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
-        """Returns angle derivatives (first and second) of ``k2 . v`` and ``|v'|^2 / (2 L)``."""
+        """Returns first and second angle derivatives of ``k2.v`` and ``|v'|^2 / (2 L)``."""
         rate = arm.rate(terms, turn)
         arrow = subtracted(terms, arm.at(terms, turn), arm.fixed)
         rate_across = perpendicular(terms, self.k2, rate)
@@ -218,14 +216,11 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """Applies a damped Newton step in all three angles, if it reduces the closure error.
+        """Applies a damped Newton step to all three angles, if it reduces the closure error.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
-        accuracy:
-
-            -(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)
-
-        with ``M = J^T J``.
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate and ``M = J^T J``, so
+        squaring J costs no accuracy: ``-(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu
+        |adj J|^2 + mu^2 tr M + mu^3)``.
         """
         let = terms.let
         first, second, third = state.turns

@@ -1,34 +1,30 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
-Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses intersect in up to
-four points. The two equations are equivalent to ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2)
-p'_i = d_i`` for i = 1, 2.
+Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``; geometrically, two ellipses
+intersect in up to four points. The two equations are equivalent to ``h_i.(R(k_i, theta1) p_i) +
+h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
 
 Derivation: the solutions of the two equations form a plane ``X + N z`` in the space of (x1, x2),
 where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
-lies on a circle,
-
-    z = rho (cos phi, sin phi),   rho^2 = 2 - |X|^2,
-
-and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
-:mod:`..quartic`. Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must
-have rank 2. X and N follow from two Householder reflections. Newton steps on the two angles follow.
-The steps are damped near singular Jacobians, and a step is used only if it reduces the error of the
-equations.
+lies on a circle: ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. Then ``|x1|^2 - |x2|^2
+= 0`` is a trigonometric polynomial of degree 2 in phi, that is, a quartic; see :mod:`..quartic`.
+Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must have rank 2. X and
+N follow from two Householder reflections. Afterwards, Newton steps refine the two angles. The steps
+are damped near singular Jacobians; a step is used only if it reduces the error of the equations.
 
 Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
-solutions. The first sign distinguishes two solutions with equal second sign. A closed path of the
-data may exchange these two solutions, so the first sign must be discontinuous somewhere on this
-path.
+solutions. The first sign distinguishes two solutions whose second sign is equal. If the data follow
+a closed path, these two solutions may be exchanged, so the first sign must be discontinuous
+somewhere on this path.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. In this case, the
-solutions with ``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists.
-If the rank is 0, the angles are arbitrary.
+Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. In this case, a solution
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, which exists if any solution exists. If the rank
+is 0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, for the equations; the derivation in this source
-eliminates one angle. The circle in the plane of solutions is an original contribution.
+Source: Elias and Wen 2022, subproblem 6, for the equations; they eliminate one angle in their
+derivation. The circle in the plane of solutions is original.
 """
 
 from dataclasses import dataclass
@@ -60,8 +56,8 @@ class TwoAngles:
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: The margin is positive for a real solution, and 0 for a double solution. The margin
-            is negative without a real solution; the angles are then near the least-squares
+        margin: The margin is positive for a real solution, and 0 for a double solution. Without a
+            real solution, the margin is negative and the angles are near the least-squares
             solution.
     """
 
@@ -93,10 +89,9 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
 def algebraic(
     terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
-    """Solves :func:`sp6` by the quartic alone, without Newton refinement.
+    """Solves :func:`sp6` by the quartic alone, without refinement by Newton's method.
 
-    Solutions that agree up to rounding error are returned at the angle ``separation`` from their
-    common point.
+    Solutions that agree up to rounding error are returned at this angle from their common point.
     """
     let = terms.let
     X, N, orientation = _plane(
@@ -104,7 +99,7 @@ def algebraic(
     )
     rho2 = let(2 - _dot(terms, X, X))
     rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
-    # Differences of squares between the first and second halves of the columns.
+    # Each entry is a difference of squares, from the first and second halves of the columns.
     n, m = N
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
@@ -131,7 +126,7 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """Returns the point nearest to 0, a basis and the orientation of ``rows . (x1, x2) = b``.
+    """Returns the point nearest to 0, a basis and the orientation of ``rows.(x1, x2) = b``.
 
     The orientation is the sign of the determinant of the two rows and the two basis vectors.
     """
@@ -206,9 +201,7 @@ def _improved(
     """Applies a damped Newton step to both angles, if it reduces the error.
 
     The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
-    accuracy:
-
-        -(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)
+    accuracy: ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
     """
     let = terms.let
     one, two = angles
@@ -232,7 +225,7 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Returns the rotation increased by the angle whose tangent is the step."""
+    """Returns the rotation after a further rotation by the angle whose tangent is the step."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
@@ -255,5 +248,5 @@ def _dot(terms: Terms, a: Row, b: Row) -> sp.Expr:
 
 
 def _difference(terms: Terms, a: Row, b: Row) -> sp.Expr:
-    """Returns ``a1 . b1 - a2 . b2`` for the halves of two columns."""
+    """Returns ``a1.b1 - a2.b2`` for the halves (a1, a2) and (b1, b2) of two columns."""
     return terms.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

@@ -1,7 +1,7 @@
 """Rotations about known axes, stored as pairs of cosine and sine.
 
-Intermediate angles are not computed: each angle would need an atan2, and its cosine and sine would
-add two rounding errors.
+Intermediate angles are not computed: each angle would need an atan2 call, and its cosine and sine
+would add two rounding errors.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class CosSin:
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """Returns the rotation measured about the axis times ``sign``."""
+        """Returns the rotation measured about the reversed axis if ``sign`` is -1."""
         return self if sign == 1 else self.back
 
 
@@ -36,15 +36,15 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by its computed length: a different expression for the length would not
-    normalize a pair of small differences. The vector (0, 0) gives the angle 0.
+    The vector is divided by its computed length; another expression for the length would not
+    normalize a vector of small differences. The vector (0, 0) gives the angle 0.
 
     Args:
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        is_regular: Whether the vector is never 0. Opposite vectors then share all terms except for
-            the sign.
+        is_regular: Whether the vector is never 0. If vectors are opposite, their cosines and sines
+            share all terms except for the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
@@ -54,10 +54,9 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Like :func:`direction`; also returns the squared length and the inverse length."""
+    """Like :func:`direction`; also returns the squared and the inverse length of the vector."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Rounding errors are replaced by 0, because their squares would be negligible in the sum that
-    # is used as divisor.
+    # Rounding errors are replaced by 0, because their squares would be negligible in the divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not is_regular and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)
@@ -94,7 +93,7 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 def any_across(terms: Terms, k: Vector) -> Vector:
     """Returns a unit vector perpendicular to ``k``; it is constant for a constant ``k``.
 
-    Source: Duff et al. 2017, Building an orthonormal basis, revisited, for vectors of the input.
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited, for variable ``k``.
     """
     if not all(terms.is_constant(component) for component in k):
         side = terms.let(sp.Piecewise((1, k[2] >= 0), (-1, True), evaluate=False))

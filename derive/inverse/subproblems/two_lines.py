@@ -1,15 +1,15 @@
 """One angle from two equations that are linear in its cosine and sine.
 
-Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, with one angle that satisfies both
-    equations; this subproblem is for chains with fewer joints than task equations.
+Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where one angle satisfies both
+equations; this subproblem occurs in chains with fewer joints than task equations.
 
-Derivation: each equation is subproblem 4 with two angles; the solution is their common angle. The
-rounding error of these angles is the error of the equation, divided by the sine of half the
-difference of its two angles. For a double angle, the error grows to the square root of the rounding
-error; for a = b = 0, the equation does not determine the angle. Therefore, the equation with the
-larger angle difference, relative to its terms, is used; for double angles, the equation with the
-larger coefficients. For the second equation, sign 1 selects the angle that is nearer to the sign-1
-angle of the first equation.
+Derivation: each equation is subproblem 4 with two solutions; the common angle is used. The rounding
+error of a solution is the error of the equation, divided by the sine of half the difference between
+its two solutions. For a double solution, the error grows to the square root of the rounding error;
+for a = b = 0, the equation does not determine the angle. Therefore, the equation whose two
+solutions differ more, relative to its terms, is used; if both have a double solution, the equation
+with the larger coefficients is used. For the second equation, sign 1 selects the solution that is
+nearer to the first equation's solution of sign 1.
 
 Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
 coefficients are 0, the angle is arbitrary and set to 0.
@@ -36,7 +36,7 @@ EQUATIONS = "two equations for one angle"
 
 @dataclass(frozen=True)
 class Line:
-    """The equation ``a cos + b sin = e``, with the squared magnitude of the terms of e."""
+    """The equation ``a cos + b sin = e``, and the squared magnitude of the terms of e."""
 
     a: sp.Expr
     b: sp.Expr
@@ -45,14 +45,14 @@ class Line:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the equation does not contain the angle."""
+        """Whether the angle does not occur in the equation."""
         return bool(self.a == 0 and self.b == 0)
 
 
 def component(
     terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
 ) -> Line:
-    """Returns the equation ``h . R(k, theta) p = d`` of subproblem 4.
+    """Returns the equation ``h.R(k, theta) p = d`` of subproblem 4.
 
     Args:
         terms: Table of named terms.
@@ -76,7 +76,7 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
         terms: Table of named terms.
         one: The first equation.
         two: The second equation.
-        sign: Selects one of the two angles of an equation.
+        sign: Selects one of the two solutions of an equation.
     """
     if one.is_empty or two.is_empty:
         return _alone(terms, one if two.is_empty else two, sign)
@@ -99,14 +99,14 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
 
 
 def _apart2(terms: Terms, line: Line) -> sp.Expr:
-    """Returns ``a^2 + b^2`` times the squared sine of half the difference of the two angles."""
+    """Returns ``a^2 + b^2`` times the squared sine of half the difference of both solutions."""
     rho2 = terms.let(line.a**2 + line.b**2)
     least = terms.let(MEETING_SOLUTIONS * rho2)
     return terms.let(sp.Max(terms.let(rho2 - line.e**2), least, evaluate=False))
 
 
 def _alone(terms: Terms, line: Line, sign: sp.Expr) -> FoundTurn:
-    """Solves a single equation by subproblem 4."""
+    """Solves a single equation as subproblem 4."""
     xi2 = terms.let(line.a**2 + line.b**2 - line.e**2)
     found = on_line(terms, line.a, line.b, line.e, sign, xi2)
     return FoundTurn(found.turn, Linear(line.a, line.b, line.e), sign, found.margin)

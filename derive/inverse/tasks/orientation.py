@@ -1,7 +1,7 @@
 """The orientation task: three revolute joints whose axes need not intersect.
 
 The rotation of the tool is a product of the joint rotations, for any positions of the axes.
-Prismatic joints stay at 0; further revolute joints are fixed. Maximum number of solutions: 2.
+Prismatic joints stay at 0, and redundant revolute joints are fixed. Maximum number of solutions: 2.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether three revolute joints are free, and no two consecutive of them are parallel.
+    """Whether three revolute joints are free, without two consecutive parallel axes.
 
     Args:
         lines: The chain.
@@ -46,7 +46,7 @@ def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> 
     Args:
         robot: The description.
         lines: Its axes.
-        given: Indices of the fixed joints, whose values are inputs after the orientation.
+        given: Indices of the fixed joints; their values are inputs after the orientation.
     """
     terms = lines.terms
     work = Work(terms)

@@ -1,4 +1,4 @@
-"""Partial-pose tasks: position, position with pitch, position with direction."""
+"""Tasks with partial poses: position, position with pitch, and position with direction."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -57,18 +57,18 @@ def partial_pose(
     identity: str,
     components: tuple[TaskComponent, ...] = (),
 ) -> Solved:
-    """Returns a partial-pose task from the solved joints.
+    """Returns the task of a partial pose from the solved joints.
 
     Args:
         name: Name of the generated function.
         robot: The description.
         work: Record of the solution with the solved joints.
         task_input: The pose components that the task prescribes.
-        residual: Returns the deviation of a tool pose from the prescribed pose components (metre or
-            radian).
-        identity: One-line identity satisfied by the function.
+        residual: A function that returns the deviation of a tool pose from the prescribed pose
+            components (metre or radian).
+        identity: One-line identity that the function satisfies.
         components: Names of the pose components for the runtime, in the order of the input entries.
-            Without names of components, the runtime does not refine solutions near singularities.
+            Without component names, the runtime does not refine solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -83,7 +83,7 @@ def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
 
 
 def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
-    """Solves the position with the first three joints; the other joints stay at 0."""
+    """Solves for the position with the first three joints; the other joints stay at 0."""
     terms = lines.terms
     work = Work(terms)
     arm = Lines(terms, lines.axes[:3], lines.tolerance)

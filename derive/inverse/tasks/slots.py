@@ -23,7 +23,7 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""Symbols of the pose entries, row by row; names in robot files never start with "_"."""
+"""Symbols of the pose entries, row by row; a name in a robot file never starts with "_"."""
 ROUNDING = sp.Rational(1, 2**52)
 """Relative rounding error of a double."""
 
@@ -60,7 +60,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the last angle of parallel joints from their sum and the other angles.
+    """Returns the last of several parallel joint angles from their sum and the other angles.
 
     Several solutions share one angle sum, so this formula needs fewer calls of atan2.
     """
@@ -81,12 +81,12 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
 
 
 def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose:
-    """Returns the tool pose at the joint values, from their cosines and sines."""
+    """Returns the tool pose from the cosines and sines of the joint values."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the larger of position error (metre) and orientation error (radian).
+    """Returns the larger of position error (metre) and orientation error (radian) of a pose.
 
     The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2), which is sqrt(2)
     times the angle for small angles.
@@ -96,7 +96,7 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
 
 
 def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Returns differences from the target pose: position (metre) and rotation entries."""
+    """Returns the differences from the target pose: position (metre) and rotation entries."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
     return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
@@ -108,10 +108,10 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """Returns the residual from squared distance and squared angle; NaN propagates.
+    """Returns the residual from the squared distance and the squared angle; NaN propagates.
 
-    The C function fmax ignores NaN, so a pose whose loops cannot be closed would seem to be solved.
-    SymPy would simplify a comparison for real numbers and also lose NaN.
+    The C function fmax ignores NaN, so it would report a solution at a pose whose loops cannot be
+    closed. SymPy would simplify a comparison of real numbers and also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
@@ -121,14 +121,14 @@ def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -
     """Returns the residual plus the rounding of prismatic coordinates.
 
     Almost parallel prismatic axes give coordinates of 1e15 m. The rounding errors of these
-    coordinates cancel in the residual, but not in another evaluation of the pose.
+    coordinates cancel in the residual, but not if the pose is computed in another way.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
 
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """Returns the smallest margin of all steps and loops; 1 if no step can fail."""
+    """Returns the smallest margin of all solution steps and loops, or 1 if no step can fail."""
     margins = [*work.margins(), *loops]
     if not margins:
         return sp.Integer(1)
@@ -199,7 +199,7 @@ def function_of(
 ) -> SymbolicFunction:
     """Returns the function of a task over all solution slots, from the entries of one slot.
 
-    The coordinates ``given`` (indices) are inputs, or depend on all inputs except the first.
+    The coordinates with the indices ``given`` are inputs, or depend on all inputs except the first.
     ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
@@ -223,11 +223,12 @@ def function_of(
 
 
 def _labels(work: Work) -> tuple[str, ...]:
-    """Returns the branch label of each slot: the joints of each branch sign, and its value."""
+    """Returns the label of each slot: the joints of each branch sign, and its value."""
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # A step with two branch signs stores the first sign; the second sign is the next symbol.
+        # A solution step with two branch signs stores the first sign; the second sign is the next
+        # symbol.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(
@@ -242,5 +243,5 @@ def _labels(work: Work) -> tuple[str, ...]:
 
 
 def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
-    """Returns the name of a branch, from the branch names of its loop or from the sign."""
+    """Returns the name of a branch, either from the branch names of its loop or from the sign."""
     return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

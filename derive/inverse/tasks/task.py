@@ -1,4 +1,4 @@
-"""Tasks of an inverse: function, inputs, and the printed form of inputs in the article."""
+"""Tasks of an inverse: functions, inputs, and the form in which the article prints inputs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -31,8 +31,8 @@ class TaskInput:
 
     Attributes:
         argument: Symbols, shape, unit and meaning of the input.
-        printed: The printed form of each input symbol: a letter, or the equal entry of the tool
-            pose.
+        printed: The printed form of each input symbol: a letter, or the tool-pose entry that equals
+            the symbol.
     """
 
     argument: Argument
@@ -47,8 +47,8 @@ class Solved:
         function: The generated function.
         work: The solved joints and their solution steps.
         given: Names of the fixed joints.
-        inputs: Further inputs in addition to pose and fixed joints, with the letters that the
-            article prints.
+        inputs: Inputs other than the pose and the fixed joints, with the letters that the article
+            prints.
     """
 
     function: SymbolicFunction
@@ -58,11 +58,11 @@ class Solved:
 
     @property
     def is_known(self) -> bool:
-        """Whether the function's role specifies the prescribed pose components."""
+        """Whether the role of the function specifies the prescribed pose components."""
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def with_search(self) -> "Solved":
-        """Returns the task with the flag that the runtime must search for missed solutions."""
+        """Returns the task with a flag that makes the runtime search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
@@ -73,14 +73,14 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class Task:
-    """A task other than the tool pose that a family solves for an unmodified chain.
+    """A task, other than the tool pose, that a family solves for an unmodified chain.
 
     Attributes:
         name: The name of the generated function, for example ``ik_position``.
-        solved: Solves the task for a robot and its axes.
-        applies: Returns whether the task applies to a robot of the family.
-        reads_base: Whether the task reads the chain from the base even if the family reads the
-            chain from the tool.
+        solved: A function that solves the task for a robot and its axes.
+        applies: A function that returns whether the task applies to a robot of the family.
+        reads_base: Whether the task numbers the chain from the base even if the family numbers it
+            from the tool.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Partial-pose tasks for a planar arm on a rotating base: pitch or direction."""
+"""Tasks with partial poses for a planar arm on a rotating base: pitch or direction."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,14 +45,14 @@ def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the parallel joints rotate the tool axis, and axis 5, if any, is the tool axis."""
+    """Whether the parallel joints rotate the tool axis, and axis 5 (if any) is the tool axis."""
     if len(lines.axes) > ARM:
         return max(off_axis(robot, lines, ARM)) < TOOL_ON_AXIS
     return off_axis(robot, lines, lines.axes.index(in_plane(lines)[0]))[1] > OBLIQUE_AXES
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """Returns the distance of the tool origin from an axis, and the sine of its tilt."""
+    """Returns the distance of the tool origin from an axis, and the sine of the axis tilt."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])
@@ -70,7 +70,7 @@ def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
     pitch = CosSin(*terms.cos_sin(PITCH))
     U, _ = turned_to_plane(work, lines, tool, POSITION)
-    # The tool may point away from axis 1 or towards axis 1.
+    # The tool may point away from axis 1 or towards it.
     sign = work.sign()
     _, _, up = IDENTITY
     outward = cross(terms, a2.h, up)
