@@ -1,11 +1,11 @@
-"""Writes C with CasADi's own generator and interface, for ``casadi.external``.
+"""Writes C with the generator of CasADi and its interface, for ``casadi.external``.
 
 The default C (``emit/c``) is printed from typed programs and has a different interface. This output
 language is for programs that pass robot functions to CasADi. The C functions have the names
 ``<robot>_<function>``, take and return dense vectors in row-major order, and include the
 derivatives ``jac_<robot>_<function>``.
 
-CasADi's rootfinder closes loops without a closed form. Functions with branches (inverses) have no
+A CasADi rootfinder closes loops without a closed form. Functions with branches (inverses) have no
 CasADi graph and are omitted. Velocities through loops without a closed form are derivatives, and
 are also omitted.
 """
@@ -39,9 +39,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def _through_loops(
     derivation: Derivation, functions: Sequence[SymbolicFunction]
 ) -> Iterator[ca.Function]:
-    """Builds the position functions that call loop solvers, with dense row-major vectors.
+    """Builds the position functions that call loop solvers; their vectors are dense and row-major.
 
-    The solver for any geometry starts from the nominal joint positions.
+    The solver for an arbitrary geometry starts from the nominal joint positions.
     """
     kept = [f for f in functions if f.calls or f.name == START]
     if not any(f.calls for f in kept):

@@ -1,4 +1,4 @@
-"""Writes and loads the CasADi functions of a robot, for optimal control."""
+"""Writes and loads a file with the CasADi functions of a robot, for optimal control."""
 
 import tempfile
 from pathlib import Path
@@ -17,17 +17,17 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of position functions. The derivatives of these functions are not additional position
-functions."""
+"""Roles of the functions that compute positions. Derivatives of position functions are not listed
+here."""
 OF_GEOMETRY = "parametric pose"
-"""Role of a position function that is derived on demand."""
+"""Role of the position function that is derived only on demand."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the file for ``casadi.Function.load``, keyed by name.
+    """Returns the file for ``casadi.Function.load``, keyed by its name.
 
-    The file contains :func:`joined`. CasADi prints its own graph and does not need the typed
-    programs.
+    The file contains :func:`joined`. CasADi prints its own graph, so the typed programs are not
+    needed.
     """
     function = joined(derivation)
     if function is None:
@@ -42,8 +42,8 @@ def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
     The outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if this
-    function was derived. CasADi can differentiate these outputs. Returns None if no such function
-    was derived.
+    function was derived. CasADi can differentiate these outputs. The result is None if no such
+    function was derived.
     """
     kept = [
         f
@@ -58,8 +58,8 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
-    """Returns one output of a function, as a function of the arguments that affect it."""
-    # An implicit function has no graph of scalar operations.
+    """Returns one output of a function as a CasADi function of the arguments that affect it."""
+    # An implicit function has no graph that consists of scalar operations.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
     outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)

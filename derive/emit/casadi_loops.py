@@ -1,4 +1,4 @@
-"""Builds CasADi functions through iterated loops: implicit functions with derivatives."""
+"""Builds CasADi functions for robots with iterated loops, with derivatives."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,8 +14,9 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference. Each search starts at the previous solution.
-With this number of points, each robot stays on its branch within its limits.
+"""Number of points on the line from the reference to the coordinates. Each search starts from the
+solution at the previous point. With this number of points, each shipped robot stays on its branch
+within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,
@@ -26,7 +27,7 @@ OPTIONS = {
 
 
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
-    """Builds the position functions of a robot; some call the loop solver.
+    """Builds the position functions of a robot, some of which call the loop solver.
 
     ``casadi.rootfinder`` solves for the loop variables w. CasADi differentiates w by the implicit
     function theorem.
@@ -36,7 +37,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
         kept: The position functions of the robot, in derivation order.
 
     Returns:
-        A function with one output per position function.
+        A CasADi function with one output per position function.
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
@@ -65,7 +66,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether all solver calls of a function compute loop positions from q, or from q and p."""
+    """Whether each solver call of a function computes loop positions from q, or from q and p."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -73,7 +74,7 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """Returns the loop variables w at coordinates, along the straight line from the reference."""
+    """Returns the loop variables w at coordinates, continued along a line from the reference."""
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
     (residual,) = lower([closure.functions[RESIDUAL]], "of")
@@ -106,7 +107,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """Returns the variables, or NaN if loops are still open when the iteration ends."""
+    """Returns the loop variables, or NaN if the loops are not closed when the iteration ends."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 
@@ -114,9 +115,9 @@ def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
 def _solver(
     w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
 ) -> ca.Function:
-    """Returns the unknown variables for known variables and geometry p, from a start value.
+    """Returns the unknown loop variables for known variables and geometry p, from a start value.
 
-    With more equations than unknowns, the gradient of the sum of squares is set to zero.
+    With more equations than unknowns, the solver sets the gradient of the sum of squares to zero.
     """
     u, a = w[list(unknown)], w[list(given)]
     if residual.numel() > u.numel():

@@ -1,6 +1,6 @@
-"""Writes the robot file of a robot with loops, with placeholders for its geometry.
+"""Writes the description of a robot with loops, with placeholders for its geometry.
 
-The runtime replaces ``$xyz_k`` and ``$rpy_k`` of frame k (degrees) and single values ``$x_k``, in
+The runtime replaces ``$xyz_k`` and ``$rpy_k`` of frame k (degrees), and single values ``$x_k``, in
 the order of :func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also
 replaces ``$name``, ``$title``, ``$source`` and ``$closure``.
 """
@@ -24,7 +24,7 @@ units = { length = "m", angle = "deg" }
 
 
 def robot_template(hybrid: SolvedLoops) -> str:
-    """Returns the text with placeholders, or "" if a joint is helical.
+    """Returns the text with placeholders, or an empty text if a joint is helical.
 
     Args:
         hybrid: The robot.
@@ -48,7 +48,7 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, loop_joint in enumerate(mechanism.loop_joints):
         yield from _loop_joint(mechanism, loop_joint, first + 2 * k)
-    # Iterated loops support no dependent motors.
+    # A robot with iterated loops cannot have dependent motors.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
@@ -104,6 +104,6 @@ def _end(frame: Frame, k: int) -> str:
 
 
 def _number(value: sp.Expr, unit: str = "m") -> str:
-    """Formats a number in the file's units: metres and degrees."""
+    """Formats a number in the units of the file (metres and degrees)."""
     shown = value * 180 / sp.pi if unit == "rad" else value
     return repr(float(shown))

@@ -1,4 +1,4 @@
-"""Generates C for batches of poses: the same statements on SIMD lanes.
+"""Generates C for batches of poses, which SIMD lanes compute in parallel.
 
 ``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
 ``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
@@ -22,8 +22,8 @@ from .sections import summary
 
 RUN = "chasles_batch.h"
 MAX_INPUTS, MAX_OUTPUTS, MAX_ARGUMENTS = 256, 512, 8
-"""Array sizes in the support file for batches. A function with larger arrays uses the plain
-loop."""
+"""Array sizes in the support file ``chasles_batch.h``. A function with larger arrays computes its
+batch in a plain loop."""
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -38,7 +38,7 @@ def files(
     programs: Programs,
     written: Sequence[NativeSolverFunction] = (),
 ) -> dict[str, str]:
-    """Returns the header, source, lane and support files of batches, by file name."""
+    """Returns the header, source, lane and support files for batches, keyed by file name."""
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
@@ -50,10 +50,10 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function gets a vector version.
+    """Whether a function is generated for SIMD lanes.
 
-    The function must be small, call no solver and compute no start configuration for a different
-    function.
+    The function must be small, must call no solver, and must not compute a start configuration for
+    another function.
     """
     size = sizes(function)
     return (
@@ -186,7 +186,7 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    """Returns the code that runs a batch on the processor's SIMD lanes, if there are any."""
+    """Returns the code that runs a batch on SIMD lanes; it is empty without a vector version."""
     runs = "".join(
         f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
         for _, isa, _ in _SETS
@@ -200,10 +200,10 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Returns the macro that writes the nearest solutions by SIMD lanes, if there are any.
+    """Returns the macro that writes the nearest solutions on SIMD lanes, or an empty text.
 
-    The runtime uses this macro in code with the variables n, inputs, input_steps, seeds, outputs
-    and solution slot.
+    The runtime uses this macro where the variables n, inputs, input_steps, seeds, outputs and
+    solution slot exist.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(
@@ -222,7 +222,7 @@ def _nearest(name: str, size: Sizes, function: Signature) -> str:
 
 
 def _run(isa: str, condition: str) -> str:
-    """Returns the macro that runs a batch on lanes and returns if the processor supports them."""
+    """Returns the macro that, if the processor supports SIMD lanes, runs a batch and returns."""
     name = isa.upper()
     return f"""\
 #if CHASLES_SET_{name}
@@ -252,8 +252,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Strength reduction replaces roots and angles, which occur in branches. Functions without
-        # branches are sums of products.
+        # Strength reduction replaces square roots and angles, which occur only in functions with
+        # branches. Functions without branches are sums of products.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"
@@ -263,7 +263,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Returns lines that name the inputs of a kernel; these are contiguous in ``in``."""
+    """Returns lines that name the inputs of a kernel, which are contiguous in the array ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

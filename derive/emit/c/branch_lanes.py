@@ -1,4 +1,4 @@
-"""Generates C for functions with branches at a single pose: each vector lane computes one branch.
+"""Generates C for functions with branches at a single pose; each vector lane computes one branch.
 
 ``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512;
 otherwise it computes the branches in sequence in plain C.
@@ -27,7 +27,7 @@ WIDEST = 8
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Returns the header of the branches by file name; the result is empty without branches."""
+    """Returns the header that computes the branches, keyed by file name; empty without branches."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
@@ -74,7 +74,7 @@ def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
     """Returns the C of a function's branches: the kernel for one vector, and the full function."""
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
-    # The branch signs are the last argument. The last sign alternates between lanes.
+    # The branch signs are the last argument. The last branch sign alternates between lanes.
     fastest = Input(len(function.inputs), len(function.signs) - 1)
     program, alike = _angles_last(reduced(program, fastest), fastest)
     lines = kernel(program, _loads(function, program), size, alike)
@@ -101,7 +101,7 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """Returns the functions for one pose: all branches in lanes, and all branches as rows."""
+    """Returns two functions for one pose: all branches in lanes, and all branches as rows."""
     k, width, inputs = function.branches, sum(size.outputs), [a.name for a in function.inputs]
     given = [f"const double *{name}" for name in inputs]
     names = [result.name for result in function.outputs]
@@ -140,7 +140,7 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 
 
 def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
-    """Returns the calls of the kernel, each for one vector of branches."""
+    """Returns the calls of the kernel; each call computes one vector of branches."""
     k = function.branches
     width = max(k, WIDEST)
     # Unused lanes repeat the last branch, so that all lanes have valid values.
@@ -158,14 +158,14 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves angles without a sign, and the statements that use these angles, to the end.
+    """Moves angles that do not depend on the sign, and their dependent statements, to the end.
 
     Args:
-        program: The program of a single branch.
-        sign: The sign that alternates between lanes.
+        program: The program that computes a single branch.
+        sign: The branch sign that alternates between lanes.
 
     Returns:
-        The reordered program, and the angles that were moved to its end.
+        The reordered program, and the angles whose statements were moved to its end.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

@@ -1,4 +1,4 @@
-"""Generates the constants of loops without a closed form, solved by ``chasles_closure.h``."""
+"""Generates the constants of loops without a closed form, which ``chasles_closure.h`` solves."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -27,13 +27,14 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""Files for loops with geometry as input."""
+"""Support files for loops whose geometry is an input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""Files of robots whose inverse solves each leg and is compared with forward kinematics."""
+"""Support files for robots whose inverse solves each leg; forward kinematics checks its
+solutions."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the files of iterated loops and their solver by name; empty without such loops."""
+    """Returns the files of iterated loops and their solver by name; empty for other robots."""
     closure, robot = derivation.closure, derivation.robot
     own: dict[str, str] = {}
     needed: list[str] = []
@@ -64,12 +65,12 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
 
 
 def loops_file(robot: Described, system: str) -> str:
-    """Returns the name of the file with the constants of the closure equations."""
+    """Returns the name of the file that contains the constants of the closure equations."""
     return f"{robot.name}_{system}.h"
 
 
 def _modes(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the leg-by-leg inverse. Forward kinematics gives the residual of each slot."""
+    """Prints the inverse that solves each leg; forward kinematics gives the residuals."""
     (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
     assert isinstance(function.tables, mode_check.ClosureSize)
@@ -98,7 +99,7 @@ def _modes(robot: Described, function: NativeSolverFunction) -> str:
 
 
 def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> str:
-    """Prints the inverse that computes actuators for every solution of the main chain."""
+    """Prints the inverse that computes the actuators for every solution of the main chain."""
     robot = derivation.robot
     chain, every, _ = (derivation.signature(name) for name in function.calls)
     called = [f"{robot.name}_{name}" for name in function.calls]
@@ -187,7 +188,7 @@ def _tabled(
 
 
 def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
-    """Prints the constants of loops for functions with the geometry as an input."""
+    """Prints the constants of loops for functions whose input includes the geometry."""
     n, z = len(loops.hybrid.q), [variable.name for variable in loops.hybrid.variables]
     own, lengths = f"{robot}_{SYSTEM}", {"m": loops.size}
     macros = {
@@ -215,7 +216,7 @@ def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
 
 
 def table(name: str, values: Iterable[str]) -> str:
-    """Returns the definition of a constant array."""
+    """Returns the C definition of a constant array."""
     own = list(values)
     text = f"static const {name}[{len(own)}] = {{{', '.join(own)}}};"
     return textwrap.fill(text, WIDTH, subsequent_indent="    ")

@@ -41,7 +41,7 @@ FUNCTIONS = {
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal form that reads back as the same double."""
+    """Returns the shortest decimal number that reads back as the same double."""
     return repr(value)
 
 
@@ -64,7 +64,7 @@ def expression(statement: Compute, name: Naming) -> str:
     """Returns the right-hand side of a statement in plain C.
 
     Raises:
-        KeyError: The operation exists only in the code for SIMD lanes.
+        KeyError: The operation exists only in code for SIMD lanes.
     """
     operation, terms = statement.operation, [name(operand) for operand in statement.operands]
     if operation in _INFIXES:

@@ -28,16 +28,16 @@ def header(
     programs: Programs,
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C header of a robot, for firmware engineers.
+    """Returns the C header of a robot, written for firmware engineers.
 
     Args:
-        robot: The robot; its name is the prefix.
+        robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
         programs: The programs of the functions, for the operation counts.
-        further: Commented declarations of functions that call these functions.
+        further: Commented declarations of the functions that call the robot's functions.
     """
-    # A robot may be called hexapod or lanes; this prefix prevents a clash with the include guards
-    # of the headers of chasles.
+    # A robot may have the name hexapod or lanes; this prefix prevents a clash with the include
+    # guards of the common headers.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(
@@ -82,10 +82,10 @@ def notice(robot: Described) -> str:
 
 @cache
 def support_files() -> Mapping[str, Path]:
-    """Returns the handwritten C files by name; these files are the same for every robot.
+    """Returns the handwritten C files, keyed by name; these files are the same for every robot.
 
-    Generated folders are flat: each folder contains the files of all subfolders of ``support``, and
-    the headers of the contract, which the C of the runtime also includes.
+    Each generated folder is flat: it contains the files of all subfolders of ``support``, and the
+    headers of the contract, which the C of the runtime also includes.
     """
     folders = Path(__file__).parent / "support", Path(contract.__file__).parent
     return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}
@@ -97,7 +97,7 @@ def support(name: str) -> str:
 
 
 def own_copy(argument: Argument) -> list[str]:
-    """Returns lines that copy an input to ``own_<name>``, so that no output overlaps it."""
+    """Returns lines that copy an input to ``own_<name>``; an output may then overlap the input."""
     name = argument.name
     return [
         f"  double own_{name}[{argument.size}];",
@@ -121,7 +121,7 @@ def _operations(function: SymbolicFunction | NativeSolverFunction, programs: Pro
 
 
 def description(function: SymbolicFunction | NativeSolverFunction, programs: Programs) -> list[str]:
-    """Returns the lines of a comment: meaning, identity, operations, inputs and outputs."""
+    """Returns the lines of a function comment: meaning, identity, operations, inputs, outputs."""
     operations = _operations(function, programs)
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4), f"{operations}."]
     described: list[Argument | Result] = [*function.inputs, *function.outputs]

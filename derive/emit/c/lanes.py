@@ -38,7 +38,7 @@ _CONSTANT = "const lanes "
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of each input and output of a kernel, in doubles."""
+    """Sizes of each input and output of a kernel, counted in doubles."""
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
@@ -51,7 +51,7 @@ def sizes(function: Signature) -> Sizes:
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """Returns the offsets of contiguous arrays."""
+    """Returns the offsets at which contiguous arrays start."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
@@ -63,9 +63,10 @@ def kernel(
     Args:
         program: The program.
         loads: The lines that load the inputs into named variables.
-        size: Sizes of inputs and outputs.
-        alike: Angles that are equal in lanes 2 k and 2 k + 1 of every vector. Two of these angles
-            are computed together: even lanes compute the first angle, and odd lanes the second.
+        size: Sizes of the inputs and outputs in doubles.
+        alike: Angles whose values are equal in lanes 2 k and 2 k + 1 of every vector. Two of these
+            angles are computed together: even lanes compute the first angle, odd lanes the second
+            angle.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -111,7 +112,7 @@ class _Writer:
         self._numbers = _taken_as_numbers(program)
 
     def computed(self, statement: Compute) -> list[str]:
-        """Returns the lines of a statement."""
+        """Returns the lines that print a statement."""
         name, operation = self._name(statement.result), statement.operation
         if statement.is_condition:
             lines = [f"  const lanes_where {name} = {self._condition(statement)};"]
@@ -127,7 +128,7 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Returns the numeric name of an operand; a condition has the value 1 or 0."""
+        """Returns the numeric name of an operand; the number of a condition is 1 or 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
@@ -137,10 +138,11 @@ class _Writer:
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
     def cosines_and_sines(self) -> dict[Variable, list[str]]:
-        """Prints the joint computation of an angle's cosine and sine.
+        """Prints one call that computes an angle's cosine and sine together.
 
         Returns:
-            The lines if the statement is the first of the two statements, otherwise an empty list.
+            The lines, if the statement is the first of the cosine and the sine; otherwise an empty
+            list.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -157,11 +159,11 @@ class _Writer:
         return calls
 
     def angles_at_once(self, alike: Sequence[Variable]) -> dict[Variable, list[str]]:
-        """Prints the joint computation of two angles.
+        """Prints one call that computes two angles together.
 
         Returns:
-            The lines if the statement computes the second angle; an empty list for the statement of
-            the first angle.
+            The lines, if the statement computes the second angle; an empty list, if it computes the
+            first angle.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
@@ -188,10 +190,11 @@ class _Writer:
         return f"LANES_{_COMPARISONS[operation]}({sides})"
 
     def _called(self, name: str, statement: Compute) -> list[str]:
-        """Prints a call with arguments by address; constant arguments get variable names."""
+        """Prints a call with arguments passed by address; constant arguments get variable names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The second argument replaces a NaN in the first argument; a constant is never NaN.
+            # The instruction returns its second argument if the first is NaN; a constant is never
+            # NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]
@@ -208,7 +211,7 @@ class _Writer:
 
 
 def _taken_as_numbers(program: Program) -> set[Operand]:
-    """Returns the variables that a statement uses as numbers, not as conditions."""
+    """Returns the variables that a statement reads as numbers, not as conditions."""
     found: set[Operand] = set()
     for statement in program.statements:
         if isinstance(statement, Compute) and statement.operation is Operation.SELECT:

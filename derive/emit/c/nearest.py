@@ -1,6 +1,6 @@
-"""Generates ``<function>_nearest``: the inverse solution nearest to a seed, within limits.
+"""Generates ``<function>_nearest``, the inverse solution nearest to a seed within joint limits.
 
-``<robot>_nearest.h`` contains the robot's limits and one function for each inverse. The file
+``<robot>_nearest.h`` contains the limits of the robot and one function for each inverse. The file
 `<robot>.c` includes this header last.
 """
 
@@ -21,16 +21,16 @@ LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
 SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum numbers of solution slots and of coordinates in the support file."""
+"""Maximum numbers of solution slots and of coordinates that the support file allows."""
 
 
 def nearest_file(robot: Described) -> str:
-    """Returns the name of the file with the nearest-solution functions."""
+    """Returns the name of the file with the functions for nearest solutions."""
     return f"{robot.name}_nearest.h"
 
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the nearest-solution file and its support files; empty without an inverse."""
+    """Returns the file for nearest solutions and its support files; empty without an inverse."""
     robot, inverses = derivation.robot, _inverses(derivation)
     if not inverses:
         return {}
@@ -49,7 +49,7 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
-    """Returns the commented declarations for the robot's header."""
+    """Returns the commented declarations for the header of the robot."""
     return [_declaration(derivation, function) for function in seeded(derivation)]
 
 
@@ -63,18 +63,18 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def _inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses with solution slots."""
+    """Returns the inverses that have solution slots."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses whose additional inputs a seed determines."""
+    """Returns the inverses whose additional inputs can be computed from a seed."""
     return [f for f in _inverses(derivation) if parameters(derivation, f) is not None]
 
 
 def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
-    """Returns the lines that compute additional inputs from the seed; None if impossible."""
+    """Returns lines that compute additional inputs from the seed, or None if impossible."""
     names, prefix = [argument.name for argument in function.inputs[1:]], derivation.robot.name
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
     if not names:
@@ -100,7 +100,7 @@ def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
 def _of_joints(
     derivation: Derivation, names: Sequence[str], joints: Sequence[str]
 ) -> list[str] | None:
-    """Returns the lines for inputs that are joints of the chain, or None if an input is not."""
+    """Returns the lines for inputs that are chain joints, or None if an input is another value."""
     if not set(names) <= set(joints):
         return None
     values = [f"  const double {name} = theta[{joints.index(name)}];" for name in names]
@@ -128,7 +128,7 @@ def bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
 
 
 def turns(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the period of each coordinate; the period is 0 for coordinates that must not wrap."""
+    """Returns the period of each coordinate, or 0 for coordinates without a period."""
     fixed = {*function.role.fixed, *function.role.free}
     return [
         "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
@@ -137,7 +137,7 @@ def turns(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def wraps_of(derivation: Derivation) -> list[bool]:
-    """Whether a full turn of each coordinate does not change the pose."""
+    """Whether, for each coordinate, a full turn leaves the pose unchanged."""
     robot = derivation.robot
     if isinstance(robot, SerialRobot):
         return [
@@ -163,12 +163,12 @@ def _signature(derivation: Derivation, function: Signature) -> str:
 
 
 def _is_in_lanes(function: Signature) -> bool:
-    """Whether the branches of an inverse can be computed in SIMD lanes."""
+    """Whether SIMD lanes can compute the branches of an inverse."""
     return isinstance(function, SymbolicFunction) and bool(function.signs)
 
 
 def _definition(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the public function, which uses the limits of the robot."""
+    """Returns the public function, which reads the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
     fixed = sorted({*function.role.fixed, *function.role.free})
@@ -201,7 +201,7 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
 def _by_moves(
     derivation: Derivation, function: Signature, *, in_lanes: bool, is_unwound: bool
 ) -> list[str]:
-    """Returns the function with the distance metric as argument, which the runtime also calls."""
+    """Returns the function with the distance metric as argument; the runtime also calls it."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     inputs = ", ".join(names)
@@ -227,7 +227,7 @@ def _by_moves(
 
 
 def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the selection among branches in SIMD lanes, for compilers with lanes."""
+    """Returns the code that selects among branches in SIMD lanes, for compilers with lanes."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     width = sum(sizes(function).outputs) // k
@@ -253,7 +253,7 @@ def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _parameters_by(names: Sequence[str]) -> list[str]:
-    """Returns the parameter lists of functions with the distance metric as argument."""
+    """Returns the parameter lists of functions that take the distance metric as argument."""
     inputs = ", ".join(f"const double *{name}" for name in names)
     return [
         f"    {inputs}, const chasles_moves *moves, double tolerance, const double *q_seed,",
@@ -284,7 +284,7 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
 
 
 def nearest_summary(function: Signature) -> list[str]:
-    """Returns one line with the meaning of the function, and one line with its fixed inputs."""
+    """Returns two lines: the meaning of the function, and its fixed inputs."""
     names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
     kept = ", ".join(names)
     return [

@@ -1,4 +1,4 @@
-"""Generates C for a nominal inverse refined by Newton steps (``chasles_polish.h``)."""
+"""Generates C for a nominal inverse that Newton steps refine (``chasles_polish.h``)."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the refined inverse for an arm close to a closed-form structure.
+    """Returns the files of the refined inverse of an arm whose axes nearly fit a known structure.
 
     Robots without a refined inverse do not need these files.
     """
@@ -85,7 +85,7 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """Prints the pose for SIMD lanes, or scalar code without lanes and for iterated loops."""
+    """Prints the pose computation for SIMD lanes, or scalar code if lanes cannot be used."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one
@@ -108,7 +108,7 @@ def _posed(
 def _seeded(
     derivation: Derivation, own: str, pose: SymbolicFunction, programs: Programs
 ) -> list[str]:
-    """Prints the pose of iterated loops from a nearby loop configuration w.
+    """Prints the pose computation of iterated loops, starting from a nearby loop configuration w.
 
     The iteration starts from the reference configuration if w is NaN or too far from q. On return,
     w is the configuration at q.
@@ -138,7 +138,7 @@ def _tables(function: NativeSolverFunction) -> RefinedTables:
 
 
 def _general_lines(derivation: Derivation, function: NativeSolverFunction) -> list[str]:
-    """Prints the macros of the general solver."""
+    """Prints the macros that configure the general solver."""
     robot, tables = derivation.robot, _tables(function)
     if tables.general is None:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
@@ -159,12 +159,12 @@ def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
 
 
 def _is_position(function: NativeSolverFunction) -> bool:
-    """Whether the target is a position only."""
+    """Whether the target contains only a position."""
     return function.role.components == ("position",)
 
 
 def _call(own: str, function: NativeSolverFunction) -> list[str]:
-    """Returns lines that copy the inputs, because results may overlap them, and call the solver.
+    """Returns lines that copy the inputs and call the solver; results may overlap the inputs.
 
     A position target fills the position entries of a pose; the other entries are unused.
     """

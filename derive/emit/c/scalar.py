@@ -1,4 +1,4 @@
-"""Generates C for functions of a single pose."""
+"""Generates C for functions that compute a single pose."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -35,16 +35,16 @@ def source(
     written: Sequence[NativeSolverFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C99 file of all functions of a robot; it depends on libm alone.
+    """Returns the C99 file with all functions of a robot; the file depends only on libm.
 
-    A function with branches becomes one branch function and a loop over the branches.
+    A function with branches is printed as a function of one branch and a loop over the branches.
 
     Args:
-        robot: The robot; its name is the prefix.
+        robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
-        programs: The programs of the functions.
-        written: Functions in separate files, which this file includes.
-        further: Names of the files that this file includes at its end.
+        programs: The programs that compute the functions.
+        written: Functions in separate files that the generated file includes.
+        further: Names of the files that the generated file includes at its end.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -59,12 +59,12 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Returns the name of the header that computes all branches of a pose at once."""
+    """Returns the name of the header that computes all branches for a pose at once."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """Returns the macro that this header defines if the compiler flags allow its code."""
+    """Returns the macro that the branch header defines if the compiler flags allow its code."""
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -84,7 +84,7 @@ def _comment(function: SymbolicFunction, program: Program) -> str:
 
 
 def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
-    """Prints the function of one branch, and the function that loops over the branches."""
+    """Prints the function of one branch, and the function with the loop over all branches."""
     flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
     n = len(function.signs)
@@ -117,7 +117,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
-    """Returns the lines of a function: its calls, then its statements."""
+    """Returns the lines of a function: first its calls, then its statements."""
     plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
@@ -125,7 +125,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
     lines += _called(robot, function.calls, filled)
     if len(filled) == len(function.outputs):
         return lines
-    # All inputs are read before an output is written: outputs may overlap inputs.
+    # All inputs are read before an output is written, because outputs may overlap inputs.
     lines += _section(
         "inputs",
         [
@@ -156,9 +156,9 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps call arrays to results if the calls alone compute all results.
+    """Maps call arrays to results, if calls compute all results without further statements.
 
-    A result may overlap an input only if no later call reads this input.
+    A result may overlap an input only if no later call reads the input.
     """
     given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
     read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)
@@ -170,7 +170,7 @@ def _filled(function: SymbolicFunction) -> dict[str, str]:
 
 
 def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
-    """Returns the lines that call functions and solvers. Solvers store the loops in ``loops``."""
+    """Returns the lines that call functions and solvers; ``loops`` stores the loop solution."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
     arrays = [a for call in calls for a in call.outputs if a.name not in filled]
     lines += [f"  double {a.name}[{a.size}];" for a in arrays]
@@ -183,12 +183,12 @@ def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) 
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Puts a title comment above lines; without lines, there is no comment."""
+    """Puts a title comment above lines; returns nothing without lines."""
     return [f"  // {name}", *lines] if lines else []
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Groups dependency levels into sections; a section ends after a level with output stores."""
+    """Groups dependency levels into sections; a section ends after a level that stores outputs."""
     section: list[Statement] = []
     for level in levels_of:
         section += level
@@ -219,15 +219,15 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program split at the cosines and sines that one call computes together.
+    """A program, split at the cosines and sines that one call computes together.
 
     None of these cosines and sines depends on another cosine or sine.
 
     Attributes:
-        before: Statements that precede these cosines and sines.
-        angles: The angles of the cosines and sines.
-        turns: Names of the results: ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements after the cosines and sines.
+        before: Statements before these cosines and sines.
+        angles: The angles whose cosines and sines the call computes.
+        turns: Names of the results: ``c[k]`` and ``s[k]`` belong to angle k.
+        after: Statements after these cosines and sines.
     """
 
     before: tuple[Compute, ...]
@@ -237,7 +237,7 @@ class _Parts:
 
 
 def _together(program: Program) -> _Parts:
-    """Splits a program at its first cosines and sines."""
+    """Splits a program at the first cosines and sines that one call can compute."""
     turns: dict[Operand, str] = {}
     angles: dict[Operand, int] = {}
     before: list[Compute] = []

@@ -1,8 +1,8 @@
-"""Generates the C that shifts inverse solutions of a coupled robot to the windings near a seed.
+"""Generates the C that shifts inverse solutions of a coupled robot by full turns to be near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn: for example, both motors of a differential by half a turn each. Joints whose full turns
-correspond to full turns of single coordinates need no shift.
+turn; for example, both motors of a differential move by half a turn. If a full turn of a joint is a
+full turn of a single coordinate, no shift is needed.
 """
 
 import textwrap
@@ -19,7 +19,7 @@ def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
 
     Args:
         derivation: The derivation of the robot.
-        wraps: Whether a full turn of each coordinate does not change the pose.
+        wraps: Whether a full turn of each coordinate leaves the pose unchanged.
     """
     rows = _rows(derivation.inverse.chain, wraps) if derivation.inverse else []
     if not rows:
@@ -65,7 +65,7 @@ def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
 
 
 def _rows(chain: CoupledChain | None, wraps: list[bool]) -> list[tuple[list[float], list[float]]]:
-    """Returns turns per coordinate, and coordinates per turn, of each joint to be shifted."""
+    """Returns the turns per coordinate, and coordinates per turn, of each joint to be shifted."""
     if chain is None:
         return []
     L, joints = chain.inverse()

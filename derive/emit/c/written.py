@@ -34,7 +34,7 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each table-driven solver; a generated file includes the first of these files."""
+"""Files of each table-driven solver; a generated file includes the first file of its solver."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:
@@ -51,9 +51,9 @@ def written_file(robot: Described, function: NativeSolverFunction) -> str:
 
 
 def _source(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the tables of a function, and the function that passes these tables to the solver.
+    """Prints the tables of a function, and the C function that passes these tables to the solver.
 
-    The file is included after the functions that the solver calls.
+    This file is included after the functions that the solver calls.
     """
     prefix, solver = f"chasles_{function.solver}", SUPPORTS[function.solver][0]
     table = f"{robot.name}_{function.name}_tables"
@@ -85,7 +85,7 @@ def _source(robot: Described, function: NativeSolverFunction) -> str:
 def table_lines(
     robot: Described, kind: str, name: str, calls: Sequence[str], tables: Tables
 ) -> list[str]:
-    """Returns the definition of a constant structure: robot functions, then tables."""
+    """Returns the definition of a constant C structure: first robot functions, then tables."""
     lines = [f"  {robot.name}_{called}," for called in calls]
     for field in fields(tables):
         text = f"{_braces(getattr(tables, field.name))},"

@@ -16,32 +16,31 @@ from .evaluation import Array, evaluate
 from .single import single
 
 SAMPLES = 10_000
-"""Number of random inputs of a function."""
+"""Number of random inputs at which a function is evaluated."""
 SAFETY = 2.0
-"""The printed bound is this multiple of the largest measured error. Math libraries on other
+"""The printed bound is this multiple of the largest measured error, because math libraries on other
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
-"""Robots with loops: each coordinate is sampled within this distance of the reference (radian or
-metre). If the range of a coordinate is below 1, the distance is multiplied by the range."""
+"""For robots with loops, each coordinate is sampled within this distance of the reference (radian
+or metre). If the range of a coordinate is less than 1, this distance is multiplied by the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (metre or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
-"""Names of inputs that are rates or accelerations."""
+"""Names of the inputs that are velocities or accelerations."""
 ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}
 """The entries of a pose that a task constrains."""
 ROWS = {"position": [0, 1, 2], "plane": [0, 1], "orientation": [3, 4, 5]}
-"""Rows of the Jacobian that belong to these components."""
+"""Rows of the Jacobian that belong to the entries of the task."""
 _TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a function in single precision.
+    """Errors of a function that is computed in single precision.
 
     Attributes:
-        bounds: An error bound for each output, or None if the error was not measured.
-        solutions: Number of double-precision solutions of an inverse that are away from
-            singularities.
+        bounds: An error bound for each output, or None if no error was measured.
+        solutions: Number of inverse solutions in double precision that lie away from singularities.
         missed: Number of these solutions that single precision does not find.
     """
 
@@ -52,7 +51,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Random inputs for a robot's functions, and the errors of the functions at these inputs."""
+    """Random inputs for the functions of a robot, and the errors of these functions."""
 
     derivation: Derivation
     programs: Programs
@@ -77,7 +76,7 @@ class Measurement:
 
     @cached_property
     def _known(self) -> dict[str, Array]:
-        """Returns the inputs that all functions share, by argument name."""
+        """Returns the inputs that several functions share, keyed by argument name."""
         q = self._coordinates()
         known = {"q": q} | self._of_chain()
         for argument, name in (("theta", "chain"), ("z", "configuration"), ("T", "fk")):
@@ -86,11 +85,11 @@ class Measurement:
         return known
 
     def _is_printed(self, name: str) -> bool:
-        """Whether a function exists and calls no solver."""
+        """Whether a function exists and does not call a solver."""
         return any(f.name == name and not f.calls for f in self.derivation.functions)
 
     def _of_chain(self) -> dict[str, Array]:
-        """Returns joints of the main chain near the reference of a robot with loops."""
+        """Returns main-chain joints near the reference configuration of a robot with loops."""
         solved, rng = self.derivation.hybrid, np.random.default_rng(2)
         if solved is None:
             return {}
@@ -99,7 +98,7 @@ class Measurement:
         return {"theta": np.array(reference) + apart}
 
     def _coordinates(self) -> Array:
-        """Returns random coordinates: serial robots in their range, others near the reference."""
+        """Returns random coordinates in the range, or near the reference if there are loops."""
         rng = np.random.default_rng(0)
         limits = [c.limits for c in self.derivation.robot.coordinates]
         low, high = (
@@ -116,7 +115,7 @@ class Measurement:
         return np.asarray(low + (high - low) * rng.random((SAMPLES, len(low))))
 
     def _inputs(self, function: SymbolicFunction) -> list[Array] | None:
-        """Returns the inputs of a function, or None if an input is unknown."""
+        """Returns the inputs of a function, or None if one of them is unknown."""
         rng = np.random.default_rng(1)
         first, *others = function.inputs
         is_inverse = function.role.is_inverse
@@ -131,14 +130,14 @@ class Measurement:
         return None if any(item is None for item in found) else found  # type: ignore[return-value]
 
     def _target(self, function: SymbolicFunction) -> Array | None:
-        """Returns the targets of an inverse, or None if its components are unknown."""
+        """Returns the targets of an inverse, or None if the target components are unknown."""
         T, components = self._known.get("T"), function.role.components
         if T is None or not set(components) <= ENTRIES.keys():
             return None
         return np.hstack([T[:, ENTRIES[part]] for part in components]) if components else T
 
     def _fixed(self, function: SymbolicFunction, argument: Argument, k: int) -> Array | None:
-        """Returns the values of a fixed joint or of a redundancy parameter."""
+        """Returns random values for a fixed joint or for a redundancy parameter."""
         q, robot = self._known["q"], self.derivation.robot
         if argument.name in self.programs.whole:
             return self._at(argument.name, [q])[0]
@@ -148,7 +147,7 @@ class Measurement:
         return None
 
     def _is_regular(self, function: SymbolicFunction, inputs: Sequence[Array]) -> Array:
-        """Returns, for each input, whether the loops are away from their dead points."""
+        """Returns, for each input, whether the loops stay away from their dead points."""
         if not self._is_printed(function.margin):
             return np.ones(len(inputs[0]), dtype=bool)
         (margin,) = self._at(function.margin, inputs[:1])
@@ -157,7 +156,7 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compares the solutions that are not close to singularities."""
+        """Compares the solutions in both precisions, except close to singularities."""
         n = function.outputs[0].shape[1]
         q, near = (x[0].reshape(-1, n).astype(float) for x in (exact, rounded))
         valid = exact[1].ravel() <= SOLVED
@@ -172,7 +171,7 @@ class Measurement:
         return Errors(tuple(bounds), int(valid.sum()), int((valid & ~found).sum()))
 
     def _singular_values(self, function: SymbolicFunction, q: Array) -> Array | None:
-        """Returns the smallest singular values of the task's Jacobian at the configurations."""
+        """Returns the smallest singular value of the task Jacobian at each configuration."""
         if not self._is_printed("jacobian_mixed"):
             return None
         J = self._at("jacobian_mixed", [q])[0].reshape(len(q), 6, -1)
@@ -183,7 +182,7 @@ class Measurement:
 
 
 def _apart(x: Array, y: Array, result: Result) -> Array:
-    """Returns the absolute differences of entries; angles may differ by full turns."""
+    """Returns the absolute differences of entries; full turns between angles do not count."""
     apart = x.astype(float) - y
     if "rad" in result.unit and "/" not in result.unit:
         apart -= _TURN * np.round(apart / _TURN)
@@ -191,7 +190,7 @@ def _apart(x: Array, y: Array, result: Result) -> Array:
 
 
 def _bound(errors: Array) -> float | None:
-    """Returns a bound of errors, rounded up to one digit; None without errors."""
+    """Returns a bound of the errors, rounded up to one digit; None without errors."""
     if not errors.size:
         return None
     most = SAFETY * float(np.max(errors))

@@ -1,4 +1,4 @@
-"""Evaluates programs in single or double precision, at many inputs at once."""
+"""Evaluates programs in single or double precision at many inputs at once."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,9 +12,9 @@ Array = NDArray[Any]
 
 
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
-    """Returns the results of a program, each (m, entries), for inputs (m, entries).
+    """Returns the results of a program, each of shape (m, entries), for inputs of this shape.
 
-    Every operation rounds its result to the given number type. Functions such as the sine are
+    Every operation rounds its result to the chosen number type. Functions such as the sine are
     computed in double precision, and the result is rounded once.
     """
     m = len(inputs[0])

@@ -26,23 +26,23 @@ _TURNS = {
     Operation.SIN: "sin_{0}",
     Operation.TAN: "(sin_{0} / cos_{0})",
 }
-"""Expressions in the cosine and the sine of an angle; one call computes both functions."""
+"""Functions that compute the cosine or the sine of an angle; one call computes both."""
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal form that reads back as the same single-precision number."""
+    """Returns the shortest decimal number that reads back as the same single-precision number."""
     text = str(np.float32(value))
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
 
 
 @dataclass(frozen=True)
 class Precision:
-    """The C code for one kind of number.
+    """The C code for one number type.
 
     Attributes:
         kind: The type.
         number: Prints a constant.
-        calls: Templates of the operations that differ from double precision.
+        calls: Templates of the operations whose C code differs from double precision.
     """
 
     kind: str
@@ -62,11 +62,11 @@ def signature(prefix: str, function: SymbolicFunction) -> str:
 
 
 def definition(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """Returns a function with its comment."""
+    """Returns the C code of a function with its comment."""
     comment = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = summary(count_operations(program))
     head = [*(f"// {line}" for line in [*comment, counted]), signature(prefix, function)]
-    # All inputs are read before an output is written: outputs may overlap inputs.
+    # All inputs are read before an output is written, because outputs may overlap inputs.
     used = {program.arguments[entry.argument] for entry in program.inputs}
     unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
     return "\n".join([*head, "{", *unused, *statements(function, program), "}\n"])

@@ -1,4 +1,4 @@
-"""Writes the functions of a robot as C in single precision, with a control step as example."""
+"""Writes the functions of a robot as C in single precision, with a control step as an example."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from .single import single, stack_bytes
 
 SUPPORT = Path(__file__).parent / "support"
 COMMON = "chasles_float.h"
-"""File that all robots share."""
+"""Support file that all robots share."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the source, the header, the support file, the example and the README by path."""
+    """Returns source, header, support file, example and README, keyed by path."""
     name = derivation.robot.name
     printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
     prefix = f"{name}_float"
@@ -89,7 +89,7 @@ Stack: bound of a function's frame for a compiler that optimizes, without the ca
 
 
 def _missing(derivation: Derivation) -> list[str]:
-    """Returns the lines that name the functions with a solver in double precision."""
+    """Returns the lines that name the functions whose solver uses double precision."""
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
     text = f"Only in double precision, because of an iterative solver: {names}."
@@ -111,12 +111,12 @@ def _declaration(
 
 
 def with_error(line: str, bound: float | None) -> str:
-    """Adds the error bound of a result to a line of a comment."""
+    """Adds the error bound of a result to a comment line."""
     return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
 
 
 def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dict[str, str]:
-    """Returns the README, and a control step if the functions allow one."""
+    """Returns the README, and an example with a control step if the functions allow one."""
     name = derivation.robot.name
     inverse = next((f for f in printed if _is_followed(derivation, f)), None)
     values = {"robot": name, "upper": f"{name}_float".upper(), "title": derivation.robot.title}
@@ -136,7 +136,7 @@ def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dic
 
 
 def _is_followed(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can follow the targets of a function: q contains all its other inputs."""
+    """Whether the example can follow the targets of a function with coordinates as other inputs."""
     others = {argument.name for argument in function.inputs[1:]}
     robot, computed = derivation.robot, {f.name for f in derivation.functions}
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings

@@ -1,4 +1,4 @@
-"""Converts programs from double to single precision: thresholds, floors and constants."""
+"""Converts thresholds, lower bounds and constants of programs to single precision."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,17 +17,19 @@ from ...program.operations import (
 )
 
 ROUNDING_RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
-"""Ratio of the rounding errors of single and double precision: 2^29."""
+"""Ratio of the rounding errors in single and double precision: 2^29."""
 FRAME = 128
-"""Saved registers and addresses of a function (byte), for processors with 32 or 64 bits."""
+"""Size of the saved registers and addresses of a function (byte), for processors with 32 or 64
+bits."""
 
 
 def single(program: Program) -> Program:
-    """Returns a program for single precision.
+    """Returns the single-precision version of a program.
 
     A rounding threshold is a very small constant that only conditions use. The conversion
-    multiplies this threshold by the ratio of the rounding errors. A lower bound prevents a division
-    by zero. The conversion changes this bound to a number that single precision represents.
+    multiplies this threshold by the ratio of the rounding errors. A lower bound in a denominator
+    prevents a division by zero. The conversion replaces this bound by a number that single
+    precision can represent.
     """
     stored = _reaching_results(program)
 
@@ -43,7 +45,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that affect a result other than through a condition."""
+    """Returns the operands that affect a result in another way than through a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):
@@ -70,10 +72,10 @@ def _floored(value: float) -> float:
 
 
 def stack_bytes(program: Program) -> int:
-    """Returns a bound of a function's stack frame in bytes, for compilers that optimize.
+    """Returns an upper bound (byte) of a function's stack frame, for compilers that optimize.
 
-    The bound is the size of the saved registers plus the largest number of values that are needed
-    at the same time.
+    The bound is the size of the saved registers plus the largest number of simultaneously needed
+    values.
     """
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)

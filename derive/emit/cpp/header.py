@@ -26,11 +26,11 @@ _KEYWORDS = (
     "typeid typename using virtual wchar_t xor xor_eq"
 )
 RESERVED = frozenset([*_KEYWORDS.split(), "result"])
-"""Keywords of C++ that C does not reserve, and the local variable of each function.
+"""Names that the C++ header must not use: keywords that C does not reserve, and local variables.
 
-A name in this list gets a trailing underscore."""
+A name in this list gets a trailing underscore in C++."""
 SLOTS = ["q", "residual", "margin"]
-"""The outputs of an inverse."""
+"""The outputs of an inverse that the header uses."""
 
 
 def header(derivation: Derivation, programs: Programs) -> str:
@@ -70,7 +70,7 @@ namespace chasles::{safe(robot.name)} {{
 
 
 def safe(name: str) -> str:
-    """Returns a name that C++ does not reserve."""
+    """Returns a name that is not reserved in C++."""
     return f"{name}_" if name in RESERVED else name
 
 
@@ -99,7 +99,7 @@ def _bound(value: object, infinite: str) -> str:
 
 
 def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
-    """Returns a function that calls the C function of the same name."""
+    """Returns a C++ function that calls the C function of the same name."""
     arguments = [_input(argument) for argument in function.inputs]
     kind, outputs = _returned(function)
     passed = ", ".join([*(_passed(argument) for argument in function.inputs), *outputs])
@@ -116,7 +116,7 @@ def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
 
 
 def _returned(function: Signature) -> tuple[str, list[str]]:
-    """Returns the type of a result, and the expressions to which the C function writes."""
+    """Returns the C++ type of a result, and the expressions to which the C function writes."""
     outputs = function.outputs
     if len(outputs) == 1:
         return _type(outputs[0]), [
@@ -146,7 +146,7 @@ def _result_name(function: Signature) -> str:
 
 
 def _result(function: Signature) -> str:
-    """Returns the C struct for the results of a function with several outputs."""
+    """Returns the struct for the results of a function with several outputs."""
     members = [
         f"  {_type(output)} {safe(output.name)}; /**< {output.meaning} ({output.unit}) */"
         for output in function.outputs
@@ -174,7 +174,7 @@ def _passed(argument: Argument) -> str:
 
 
 def _nearest(derivation: Derivation, function: Signature) -> str:
-    """Returns the function for the solution nearest to a seed, within limits."""
+    """Returns the C++ function for the solution nearest to a seed, within the joint limits."""
     n, name = len(derivation.robot.coordinates), f"{function.name}_nearest"
     target = function.inputs[0]
     arguments = [

@@ -17,9 +17,10 @@ from .header import header, safe
 
 SUPPORT = Path(__file__).parent / "support"
 _START = 0.4
-"""Value of a serial joint at the start of the example (radian, metre), if its limits allow it."""
+"""Start value of a joint of a serial robot in the example (radian, metre), if its limits allow
+it."""
 _AMPLITUDE = 0.05
-"""Amplitude of the example's motion (radian, metre)."""
+"""Amplitude of the motion in the example (radian, metre)."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -46,7 +47,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
-    """Returns the values of the placeholders."""
+    """Returns the values of the placeholders in the templates."""
     nearest, start = _nearest_of_pose(derivation), _start(derivation)
     fixed = nearest.role.fixed if nearest else ()
     moved = next((k for k in range(len(start)) if k not in fixed), 0)
@@ -64,12 +65,12 @@ def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
 
 
 def _nearest_of_pose(derivation: Derivation) -> Signature | None:
-    """Returns the inverse of the example: the first for complete poses with a nearest form."""
+    """Returns the inverse that the example calls: the first that solves complete poses."""
     return next((f for f in seeded(derivation) if f.role.domain == "pose"), None)
 
 
 def _start(derivation: Derivation) -> list[float]:
-    """Returns coordinates with closed loops, or of a serial arm that is not stretched."""
+    """Returns example coordinates: loops are closed, and a serial arm is not stretched."""
     if derivation.hybrid is not None:
         return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
     return [_within(joint) for joint in derivation.robot.coordinates]

@@ -1,1 +1,1 @@
-"""CUDA C++: device functions in single and double precision, and kernels with a thread per pose."""
+"""CUDA C++: device functions in both precisions, and kernels with one thread per pose."""

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as device functions and kernels of CUDA."""
+"""Prints the functions of a robot as device functions and kernels for CUDA."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,12 +18,12 @@ from ..cpp.header import RESERVED, safe
 DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own_residual", "own_margin"])
-"""Names of the printed functions' own variables. An argument with one of these names, or with a
-reserved name of C++, gets a trailing underscore."""
+"""Names of the local variables in the printed functions. An argument with one of these names, or
+with a reserved name of C++, gets a trailing underscore."""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns a function whose arguments and results have names that CUDA allows."""
+    """Returns a function whose arguments and results have names that are valid in CUDA."""
     inputs = tuple(replace(a, name=_safe(a.name)) for a in function.inputs)
     outputs = tuple(replace(r, name=_safe(r.name)) for r in function.outputs)
     return replace(function, inputs=inputs, outputs=outputs)
@@ -34,7 +34,7 @@ def _safe(name: str) -> str:
 
 
 def device_function(function: SymbolicFunction, program: Program, precision: Precision) -> str:
-    """Returns a function for one pose in one precision, for all branches of an inverse."""
+    """Returns the device function for one pose in one precision, for all branches of an inverse."""
     program = replace(program, arguments=tuple(map(_safe, program.arguments)))
     program = single(program) if precision is SINGLE else program
     head = f"CHASLES_INLINE void {function.name}({', '.join(_columns(function, precision.kind))})"
@@ -50,7 +50,7 @@ def _columns(function: Signature, kind: str) -> list[str]:
 
 
 def kernel(function: Signature) -> str:
-    """Returns the kernel of a function: a thread for each pose."""
+    """Returns the kernel of a function, with one thread for each pose."""
     inputs = [f"const Real *{a.name}" for a in function.inputs]
     outputs = [f"Real *{r.name}" for r in function.outputs]
     passed = [*map(_column, function.inputs), *map(_column, function.outputs)]
@@ -72,11 +72,11 @@ def _kernel(name: str, arguments: Sequence[str], body: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Nearest:
-    """The nearest solution of an inverse.
+    """A function that returns the nearest solution of an inverse.
 
     Attributes:
         derivation: The derivation of the robot.
-        function: The inverse, with the names that CUDA allows.
+        function: The inverse, with names that are valid in CUDA.
     """
 
     derivation: Derivation
@@ -84,11 +84,11 @@ class Nearest:
 
     @property
     def name(self) -> str:
-        """The name of the function."""
+        """The name of the printed function."""
         return f"{self.function.name}_nearest"
 
     def device_function(self, precision: Precision) -> str:
-        """Returns the function for one pose in one precision."""
+        """Returns the device function for one pose in one precision."""
         kind, n = precision.kind, len(self.derivation.robot.coordinates)
         of, (target, *more) = f"<{kind}, {n}", self.function.inputs
         tables = ", ".join(f"{{{', '.join(row)}}}" for row in self._tables())
@@ -131,7 +131,7 @@ class Nearest:
         return [line.replace("double ", f"{kind} ") for line in called]
 
     def kernel(self) -> str:
-        """Returns the kernel; limits and weights are the same for all poses."""
+        """Returns the kernel, with the same limits and weights for all poses."""
         n, target = len(self.derivation.robot.coordinates), self.function.inputs[0]
         arguments = [f"const Real *{name}" for name in (target.name, "q_seed")]
         arguments += [f"const Real *{name}" for name in ("lower", "upper", "weights")]
@@ -152,8 +152,8 @@ class Nearest:
 def nearest_of(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> list[Nearest]:
     """Returns the functions for the nearest solutions of the printed inverses.
 
-    A robot has no such function if full turns shift several coordinates of its solutions, or if a
-    function that is not printed computes inputs of its inverse.
+    A robot has no such function if a full turn of a joint shifts several coordinates, or if an
+    input of its inverse is computed by a function that is not printed.
     """
     printed, inverses = {f.name for f in functions}, {f.name for f in seeded(derivation)}
     if unwinding(derivation, wraps_of(derivation)):
@@ -163,7 +163,7 @@ def nearest_of(derivation: Derivation, functions: Sequence[SymbolicFunction]) ->
 
 
 def _called(nearest: Nearest) -> set[str]:
-    """Returns the names of the functions that compute further inputs from the seed."""
+    """Returns the names of functions that compute further inputs of the inverse from the seed."""
     prefix = f"  {nearest.derivation.robot.name}_"
     lines = parameters(nearest.derivation, nearest.function) or []
     return {line.removeprefix(prefix).split("(")[0] for line in lines if line.startswith(prefix)}

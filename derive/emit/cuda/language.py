@@ -1,4 +1,4 @@
-"""Writes CUDA C++ for a robot: device functions, kernels with a thread per pose, and an example."""
+"""Writes CUDA C++ for a robot: device functions, kernels with one thread per pose, an example."""
 
 import textwrap
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from .functions import PRECISIONS, Nearest, device_function, kernel, nearest_of,
 
 SUPPORT = Path(__file__).parent / "support"
 COMMON = "chasles_cuda.cuh"
-"""File that all robots share."""
+"""Support file that all robots share."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -44,7 +44,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _missing(derivation: Derivation, nearest: Sequence[Nearest]) -> str:
-    """Names the functions that exist only in C, or returns ""."""
+    """Names the functions that exist only in C, or returns an empty text."""
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     missing = [f.name for f in solved if not f.role.is_intermediate]
     text = f"Only in C, because of an iterative solver: {', '.join(missing)}." if missing else ""
@@ -117,7 +117,7 @@ def _comment(lines: Sequence[str]) -> str:
 
 
 def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
-    """Returns a function in both precisions, and its kernel."""
+    """Returns a function in both precisions, and the kernel of the function."""
     own, program = renamed(function), programs.whole[function.name]
     described, count = description(own, programs), len(own.outputs)
     bounds = measured.errors(function).bounds
@@ -158,7 +158,7 @@ def _example(
 
 
 def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can call an inverse: a pose and fixed joints are its inputs."""
+    """Whether the example can call an inverse; its inputs must be a pose and fixed joints."""
     role, robot = function.role, derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     joints = len(function.inputs) - 1
