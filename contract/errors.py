@@ -54,7 +54,7 @@ class LoopError(DescriptionError):
     """The loops of a description do not close at the reference.
 
     Attributes:
-        closure_error: Smallest distance between the frames of the open loop (metre); for a strut,
+        closure_error: Smallest distance between the frames of the open loop (meter); for a strut,
             the smallest difference between its length and the distance of its ends. None if no
             distance was found.
         remedies: Lengths, angles and coordinates that can each close the loop alone, with the

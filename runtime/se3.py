@@ -2,7 +2,7 @@
 
 A pose is a matrix (4, 4) with a rotation R, a translation, and the last row 0 0 0 1. Twists are
 (v, omega), linear part first. `exp` of a twist is the pose of a body after one unit of time at this
-twist; both are expressed in the start frame. Lengths are in metres, angles in radians. Leading
+twist; both are expressed in the start frame. Lengths are in meters, angles in radians. Leading
 dimensions broadcast, and NaN propagates. Every function raises `ShapeError` for a wrong shape.
 
 Rounding to single precision or to printed digits makes R slightly non-orthogonal. Its deviation is

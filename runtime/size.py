@@ -27,11 +27,11 @@ def ranges(
     coordinates: Sequence[Coordinate], reference: Reference | None
 ) -> tuple[FloatArray, FloatArray]:
     """Return sampling ranges (n,): the limits, otherwise 2 pi or 2 m around the reference."""
-    centre = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
+    center = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
     lower, upper = limits_of(coordinates)
     half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])
-    lower = np.where(np.isfinite(lower), lower, np.minimum(centre, upper) - half)
-    upper = np.where(np.isfinite(upper), upper, np.maximum(centre, lower) + half)
+    lower = np.where(np.isfinite(lower), lower, np.minimum(center, upper) - half)
+    upper = np.where(np.isfinite(upper), upper, np.maximum(center, lower) + half)
     return lower, upper
 
 

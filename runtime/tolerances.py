@@ -65,15 +65,15 @@ distances have a kink at their minimum."""
 # --- closed form: closure of loops ---
 
 SAME_JOINTS = 1e-6
-"""Maximum difference (metre, radian) between equal main-chain joints: at a dead point, rounding
+"""Maximum difference (meter, radian) between equal main-chain joints: at a dead point, rounding
 affects half of the digits."""
 
 # --- closed_form: Newton's iteration on forward kinematics ---
 
 POLISHED = 1e-14
-"""The iteration ends at this residual (metre, radian)."""
+"""The iteration ends at this residual (meter, radian)."""
 SETTLED = 1e-12
-"""Below this residual (metre, radian), a step without improvement ends the iteration."""
+"""Below this residual (meter, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
 """Maximum ratio of the damping lambda^2 to the squared error; larger ratios stop the steps."""
 MIN_DAMPING = 1e-14
@@ -84,7 +84,7 @@ POLISH_STEP = 0.3
 # --- iterative ---
 
 CLOSED = 1e-12
-"""Maximum constraint residual (metre, radian) of a valid loop configuration."""
+"""Maximum constraint residual (meter, radian) of a valid loop configuration."""
 
 # --- velocity ---
 

@@ -25,7 +25,7 @@ from .shown_numbers import roll_pitch_yaw
 
 _PITCH = 1e-12
 """Tolerance for rounding errors: pitch of a revolute joint [m/rad], and |axis| = 1."""
-_METRE = 15
+_METER = 15
 """Number of decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
 _DEGREE = 13
 """Number of decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
@@ -174,7 +174,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
         "closure": json.dumps("least squares" if _has_turned(robot, p) else "exact"),
     }
     for k, T in enumerate(robot.functions["parts_p"](p)):
-        texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METRE))
+        texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METER))
         texts[f"rpy_{k}"] = _row(np.round(np.degrees(roll_pitch_yaw(T[:3, :3])), _DEGREE))
         texts[f"x_{k}"] = repr(float(T[0, 3]))
     text = Template(robot.manifest.robot_file).substitute(texts)

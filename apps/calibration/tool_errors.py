@@ -155,22 +155,22 @@ def monte_carlo(
     Raises:
         InputValueError: A key is neither a parameter, a group nor a unit.
     """
-    sigma, centre = deviations(robot, parameter_std), nominal(robot)
+    sigma, center = deviations(robot, parameter_std), nominal(robot)
     random = rng if isinstance(rng, np.random.Generator) else key_of("monte_carlo", rng)
     random = np.random.default_rng(random)
     samples = integer_at_least("monte_carlo: samples", samples, 1)
     at = finite("monte_carlo: q", q)
     displacement, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
-    p = np.tile(centre, (min(samples, _AT_ONCE), 1))
+    p = np.tile(center, (min(samples, _AT_ONCE), 1))
     for first in range(0, samples, _AT_ONCE):
         part = slice(first, min(first + _AT_ONCE, samples))
         count = part.stop - first
         sampled = random.standard_normal((len(used), count))
         for row, k in zip(sampled, used, strict=True):
-            p[:count, k] = centre[k] + sigma[k] * row
+            p[:count, k] = center[k] + sigma[k] * row
         here = at if at.ndim == 1 else at[part]
-        T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, centre)
+        T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, center)
         displacement[part] = T[:, :3, 3] - true[..., :3, 3]
         # The distance of two rotations R and R' is |R - R'| = 2 sqrt(2) sin(angle / 2).
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))

@@ -248,8 +248,8 @@ class Display:
             for solid in self.solids
         ]
         every = np.vstack(points)
-        centre = (every.min(0) + every.max(0)) / 2
-        return centre, float(np.linalg.norm(every - centre, axis=1).max())
+        center = (every.min(0) + every.max(0)) / 2
+        return center, float(np.linalg.norm(every - center, axis=1).max())
 
     def _start(self) -> Displayed:
         q = self.skeleton.q_drawn

@@ -142,10 +142,10 @@ class LiveView:
 
     def _look(self) -> None:
         """Set the initial camera so that the robot fills the page."""
-        centre, radius = self._display.ball(self._display.start)
+        center, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
         # The panel covers the right side of the page, so the robot is left of the center.
-        target = centre + 0.5 * radius * np.array([0.8, 0.6, 0.0])
+        target = center + 0.5 * radius * np.array([0.8, 0.6, 0.0])
         camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
         camera.look_at = tuple(target)
         self._server.scene.add_grid(

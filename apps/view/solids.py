@@ -139,18 +139,18 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
     """Yield a plate for coplanar points, or lines from the center for other points."""
-    centre = points.mean(0)
-    _, spread, axes = np.linalg.svd(points - centre)
+    center = points.mean(0)
+    _, spread, axes = np.linalg.svd(points - center)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions
-        yield plate(_around(points, centre, axes), radius)
+        yield plate(_around(points, center, axes), radius)
         return
     for point in points:
-        yield from _lines(np.array([centre, point]), radius)
+        yield from _lines(np.array([center, point]), radius)
 
 
-def _around(points: FloatArray, centre: FloatArray, axes: FloatArray) -> FloatArray:
+def _around(points: FloatArray, center: FloatArray, axes: FloatArray) -> FloatArray:
     """Return the corners of the convex hull of coplanar points, in order."""
-    flat = (points - centre) @ axes[:2].T
+    flat = (points - center) @ axes[:2].T
     hull: list[int] = []
     order = np.lexsort(flat.T[::-1])
     for way in (order, order[::-1]):

@@ -54,17 +54,17 @@ def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
     # The end faces have separate vertices; otherwise, shading would make the edges look round.
     vertices = np.vstack([ring + a, ring + b, ring + a, ring + b, [a, b]])
     here, there = np.arange(_AROUND), np.roll(np.arange(_AROUND), -1)
-    n, centre = _AROUND, np.full(_AROUND, 4 * _AROUND)
+    n, center = _AROUND, np.full(_AROUND, 4 * _AROUND)
     faces = [
         np.column_stack([here, there, there + n]),
         np.column_stack([here, there + n, here + n]),
-        np.column_stack([centre, there + 2 * n, here + 2 * n]),
-        np.column_stack([centre + 1, here + 3 * n, there + 3 * n]),
+        np.column_stack([center, there + 2 * n, here + 2 * n]),
+        np.column_stack([center + 1, here + 3 * n, there + 3 * n]),
     ]
     return Triangles(vertices, np.vstack(faces).astype(np.int32))
 
 
-def ball(centre: FloatArray, radius: float) -> Triangles:
+def ball(center: FloatArray, radius: float) -> Triangles:
     """Return a sphere."""
     polar = np.linspace(0, np.pi, _BANDS + 1)[:, None]
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
@@ -74,14 +74,14 @@ def ball(centre: FloatArray, radius: float) -> Triangles:
     here, there = first + np.arange(_AROUND), first + np.roll(np.arange(_AROUND), -1)
     faces = [(here, here + _AROUND, there + _AROUND), (here, there + _AROUND, there)]
     corners = [np.stack(face, -1).reshape(-1, 3) for face in faces]
-    return Triangles(centre + radius * shell.reshape(-1, 3), np.vstack(corners).astype(np.int32))
+    return Triangles(center + radius * shell.reshape(-1, 3), np.vstack(corners).astype(np.int32))
 
 
-def box(centre: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
+def box(center: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
     """Return a box.
 
     Args:
-        centre: (3,) center [m].
+        center: (3,) center [m].
         axes: (3, 3) directions of the edges as columns, a right-handed frame.
         size: (3,) edge lengths [m].
     """
@@ -95,14 +95,14 @@ def box(centre: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
             faces += [[len(vertices) + i for i in face] for face in ((0, 1, 2), (0, 2, 3))]
             vertices += corners
     shaped = np.array(vertices) * (np.asarray(size) / 2)
-    return Triangles(centre + shaped @ np.asarray(axes).T, np.array(faces, dtype=np.int32))
+    return Triangles(center + shaped @ np.asarray(axes).T, np.array(faces, dtype=np.int32))
 
 
-def box_on(centre: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
+def box_on(center: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
     """Return a box whose third edge is along an axis; its rotation about the axis is arbitrary."""
     z = axis / np.linalg.norm(axis)
     x, y = _across(z)
-    return box(centre, np.column_stack([x, y, z]), size)
+    return box(center, np.column_stack([x, y, z]), size)
 
 
 def plate(corners: FloatArray, thickness: float) -> Triangles:
@@ -112,12 +112,12 @@ def plate(corners: FloatArray, thickness: float) -> Triangles:
         corners: (k, 3) three or more corners in order [m].
         thickness: Thickness of the plate [m].
     """
-    centre = corners.mean(0)
-    normal = np.cross(corners - centre, np.roll(corners, -1, 0) - centre).sum(0)
+    center = corners.mean(0)
+    normal = np.cross(corners - center, np.roll(corners, -1, 0) - center).sum(0)
     shift = normal * (thickness / 2 / max(float(np.linalg.norm(normal)), 1e-300))
     k = len(corners)
     vertices = np.vstack([corners + shift, corners - shift, corners + shift, corners - shift])
-    vertices = np.vstack([vertices, [centre + shift, centre - shift]])
+    vertices = np.vstack([vertices, [center + shift, center - shift]])
     here, there = np.arange(k), np.roll(np.arange(k), -1)
     top, bottom = np.full(k, 4 * k), np.full(k, 4 * k + 1)
     faces = [

@@ -42,7 +42,7 @@ class Skeleton:
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
         q_drawn: The default configuration q for drawing a serial robot; () with loops.
-        size: Diagonal of the box around frames, joints and tip at the reference (metre).
+        size: Diagonal of the box around frames, joints and tip at the reference (meter).
         closures: The frame pairs connected by loop-closing joints.
     """
 

@@ -18,7 +18,7 @@ class Motion(Protocol):
     """Values and derivatives of the moving joints of a chain.
 
     Attributes:
-        values: Values of all moving joints (radian or metre).
+        values: Values of all moving joints (radian or meter).
     """
 
     values: tuple[sp.Expr, ...]
@@ -130,7 +130,7 @@ class ThroughLoops:
         """Stores the joint values and the object that computes the time derivatives of terms.
 
         Args:
-            values: Values of all moving joints (radian or metre).
+            values: Values of all moving joints (radian or meter).
             rates: Computes the time derivatives of the terms in the values.
         """
         self.values, self._rates = tuple(values), rates

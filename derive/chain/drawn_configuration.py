@@ -44,7 +44,7 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
         rigid: The bodies of a serial robot.
 
     Returns:
-        One value per coordinate (radian or metre), or () for a robot with loops, which is drawn at
+        One value per coordinate (radian or meter), or () for a robot with loops, which is drawn at
         its reference.
     """
     if isinstance(rigid.robot, Mechanism):

@@ -112,8 +112,8 @@ def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
             place = np.array(placement_matrix(joint.before)[:3, 3], dtype=float).ravel()
             distance += float(np.linalg.norm(place - at)) if k > first else 0.0
             at = place
-        centre = np.array([float(x) for x in load.masses[k].at])
-        reaches.append(distance + float(np.linalg.norm(centre - at)))
+        center = np.array([float(x) for x in load.masses[k].at])
+        reaches.append(distance + float(np.linalg.norm(center - at)))
     return reaches
 
 

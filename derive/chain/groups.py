@@ -130,7 +130,7 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
     Args:
         robot: The description.
         terms: Table that receives the named constants and angles.
-        values: The value of every moving joint (radian or metre).
+        values: The value of every moving joint (radian or meter).
 
     Returns:
         The groups from base to tool; the tool frame is the last frame of the last group.

@@ -65,7 +65,7 @@ class RigidBodies:
         poses: The reference pose of each body on a joint, in the base frame (4, 4).
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        size: Diagonal of the box around frames, joints and tip at the reference (metre).
+        size: Diagonal of the box around frames, joints and tip at the reference (meter).
     """
 
     def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
@@ -74,7 +74,7 @@ class RigidBodies:
         Args:
             robot: A serial robot or a mechanism.
             terms: Table of named terms, with default parameter values.
-            reference: Coordinate values in order (radian or metre): all entries of z, or of q for a
+            reference: Coordinate values in order (radian or meter): all entries of z, or of q for a
                 serial robot.
         """
         self.robot, self.terms, self.reference = robot, terms, reference
@@ -215,7 +215,7 @@ def motions(joint: BodyJoint, coordinates: Array) -> Array:
 
     Args:
         joint: The joint.
-        coordinates: Coordinates (m, n) that move the bodies (radian or metre).
+        coordinates: Coordinates (m, n) that move the bodies (radian or meter).
     """
     T = np.tile(np.eye(4), (len(coordinates), 1, 1))
     if joint.kind == "fixed":
@@ -235,7 +235,7 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
 
     Args:
         bodies: The bodies; strut sections are skipped.
-        values: The coordinates: z, or q of a serial robot (radian or metre).
+        values: The coordinates: z, or q of a serial robot (radian or meter).
     """
     poses, row = [np.eye(4)], np.array([values])
     for body in bodies[1:]:

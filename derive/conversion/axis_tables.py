@@ -119,7 +119,7 @@ class _Rows:
 
     @property
     def size(self) -> float:
-        """The largest number in the table, an upper bound on its lengths (metre)."""
+        """The largest number in the table, an upper bound on its lengths (meter)."""
         values = [value for fields in self.fields for value in fields.values()]
         vectors = [value if isinstance(value, tuple) else (value,) for value in values]
         return max(abs(float(x)) for vector in (*vectors, *self.base, *self.tool) for x in vector)

@@ -31,7 +31,7 @@ TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
 """A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
-"""Above this pose error (metre, radian), a note states the error."""
+"""Above this pose error (meter, radian), a note states the error."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Conversion:
         format: The format, see :func:`convert`.
         text: The robot file or the URDF.
         robot: The robot with the numbers as written, before the reader snaps numbers.
-        error: Bounds of the distance (metre) and of the angle (radian) between the tools of both
+        error: Bounds of the distance (meter) and of the angle (radian) between the tools of both
             robots, at all coordinates within the limits, if the text is read with
             :func:`~chasles.derive.read`.
         notes: Sentences on facts that the format cannot express, and on changes by the conversion.
@@ -67,7 +67,7 @@ class Conversion:
     def save(self, path: str | Path) -> None:
         """Writes the text to a file, or the table to a .csv or .tex file.
 
-        The rows of a table are the joints. The rows contain the fields of the convention, in metre
+        The rows of a table are the joints. The rows contain the fields of the convention, in meter
         and radian, with up to 17 digits. The first and last row of a .csv file contain the poses of
         base and tool; a .tex file states both poses after its `tabular`.
 

@@ -27,11 +27,11 @@ from ..model.values import Values
 DIGITS = 17
 """Significant digits of a number without a short exact form; a double has 17."""
 _PLACES = 16
-"""Decimal places of the lengths in a table (metre)."""
+"""Decimal places of the lengths in a table (meter)."""
 _LONGEST = 40
 """Digits of the longest decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""The reader may change a number by this value (metre, radian or 1), which is below the rounding
+"""The reader may change a number by this value (meter, radian or 1), which is below the rounding
 error of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
@@ -39,7 +39,7 @@ _PLAIN = 6
 
 
 def digits_for(size: float) -> int:
-    """Returns the significant digits of the numbers in a table with lengths up to ``size`` (metre).
+    """Returns the significant digits of the numbers in a table with lengths up to ``size`` (meter).
 
     Lengths from 10 m have more than 17 digits, and so do the angles that rotate them.
     """
@@ -66,7 +66,7 @@ class NumberText:
     """Numbers of one robot as text of its robot file.
 
     Attributes:
-        noise: Length noise that the reader removes (metre).
+        noise: Length noise that the reader removes (meter).
     """
 
     noise: Fraction

@@ -25,7 +25,7 @@ from ..model.tolerances import EVALUATION_DIGITS, ZERO_COMPONENT
 from .number_text import rounded
 
 Origin = tuple[Vector, Vector]
-"""Position (metre), and roll, pitch and yaw (radian)."""
+"""Position (meter), and roll, pitch and yaw (radian)."""
 _ZERO: Vector = (sp.S.Zero,) * 3
 
 

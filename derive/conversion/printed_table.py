@@ -1,4 +1,4 @@
-r"""A table of joint parameters as CSV and LaTeX, in metre and radian, with base and tool.
+r"""A table of joint parameters as CSV and LaTeX, in meter and radian, with base and tool.
 
 All joints have the same convention. Numbers have 17 significant digits, or more if the table
 contains lengths of 10 m or more.

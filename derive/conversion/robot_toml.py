@@ -17,7 +17,7 @@ _WAVES = ("sin1", "cos1", "sin2", "cos2")
 
 
 def robot_toml(robot: SerialRobot) -> str:
-    """Returns the text of a robot file, in metre and radian, with all numbers exact.
+    """Returns the text of a robot file, in meter and radian, with all numbers exact.
 
     Args:
         robot: The robot; each joint has a convention with its fields.

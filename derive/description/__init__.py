@@ -1,1 +1,1 @@
-"""Readers for robot files and URDF, and their modelling conventions."""
+"""Readers for robot files and URDF, and their modeling conventions."""

@@ -34,8 +34,8 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
     """Returns exact points for points that are rounded copies of other points on their body.
 
     Args:
-        bodies: The points of each body, as decimals without noise (metre).
-        noise: Minimum difference that counts as rounding (metre).
+        bodies: The points of each body, as decimals without noise (meter).
+        noise: Minimum difference that counts as rounding (meter).
 
     Returns:
         An exact point for each copy. Equal points have equal exact points on every body.
@@ -129,8 +129,8 @@ class Distances:
         """Collects the distances.
 
         Args:
-            bodies: The exact points of each body (metre).
-            noise: Minimum difference that counts as rounding (metre).
+            bodies: The exact points of each body (meter).
+            noise: Minimum difference that counts as rounding (meter).
         """
         self._noise = noise
         squares = {square for points in bodies for square in _squares(points)}

@@ -76,7 +76,7 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
 
 
 def _noise(robot: Described) -> Fraction:
-    """Returns the rounding errors of the lengths of a robot (metre)."""
+    """Returns the rounding errors of the lengths of a robot (meter)."""
     return Fraction(NOISE * (robot_size(robot) or 1.0))
 
 

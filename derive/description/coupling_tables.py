@@ -118,5 +118,5 @@ class CoordinateFile(TomlFile):
         return lower, upper
 
     def coordinate_scale(self, kind: str) -> sp.Expr:
-        """Returns metre or radian per unit of a coordinate in the file."""
+        """Returns meter or radian per unit of a coordinate in the file."""
         return self.scale["length" if kind == "prismatic" else "angle"]

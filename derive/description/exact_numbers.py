@@ -24,7 +24,7 @@ class ExactNumbers:
     """Exact values for the numbers of a description.
 
     Attributes:
-        tolerance: Length noise (metre).
+        tolerance: Length noise (meter).
         points: Exact points of arrangements, keyed by the noise-free points.
         numbers: The numbers that were replaced so far.
     """

@@ -1,7 +1,7 @@
 """Recognizes the exact values of rounded or noisy numbers in files.
 
 The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits:
-0.20249999999999999, or 6.1e-17 next to lengths of a metre. A *rounded angle* is a multiple of 15
+0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple of 15
 degrees rounded to the written decimal places, such as 1.5708, or a fraction of a rounded pi, such
 as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector of cosines of such angles,
 such as (0.7071068, 0.7071068, 0), or a cube diagonal. Exact numbers such as pi/2, sqrt(2)/2 or
@@ -82,7 +82,7 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
 
 def single_precision(number: Fraction) -> Fraction:
-    """Returns the shortest decimal of a single-precision number in metres or millimetres.
+    """Returns the shortest decimal of a single-precision number in meters or millimeters.
 
     Other numbers, and numbers with few written digits, are returned unchanged.
     """

@@ -14,12 +14,12 @@ from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MAX_TURNED, SHORTE
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
-"""Largest magnitude (metre, radian) that needs no stated unit."""
+"""Largest magnitude (meter, radian) that needs no stated unit."""
 _DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
 
 
 LARGEST_LIMIT: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": MAX_TURNED}
-"""Largest magnitude (metre, radian) of a joint limit that needs no stated unit."""
+"""Largest magnitude (meter, radian) of a joint limit that needs no stated unit."""
 
 
 def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = LARGEST) -> str:
@@ -38,7 +38,7 @@ def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
     questions += filter(None, map(_implausible_limits, robot.joints))
     longest = robot_size(robot)
     if longest > LONGEST_LENGTH:
-        questions.append(f"a length of {longest:.6g} m: is the file in millimetres?")
+        questions.append(f"a length of {longest:.6g} m: is the file in millimeters?")
     total = float(sum(lengths(robot)))
     if 0 < total < SHORTEST_ARM:
         questions.append(f"all lengths together are {total:.3g} m: are they in another unit?")

@@ -20,7 +20,7 @@ from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
-"""Assumed displacement range (metre) of prismatic joints without limits."""
+"""Assumed displacement range (meter) of prismatic joints without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
 """An mpmath matrix (mpmath has no type hints)."""
@@ -35,7 +35,7 @@ class _Link:
         before: Pose (4, 4) of the joint frame; its z axis is the joint axis.
         after: Pose (4, 4) of the link frame in the moved joint frame.
         turns: Whether the joint rotates the link.
-        travel: Maximum displacement along the axis (metre).
+        travel: Maximum displacement along the axis (meter).
     """
 
     before: _Matrix
@@ -50,14 +50,14 @@ class _Link:
 
     @property
     def reach(self) -> mpmath.mpf:
-        """Maximum distance between the frames of this link and the previous link (metre)."""
+        """Maximum distance between the frames of this link and the previous link (meter)."""
         if not self.turns:
             return mpmath.norm(self.home[:3, 3]) + self.travel
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
 
 
 def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
-    """Returns bounds of the distance (metre) and angle (radian) between two robots' tools.
+    """Returns bounds of the distance (meter) and angle (radian) between two robots' tools.
 
     Args:
         one: A robot.
@@ -77,12 +77,12 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
 
 def robot_size(robot: Described) -> float:
-    """Returns the longest robot dimension (metre) at default parameter values, or 0."""
+    """Returns the longest robot dimension (meter) at default parameter values, or 0."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
 def lengths(robot: Described) -> Iterator[sp.Expr]:
-    """Yields the magnitudes (metre) of all translation components at default values."""
+    """Yields the magnitudes (meter) of all translation components at default values."""
     values = _values(robot)
     for placement in robot.placements:
         for motion in placement:
@@ -122,7 +122,7 @@ def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the distance (metre) between the origins of two poses."""
+    """Returns the distance (meter) between the origins of two poses."""
     return mpmath.norm(one[:3, 3] - other[:3, 3])
 
 

@@ -84,7 +84,7 @@ def read(
             changes.
 
     Returns:
-        The robot, in metres and radians. A Mechanism if the file has closed loops, actuated joints
+        The robot, in meters and radians. A Mechanism if the file has closed loops, actuated joints
         or parent bodies; otherwise a SerialRobot. ``notes`` states the selected tip if the file has
         several tips.
 

@@ -167,7 +167,7 @@ class TomlFile:
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
-        """Returns a declared parameter with its value in metre, radian or as a ratio."""
+        """Returns a declared parameter with its value in meter, radian or as a ratio."""
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
@@ -196,7 +196,7 @@ class TomlFile:
         return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
-        """Converts a number to metre or radian; a large number must have a stated unit."""
+        """Converts a number to meter or radian; a large number must have a stated unit."""
         if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
             self.fail(keys, statement_of(kind))
         return value * self.scale[kind]
@@ -210,7 +210,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in metre or radian; a missing field gives zero."""
+        """Reads an expression with parameters, in meter or radian; a missing field gives zero."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)

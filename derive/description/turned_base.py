@@ -45,7 +45,7 @@ class TurnedBase:
         turn: The rotation of the base axes.
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding of relative angles (radian).
-        length: Rounding of coordinates in the axes (metre).
+        length: Rounding of coordinates in the axes (meter).
         lengths: Lengths of other bodies and of rods; a coordinate may equal one of these lengths.
         angles: Angles of other bodies; a base angle may equal one of these angles.
     """
@@ -64,7 +64,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
     Args:
         mechanism: A robot with the numbers of its file.
-        noise: Minimum difference that counts as rounding (metre).
+        noise: Minimum difference that counts as rounding (meter).
 
     Returns:
         The axes, or None if the base frame itself gives at least as many exact angles.

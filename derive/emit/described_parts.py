@@ -104,6 +104,6 @@ def _end(frame: Frame, k: int) -> str:
 
 
 def _number(value: sp.Expr, unit: str = "m") -> str:
-    """Formats a number in the units of the file (metres and degrees)."""
+    """Formats a number in the units of the file (meters and degrees)."""
     shown = value * 180 / sp.pi if unit == "rad" else value
     return repr(float(shown))

@@ -295,7 +295,7 @@ def json_text(value: Any, depth: int = 0) -> str:
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Returns the bodies as plain data in metres and radians; poses have three rows.
+    """Returns the bodies as plain data in meters and radians; poses have three rows.
 
     Args:
         found: The bodies with their shapes.

@@ -26,7 +26,7 @@ def solve_chain(
         lines: The chain.
         found: The family of axis structures that matches the chain.
         target: The displacement of the last body, which the joints must produce.
-        given: Values of the fixed joints (radian or metre), keyed by joint index.
+        given: Values of the fixed joints (radian or meter), keyed by joint index.
     """
     left, target = without(lines, target, given)
     if found.backwards:

@@ -57,7 +57,7 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
     Args:
         lines: The chain.
         target: The target pose of the chain.
-        given: The value of each fixed joint (radian or metre), keyed by its index in the chain; see
+        given: The value of each fixed joint (radian or meter), keyed by its index in the chain; see
             :func:`joint_sets_to_fix`.
     """
     terms, axes = lines.terms, list(lines.axes)

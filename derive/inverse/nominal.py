@@ -87,12 +87,12 @@ def _make_meet(
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
-    centre = np.linalg.solve(
+    center = np.linalg.solve(
         sum(across.values(), np.zeros((3, 3))),
         sum((P @ origins[k] for k, P in across.items()), np.zeros(3)),
     )
     for k in indices:
-        origins[k] = np.asarray(centre, dtype=np.float64)
+        origins[k] = np.asarray(center, dtype=np.float64)
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:

@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (metre), coarsest first: exact relations between lengths on a coarse grid are
+"""Grid spacings (meter), coarsest first: exact relations between lengths on a coarse grid are
 rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
@@ -54,7 +54,7 @@ class Nominal:
     Attributes:
         mechanism: The description of the mechanism, with numbers in place of the rounded
             parameters.
-        moved: Largest change (metre) of a length or of the position of a member.
+        moved: Largest change (meter) of a length or of the position of a member.
         turned: Largest change of an axis direction (radian).
     """
 
@@ -211,7 +211,7 @@ def convergence_of(
     Args:
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
-        length: Characteristic length (metre) that converts distances to angles.
+        length: Characteristic length (meter) that converts distances to angles.
         given: Indices of the fixed joints in the chain; their values are inputs after the pose.
         closure: Closure equations of loops without a closed form, or None if all loops have a
             closed form.

@@ -88,7 +88,7 @@ class RefinedTables(Tables):
 
     Attributes:
         turns: Number of full turns per unit of each coordinate, or 0 for non-revolute coordinates.
-        length: Robot length (metre), which converts distances to angles.
+        length: Robot length (meter), which converts distances to angles.
         deviation: Deviation between the two robots (radian, or relative to the robot length).
         general: Numeric data of the robot for the general solver, or None if the general solver
             does not apply.

@@ -22,7 +22,7 @@ class CleanedNumber:
     Attributes:
         at: Name of the joint or parameter with the value, or "base" or "tool".
         field: Name of the field or component, such as alpha, x or roll, or "" for a parameter.
-        found: The value as written (metre, radian or 1), exact.
+        found: The value as written (meter, radian or 1), exact.
         taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.
     """
@@ -35,7 +35,7 @@ class CleanedNumber:
 
     @property
     def change(self) -> float:
-        """The used value minus the written value (metre, radian or 1)."""
+        """The used value minus the written value (meter, radian or 1)."""
         return float(sp.N(self.taken - self.found))
 
 
@@ -45,7 +45,7 @@ class Cleaning:
 
     Attributes:
         numbers: The cleaned values, in order from the base.
-        position: Upper bound of the distance (metre) between the tool positions for the written and
+        position: Upper bound of the distance (meter) between the tool positions for the written and
             the used values, at any joint values within the limits.
         orientation: Upper bound of the angle (radian) between the tool's orientations.
         samples: For a robot with loops, the number of random configurations from which both bounds

@@ -20,7 +20,7 @@ from .kinds import JointKind
 from .placements import Placement, Rotation, Translation, Vector, filled
 
 FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
-"""A scalar (metre or radian), or a vector of lengths, angles, or a direction (unitless)."""
+"""A scalar (meter or radian), or a vector of lengths, angles, or a direction (unitless)."""
 Placements = tuple[Placement, Placement]
 """The placements before and after a joint's motion, see :class:`chasles.derive.Joint`."""
 Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
@@ -62,7 +62,7 @@ class Field:
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
-        """Returns the exact value of the field, or its default (metre, radian or 1)."""
+        """Returns the exact value of the field, or its default (meter, radian or 1)."""
         if self.name not in given:
             return self.default or ((sp.S.Zero,) * 3 if self.is_vector else sp.S.Zero)
         value = given[self.name]
@@ -75,7 +75,7 @@ class AxisLine:
 
     Attributes:
         direction: The unit direction vector.
-        point: A point on the axis (metre).
+        point: A point on the axis (meter).
     """
 
     direction: Numbers
@@ -88,7 +88,7 @@ class Fitted:
 
     Attributes:
         turn: Rotation about the previous axis (radian).
-        shift: Translation along the previous axis (metre).
+        shift: Translation along the previous axis (meter).
         values: Values of the fields by name; other fields are zero.
     """
 
@@ -146,7 +146,7 @@ class Convention:
 
         Args:
             kind: Kind of the joint.
-            given: Exact values of fields by name (metre, radian or 1); other fields use their
+            given: Exact values of fields by name (meter, radian or 1); other fields use their
                 defaults.
 
         Raises:

@@ -21,7 +21,7 @@ class Motor:
     Attributes:
         name: Unique name among joints and motors.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or metre); None if unbounded.
+        limits: Lowest and highest value (radian or meter); None if unbounded.
         assumed: Names of the fields that the source of the description does not state.
     """
 
@@ -58,7 +58,7 @@ class Coupling:
         joint: Name of the joint.
         ratios: The coordinates or leaders, each with the joint motion per unit of the coordinate or
             leader. A joint without nonzero ratios is constant.
-        offset: Value of the joint if all coordinates are 0 (radian or metre).
+        offset: Value of the joint if all coordinates are 0 (radian or meter).
     """
 
     joint: str

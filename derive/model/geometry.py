@@ -82,7 +82,7 @@ class GeometryParameter:
         name: Unique name that consists of a joint, "base" or "tool" and of the quantity, such as
             ``elbow_alpha``.
         symbol: The symbol in the equations.
-        value: The nominal value (metre, radian or 1).
+        value: The nominal value (meter, radian or 1).
         unit: "m", "rad", "1" for a gain, or "m/rad" and the like for a ratio.
         joint: The joint, "base" or "tool".
         part: The group of the parameter.

@@ -79,11 +79,11 @@ class Strut:
             coordinate.
         a: The frame at the first end.
         b: The frame at the second end.
-        length: Length of a rod, or of a cylinder at coordinate zero (metre).
+        length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
         ends: Whether the ends are pins or balls.
         swing: Name of the strut's passive angle, measured on the body at the first end.
-        limits: Lowest and highest value of a cylinder's coordinate (metre).
+        limits: Lowest and highest value of a cylinder's coordinate (meter).
         assumed: Fields whose values the source of the description does not state: ``length`` or
             ``limits``.
     """
@@ -121,7 +121,7 @@ class Drive:
     Attributes:
         name: Name of the motor's coordinate.
         joint: The joint or cylinder that the motor moves.
-        ratio: Displacement of the joint per radian of the motor: a radius (metre) or a ratio (1).
+        ratio: Displacement of the joint per radian of the motor: a radius (meter) or a ratio (1).
         kind: The transmission between motor and joint.
         assumed: Whether the source of the description does not state the ratio.
     """
@@ -145,7 +145,7 @@ class Coordinate:
     Attributes:
         name: Name of the joint, cylinder or motor.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or metre), or None if unbounded.
+        limits: Lowest and highest value (radian or meter), or None if unbounded.
         moves: The joint or cylinder that the coordinate moves.
         ratio: Displacement of the joint or cylinder per unit of the coordinate.
         assumed: Whether the limits are assumed because the source does not state them.
@@ -193,7 +193,7 @@ class Mechanism:
         nominal: The nominal design of a calibrated robot, with the same joints and struts; None if
             the robot is not calibrated.
         springs: Passive joints with springs in the description, and their values at rest (radian
-            or metre). The mobility analysis treats them as free joints.
+            or meter). The mobility analysis treats them as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             effect are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.

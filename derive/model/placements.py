@@ -1,6 +1,6 @@
 """Constant poses as products of elementary motions, in exact numbers.
 
-Lengths are in metres, angles in radians. Each motion is expressed in the frame that results from
+Lengths are in meters, angles in radians. Each motion is expressed in the frame that results from
 the motions to its left. A placement therefore has the same order as the product of the matrices.
 """
 
@@ -48,7 +48,7 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Translation:
-    """Translation by ``vector`` (metre) along the axes of the current frame."""
+    """Translation by ``vector`` (meter) along the axes of the current frame."""
 
     vector: Vector
 
@@ -82,7 +82,7 @@ def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
-    """Returns the translation along the three axes (metre); empty if the vector is zero."""
+    """Returns the translation along the three axes (meter); empty if the vector is zero."""
     shift = Translation((x, y, z))
     return () if shift.is_identity else (shift,)
 
@@ -97,7 +97,7 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
     """Returns the placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of a URDF origin.
 
     Args:
-        xyz: Position of the frame in its parent frame (metre).
+        xyz: Position of the frame in its parent frame (meter).
         rpy: Roll, pitch and yaw (radian).
     """
     roll, pitch, yaw = exact_vector(rpy)

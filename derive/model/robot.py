@@ -5,7 +5,7 @@ Every convention and file format is converted to this form. The pose of link i i
     T_prev_link = before * motion(q) * after, with the joint coordinate q.
 
 Here ``motion`` is a rotation about or a translation along the z axis of the joint frame. ``before``
-and ``after`` are products of elementary motions. All numbers are exact; lengths are in metres and
+and ``after`` are products of elementary motions. All numbers are exact; lengths are in meters and
 angles in radians.
 """
 
@@ -48,7 +48,7 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named length, angle or ratio with its default value (metre, radian, 1).
+    """A named length, angle or ratio with its default value (meter, radian, 1).
 
     ``assumed`` means that the source of the description does not state the value.
     """
@@ -82,8 +82,8 @@ class Joint:
         link: Name of the link's frame.
         parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
             robot.
-        limits: Lowest and highest value of the coordinate (radian or metre), or None if unbounded.
-        pitch: Translation of a helical joint per radian (metre).
+        limits: Lowest and highest value of the coordinate (radian or meter), or None if unbounded.
+        pitch: Translation of a helical joint per radian (meter).
         direction: 1, or -1 if the joint moves opposite to its coordinate.
         convention: The convention of the description, or None if the description has plain
             placements.
@@ -122,7 +122,7 @@ class Joint:
         """Returns a fixed joint in place of a revolute or prismatic joint.
 
         Args:
-            value: Displacement along or about the z axis (radian or metre).
+            value: Displacement along or about the z axis (radian or meter).
         """
         along = Translation((sp.S.Zero, sp.S.Zero, value))
         motion = Rotation("z", value) if self.kind == "revolute" else along
@@ -137,7 +137,7 @@ class PointMass:
     Attributes:
         link: Name of the link.
         mass: The mass (kilogram).
-        at: Position of the mass in the link's frame (metre).
+        at: Position of the mass in the link's frame (meter).
     """
 
     link: str
@@ -210,9 +210,9 @@ class Spring:
         coordinate: Name of the coordinate.
         compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
         axis: Direction of the joint's axis.
-        point: A point on the axis (metre).
+        point: A point on the axis (meter).
         mass: Mass that the joint carries (kilogram).
-        center: Center of mass of the link (metre).
+        center: Center of mass of the link (meter).
     """
 
     coordinate: str

@@ -36,7 +36,7 @@ NOISE = 1e-9
 is relative to the longest length of the robot or the largest component of a direction; angles are
 in radians. Exporters round poses to nine or more places; 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Above this tool position change (metre) caused by noise removal, a warning is printed; the value
+"""Above this tool position change (meter) caused by noise removal, a warning is printed; the value
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
@@ -60,10 +60,10 @@ CHANCE = 0.01
 of the last decimal place to the snapping angle. 1.57 is a right angle, 0.785 is 45 degrees, but
 0.79 is not."""
 LONGEST_LENGTH = 20.0
-"""Above this length (metre), the unit must be stated. Links of arms are shorter than 10 m, and an
-arm in millimetres has a link longer than 20 units."""
+"""Above this length (meter), the unit must be stated. Links of arms are shorter than 10 m, and an
+arm in millimeters has a link longer than 20 units."""
 SHORTEST_ARM = 1e-3
-"""Below this length (metre), the size of a whole arm is implausible; desktop arms are about 0.1 m
+"""Below this length (meter), the size of a whole arm is implausible; desktop arms are about 0.1 m
 long."""
 LARGEST_ANGLE = 6.5
 """Above this angle (radian), the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
@@ -71,7 +71,7 @@ MAX_TURNED = 45.0
 """Above this joint limit (radian), the value may be in degrees: seven turns, more than most
 continuous joints have."""
 UNLIMITED = 10_000
-"""Above this width of a joint range (radian or metre), a joint counts as unlimited. Exporters write
+"""Above this width of a joint range (radian or meter), a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
 """Number of decimal digits for axis angles without a short exact form. The error of 1e-25 rad is
@@ -83,14 +83,14 @@ GIMBAL_LOCK = 1e-14
 """Components of a unit vector or quaternion below this value (no unit) have no usable direction,
 because rounding in double precision gives 1e-16. Roll and yaw then share an axis."""
 COMPILED_DECIMALS = 14
-"""Decimal places (metre, radian) of values computed by a program. Rounding errors are 1e-16 for one
-or two metres, and no file author writes more than 13 decimal places."""
+"""Decimal places (meter, radian) of values computed by a program. Rounding errors are 1e-16 for one
+or two meters, and no file author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
 """Difference (radian) between an angle that a program computes and the angle in a file: a few
 rounding errors of an angle near pi."""
 CALIBRATED_TOOL = 0.05
-"""Maximum tool displacement caused by a factory calibration at zero coordinates: metre, and norm of
-the difference of rotation matrices. Calibrations move the tool by millimetres. A calibration for
+"""Maximum tool displacement caused by a factory calibration at zero coordinates: meter, and norm of
+the difference of rotation matrices. Calibrations move the tool by millimeters. A calibration for
 the wrong robot type moves the tool by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
@@ -127,18 +127,18 @@ If the main chain has more joints than degrees of freedom, consistent joint valu
 1e-8 near a dead point. Inconsistent joint values, set by hand, give far larger residuals.
 """
 OFF_AXIS = 1e-12
-"""Above this squared distance (square metre), a point at the reference is not on an axis."""
+"""Above this squared distance (square meter), a point at the reference is not on an axis."""
 ZERO_COMPONENT = 1e-25
-"""Vector components below this value are zero (no unit, or metre between points).
+"""Vector components below this value are zero (no unit, or meter between points).
 
 Components are evaluated at 40-digit precision, so 15 digits remain for rounding errors. A component
 below this value counts as a rounding error of 0.
 """
 CLOSED_LOOP = 1e-12
-"""Below this residual (metre, or sine of an angle), a loop is closed in double precision."""
+"""Below this residual (meter, or sine of an angle), a loop is closed in double precision."""
 NEARLY_DEAD = 1e-3
 """If sin^2 of a transmission angle at the reference is smaller, a different ring of pins is solved
-first. Two degrees from a dead point, a length error of a tenth of a millimetre moves joints by
+first. Two degrees from a dead point, a length error of a tenth of a millimeter moves joints by
 milliradians."""
 CLEAR_LEG = 0.25
 """If sin^2 of a leg's transmission angle at the reference is smaller, a leg farther from its dead
@@ -147,7 +147,7 @@ VANISHED = 1e-12
 """Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
-"""Above this residual (metre, or sine of an angle), a CasADi implicit function has failed. The last
+"""Above this residual (meter, or sine of an angle), a CasADi implicit function has failed. The last
 step of the iteration is 1e-14. The iteration solves redundant equations in squared form."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest singular value are zero (no unit).
@@ -198,7 +198,7 @@ CLOSING_GAIN = 3e-3
 closed loops. With a smaller decrease, three quarters of the squared closure error would remain
 after eighty iterations, but a closed loop needs a decrease by fourteen orders of magnitude."""
 SAME_POINT = 1e-9
-"""Below this distance (metre; no unit for directions), two points of a drawing coincide.
+"""Below this distance (meter; no unit for directions), two points of a drawing coincide.
 
 Loops closed in double precision have errors of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
@@ -220,7 +220,7 @@ SAME_VIEW = 1e-6
 A configuration that closes overconstrained loops is accurate to about 1e-7.
 """
 LAYOUT_TIE = 1e-5
-"""Below this distance from the middle between two tenths of a millimetre, values round up (0.1 mm).
+"""Below this distance from the middle between two tenths of a millimeter, values round up (0.1 mm).
 
 The last digits of these values differ between machines, but the bytes of a drawing must not differ.
 """
@@ -233,7 +233,7 @@ DRAWN_DIGITS = 9
 """Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
 
 The eye resolves four decimal places. With five more decimal places, drawings are equal on all
-machines and still resolve micrometres.
+machines and still resolve micrometers.
 """
 
 # --- loops: paths of complex unit poses in Study's coordinates ---
@@ -254,7 +254,7 @@ SINGULAR_POSE = 1e11
 POSE_AT_INFINITY = 1e-10
 """Maximum |e.e| of a pose at infinity; for a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
-"""Below this distance (metre), a centroid counts as the origin."""
+"""Below this distance (meter), a centroid counts as the origin."""
 RODS_SPAN = 1e-9
 """Below this relative singular value, the rods do not vary in the corresponding direction."""
 
@@ -270,7 +270,7 @@ MEASURED_STRUCTURE = 5e-3
 """Up to this deviation (radian, or relative to the arm's length), axes are meant to have a
 closed-form structure.
 
-The value bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
+The value bounds the errors of a measured arm: a few millimeters per meter and a few milliradians.
 """
 NEARLY_STRUCTURE = 3e-2
 """Up to this deviation (radian, or relative to the arm's length), a nominal arm with a closed-form
@@ -292,17 +292,17 @@ RECOVERED = 1e-6
 """Below this distance (radian, or relative to the arm's length), the iteration has recovered a
 configuration. Away from singularities, the error after eight steps is 1e-14."""
 MAX_REFINING_STEP = 0.3
-"""Maximum change of a coordinate per Newton step (metre or radian); a larger change may lead to a
+"""Maximum change of a coordinate per Newton step (meter or radian); a larger change may lead to a
 different branch."""
 LOST = 1e-5
-"""Above this error (radian, or metre for arms of at least a metre), a reachable pose counts as
+"""Above this error (radian, or meter for arms of at least a meter), a reachable pose counts as
 missed. Smaller errors, which may result from rounding, are refined at run time."""
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as 0, with lengths relative to the arm."""
 OBLIQUE_AXES = 1e-3
 """Minimum sine of the angle by which directions must differ from parallel or perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Up to this distance (metre) and this sine of the angle, the tool counts as lying on its joint
+"""Up to this distance (meter) and this sine of the angle, the tool counts as lying on its joint
 axis or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Up to this smallest singular value, unit directions are linearly dependent."""
@@ -313,7 +313,7 @@ In this case, the sum of angles 2 to 4 may change by at most this angle to bring
 reach.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
-"""Up to this distance (metre) of a point from an axis, a rotation does not move the point.
+"""Up to this distance (meter) of a point from an axis, a rotation does not move the point.
 
 The rotation angle is then chosen for the later joints, which moves the point by at most twice this
 value.
@@ -334,7 +334,7 @@ VECTOR_FLOOR = sp.Float("1e-140", 20)
 """A vector that may be 0 is replaced by the sum of the vector and this multiple of a second vector.
 The sum equals the vector in double precision, unless the vector is almost 0."""
 GREATEST_NUMBER = 1e300
-"""Above this sum of input magnitudes (metre or no unit), an input counts as infinite."""
+"""Above this sum of input magnitudes (meter or no unit), an input counts as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """This value is added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100
@@ -452,7 +452,7 @@ DEAD_POINT = 1e-12
 
 MAX_THRESHOLD = 1e-8
 """Below this magnitude (any unit), a constant used only by conditions is a rounding threshold. The
-largest threshold is 4e-15 times the fourth power of twice the length of an arm in metres."""
+largest threshold is 4e-15 times the fourth power of twice the length of an arm in meters."""
 FLOOR_EXPONENT = 0.12
 """This power of the lower bounds 1e-150 and 1e-300 gives 1e-18 and 1e-36 for single precision. The
 square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
@@ -460,17 +460,17 @@ LARGEST_SINGLE = 1e38
 """Larger constants are replaced by this value in single precision; such constants only detect
 infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (metre or radian) of a solution in single precision. The limit 1e-9 of double
+"""Largest residual (meter or radian) of a solution in single precision. The limit 1e-9 of double
 precision is multiplied by the square root of the rounding-error ratio, 2^29."""
 REGULAR = 1e-3
 """Errors in single precision are measured only above this value: the smallest singular value of a
-Jacobian (no unit, or metre), and the smallest margin of a loop. Near a singularity, these values
+Jacobian (no unit, or meter), and the smallest margin of a loop. Near a singularity, these values
 grow without bound."""
 
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Up to this value (no unit, or metre for lengths near one metre), factors of minors count as 0.
+"""Up to this value (no unit, or meter for lengths near one meter), factors of minors count as 0.
 The value is ten thousand times the rounding error of the sums in these factors."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.

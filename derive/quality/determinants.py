@@ -1,7 +1,7 @@
 """Symbolic det(D^T D) of a convention's link, which is zero at discontinuities of the model.
 
 D is the derivative of the link's homogeneous matrix with respect to its parameters. The sums of
-squared matrix entries in D^T D weight a metre of translation by 1 and a radian of rotation by 2.
+squared matrix entries in D^T D weight a meter of translation by 1 and a radian of rotation by 2.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
@@ -29,7 +29,7 @@ _Pair = tuple[sp.Symbol, sp.Symbol]
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the parameters of the convention; the unit is a power of metre."""
+    """Returns det(D^T D) for the parameters of the convention; the unit is a power of meter."""
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 

@@ -24,7 +24,7 @@ class ConventionQuality:
         determinant: det(D^T D) of the parameters of the convention.
         completed: det(D^T D) of the full-pose parameters, with rotations about and translations
             along the adjacent axes. The determinant is zero at discontinuities of the model.
-        value: Value of ``completed`` for the dimensions of the robot (metres), or None if the
+        value: Value of ``completed`` for the dimensions of the robot (meters), or None if the
             convention cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1; lengths are relative to the
             arm's size.
@@ -77,7 +77,7 @@ class JointQuality:
         kind: Kind of the joint.
         before: Name of the previous joint.
         angle: Angle between both axes (radian).
-        distance: Distance between both axes (metre), or 0 if one axis has only a direction.
+        distance: Distance between both axes (meter), or 0 if one axis has only a direction.
         own: Names of the conventions that the robot description uses between both axes.
         misses: The axis displacements that the parameters of the robot cannot represent.
         conventions: The quality of every tested convention.

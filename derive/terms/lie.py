@@ -2,7 +2,7 @@
 
 Conventions. A twist is the column (v, omega), with the linear part first, as in Murray, Li and
 Sastry. `T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in
-metres and angles in radians. `swap_twist_order` converts to and from the order (omega, v).
+meters and angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
 Exactness. Exact numbers give exact results, symbols give expressions, and no result is simplified.
 If a matrix contains a `Float`, all its numbers are converted to `Float`, at the highest precision
@@ -84,7 +84,7 @@ def pose(R: Matrix, p: Matrix) -> Matrix:
 
     Args:
         R: (3, 3) rotation of frame b in frame a.
-        p: (3, 1) origin of b in a, metre.
+        p: (3, 1) origin of b in a, meter.
 
     Returns:
         (4, 4) pose `T_a_b`.
@@ -117,7 +117,7 @@ def translation(T: Matrix) -> Matrix:
         T: (4, 4) pose `T_a_b`.
 
     Returns:
-        (3, 1) origin of b in a, metre.
+        (3, 1) origin of b in a, meter.
 
     Raises:
         ValueError: The shape is not (4, 4).
@@ -169,8 +169,8 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 
     Args:
         direction: (3, 1) unit vector along the axis; symbols are assumed to have unit length.
-        point: (3, 1) any point of the axis, metre, in the same frame.
-        pitch: Translation per angle, metre per radian: 0 for a revolute joint, `sympy.oo` for a
+        point: (3, 1) any point of the axis, meter, in the same frame.
+        pitch: Translation per angle, meter per radian: 0 for a revolute joint, `sympy.oo` for a
             prismatic joint, whose twist is (direction, 0).
 
     Returns:

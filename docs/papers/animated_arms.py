@@ -33,7 +33,7 @@ def drawn(axes: Any, line: Any, colour: str = COLOURS[0], **style: Any) -> Any:
 
 
 def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
-    """Sets equal scales around all points (..., 3), and labels in metres."""
+    """Sets equal scales around all points (..., 3), and labels in meters."""
     flat = np.asarray(cloud).reshape(-1, 3)
     low, high = flat.min(0), flat.max(0)
     pad = margin * (high - low).max()

@@ -190,8 +190,8 @@ def cloud(found: Any, box: FloatArray) -> Any:
     """Draws figure 5 (a): cells that the tool reaches, colored by height."""
     figure, axes = solid(3.0)
     cells = np.argwhere(found.hits > 0)
-    centres = np.stack([own[cells[:, k]] for k, own in enumerate(found.grid.centers())], axis=1)
-    some = centres[:: max(1, len(centres) // 4000)]
+    centers = np.stack([own[cells[:, k]] for k, own in enumerate(found.grid.centers())], axis=1)
+    some = centers[:: max(1, len(centers) // 4000)]
     axes.scatter(*some.T, s=3, c=some[:, 2], cmap="cividis", alpha=0.6, linewidths=0)
     edges(axes, *box, color=COLOURS[3], linewidth=1.2)
     axes.plot([], [], color=COLOURS[3], label="required box")

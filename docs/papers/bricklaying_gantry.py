@@ -337,16 +337,16 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
     found = triangle()
     chain, arm = chasles.load("bricklaying_planar"), polar_arm()
     shoulder, elbow, wrist = found.q[0]
-    (centre,) = arm.ik_position([*found.wrist, 0]).within_limits().valid_q()
+    (center,) = arm.ik_position([*found.wrist, 0]).within_limits().valid_q()
     lengths = np.array([chain.parameters[name].value for name in ("l1", "l2", "l3")])
-    beyond = arm.fk([found.line, centre[1] + 2 * lengths[2], 0])
+    beyond = arm.fk([found.line, center[1] + 2 * lengths[2], 0])
     ours = {
         "target": chain.fk(found.q[0])[:2, 3],
         "lengths": lengths,
         "root": found.wrist[0],
         "other_root": beyond[0, 3],
         "wrist_y": found.wrist[1],
-        "distance": centre[1],
+        "distance": center[1],
         "cosine_A": np.cos(shoulder - found.line),
         "P": found.line,
         "A": shoulder - found.line,

@@ -160,9 +160,9 @@ def perimeters(found: Triangle) -> Any:
         ("elbow, 5 inch", wrist, 5),
         ("wrist, 5 inch", (11, 8), 5),
     )
-    for k, (name, centre, radius) in enumerate(circles):
+    for k, (name, center, radius) in enumerate(circles):
         style = ("-", "--", "-.")[k]
-        axes.add_patch(Circle(centre, radius, fill=False, color=COLOURS[k], linestyle=style))
+        axes.add_patch(Circle(center, radius, fill=False, color=COLOURS[k], linestyle=style))
         axes.plot([], [], style, color=COLOURS[k], label=name)
     axes.plot([0, 11], [0, 8], color=GREY, linewidth=0.8, linestyle="--")
     axes.plot(*wrist, "o", color=COLOURS[3], markersize=4)

@@ -82,10 +82,10 @@ def workspace() -> Any:
     figure, axes = panels(5.0, 2, 2, height_ratios=[1.7, 1])
     for own in axes[0]:
         own.remove()
-    centre = found.grid.lower + (np.argwhere(found.hits) + 0.5) * found.grid.side
+    center = found.grid.lower + (np.argwhere(found.hits) + 0.5) * found.grid.side
     cloud = in_space(figure, axes[0, 0].get_gridspec()[0, :])
-    cloud.scatter(*centre.T, c=centre[:, 2], cmap="cividis", s=3, linewidths=0)
-    boxed(cloud, centre)
+    cloud.scatter(*center.T, c=center[:, 2], cmap="cividis", s=3, linewidths=0)
+    boxed(cloud, center)
     cloud.view_init(*VIEW)
     lower, upper = found.grid.lower, found.grid.upper
     for own, (normal, across, up) in zip(axes[1], (("z", 0, 1), ("y", 0, 2)), strict=True):

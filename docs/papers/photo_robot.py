@@ -90,7 +90,7 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
     return [
-        assumed(printed["unit"], "mm", "no unit is printed; in mm the arm reaches a few metres"),
+        assumed(printed["unit"], "mm", "no unit is printed; in mm the arm reaches a few meters"),
         *(consistent(printed[name], robot.parameters[name].value) for name in names),
         not_reproducible(
             printed["r20"],

@@ -38,7 +38,7 @@ INWARDS = 1e-10
 BISECTIONS = 50
 LEG = "the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
-"""A square millimetre [m^2]."""
+"""A square millimeter [m^2]."""
 SPEED = np.array([0.1, 0.0, 0.0])
 """Velocity of the platform [m/s, rad/s]."""
 
@@ -160,7 +160,7 @@ def leg(k: int) -> dict[str, float]:
 
 
 def in_mm(values: dict[str, float]) -> dict[str, float]:
-    """Converts lengths to millimetres; the printed equation adds a length to squared lengths."""
+    """Converts lengths to millimeters; the printed equation adds a length to squared lengths."""
     return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
 
 
@@ -194,7 +194,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["e3"],
             2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)),
             e3,
-            "correct: X^2 + Y^2 + S_A^2 - L^2; the printed formula is evaluated in millimetres",
+            "correct: X^2 + Y^2 + S_A^2 - L^2; the printed formula is evaluated in millimeters",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
         ),
         agrees(

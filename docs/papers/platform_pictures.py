@@ -253,8 +253,8 @@ def arm() -> Any:
     axes.plot(*lines[:, -1].T, color=COLOURS[3], label="path of the tool")
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 19), np.linspace(0, np.pi, 10))
     ball = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
-    centre = np.array(roadmaps.BALL)
-    surface = roadmaps.BALL_RADIUS * ball + centre[:, None, None]
+    center = np.array(roadmaps.BALL)
+    surface = roadmaps.BALL_RADIUS * ball + center[:, None, None]
     axes.plot_surface(*surface, color=COLOURS[1], alpha=0.6, linewidth=0)
     boxed(axes, lines)
     axes.view_init(*VIEW)

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 Value = Any
-"""A number, an array, or words. Numbers are in metres, radians and seconds."""
+"""A number, an array, or words. Numbers are in meters, radians and seconds."""
 Text = str | tuple["Text", ...]
 """A printed value: a number or word as a string, or nested tuples of such strings."""
 
@@ -58,7 +58,7 @@ UNITS = {
     "deg/s²": pi / 180,
     "mm/s²": 1e-3,
 }
-"""Factors from printed units to metres, radians and seconds."""
+"""Factors from printed units to meters, radians and seconds."""
 _FUNCTIONS = {
     "pi": pi,
     "cos": cos,
@@ -141,7 +141,7 @@ def evaluated(printed: Printed, **values: float) -> Any:
 
     Args:
         printed: The item; its value is an equation in Python notation, or rows of equations.
-        values: Values of the symbols in metres and radians; cos, sin and so on are known.
+        values: Values of the symbols in meters and radians; cos, sin and so on are known.
 
     Returns:
         A value of an equation: a number or an array.

@@ -153,7 +153,7 @@ def agrees(
 
     Args:
         printed: The item; its value is a number, words or rows of them.
-        ours: The value of chasles in metres, radians and seconds, with the shape of the printed
+        ours: The value of chasles in meters, radians and seconds, with the shape of the printed
             value; a `Finding` for a statement.
         note: Information that a reader needs to interpret the row.
         evaluated: Evaluates the item if it is an equation; ours must agree to rounding.
@@ -222,10 +222,10 @@ def erratum(
 
     Args:
         printed: The item.
-        ours: The value of chasles in metres, radians and seconds, or a `Finding` for a statement in
+        ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
             words.
         corrected: The correct value: a string in the item's unit, accurate to half a unit of its
-            last digit; or a number or array in metres, radians and seconds from a corrected
+            last digit; or a number or array in meters, radians and seconds from a corrected
             equation, accurate to rounding; or a `Finding` for the corrected statement.
         note: What is wrong.
         evaluated: Evaluates the printed equation in the units of `ours`, if the item is one.
@@ -312,7 +312,7 @@ def not_reproducible(
 
     Args:
         printed: The item.
-        ours: The value of chasles in metres, radians and seconds.
+        ours: The value of chasles in meters, radians and seconds.
         note: Information that a reader needs to interpret the row.
         readings: Other interpretations that were tried, each with its value.
 

@@ -161,7 +161,7 @@ def at_the_object() -> FloatArray:
 
 
 def shown_mm(p: FloatArray) -> str:
-    """Formats a position [m] in millimetres."""
+    """Formats a position [m] in millimeters."""
     return f"({', '.join(f'{1e3 * value:.2f}' for value in p)}) mm"
 
 

@@ -25,10 +25,10 @@ typedef struct {
     void (*mirror)(const double *q, const double *phi, double *x);
     void (*rods)(const double *x, const double *q, double *excess);
     void (*rods_D_chain)(const double *x, const double *q, double *J);
-    double size; /* size of the platform (metre) */
+    double size; /* size of the platform (meter) */
 } chasles_triad_platform;
 
-/* An assembly mode (metre, rad) and its margin. */
+/* An assembly mode (meter, rad) and its margin. */
 typedef struct {
     double x[3], margin;
 } chasles_triad_mode;

@@ -359,7 +359,7 @@ class Solutions(Fields):
         if least > FAR * size:
             return (
                 f"no valid solution: the translation lies {least:,.4g} m from a robot of about "
-                f"{size:g} m; is it in millimetres? T takes metres"
+                f"{size:g} m; is it in millimeters? T takes meters"
             )
         n = len(self.coordinates)
         if n < _FREEDOMS and least <= TILTED * size:

@@ -64,7 +64,7 @@
 
 /* ------------------------------------------- inverse kinematics by Levenberg-Marquardt */
 
-/* Initial mu of an attempt, with lambda = mu |W e|^2 / 2 [1 / radian^2 or 1 / metre^2]. */
+/* Initial mu of an attempt, with lambda = mu |W e|^2 / 2 [1 / radian^2 or 1 / meter^2]. */
 #define LM_FIRST_MU 0.1
 
 /* Factors on mu after an accepted and after a rejected step. A rejected step costs an evaluation,
@@ -77,7 +77,7 @@
 #define LM_MIN_LAMBDA 1e-14
 #define LM_GREATEST_LAMBDA 1e8
 
-/* Maximum step [radian or metre] for which the Jacobian is valid, and minimum step, the resolution
+/* Maximum step [radian or meter] for which the Jacobian is valid, and minimum step, the resolution
  * of doubles near 1. */
 #define LM_LONGEST_STEP 1.0
 #define LM_SHORTEST_STEP 1e-15
@@ -87,11 +87,11 @@
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 
-/* Below this residual [metre or radian], every attempt continues to the minimum error, because
+/* Below this residual [meter or radian], every attempt continues to the minimum error, because
  * convergence is slow near a singular solution. */
 #define LM_NEAR_SOLUTION 1e-5
 
-/* Halley's step is tried below the residual HALLEY_RESIDUAL [metre or radian], if the LM step
+/* Halley's step is tried below the residual HALLEY_RESIDUAL [meter or radian], if the LM step
  * leaves more than the fraction HALLEY_REMAINDER of the squared error. */
 #define HALLEY_RESIDUAL 0.03
 #define HALLEY_REMAINDER 0.2

@@ -1,4 +1,4 @@
-"""The characteristic length of a robot, which scales radians to metres.
+"""The characteristic length of a robot, which scales radians to meters.
 
 The length L is the root mean square distance of the tip from the rotation axes of the coordinates,
 
@@ -45,7 +45,7 @@ class LengthMethods(RobotFacts):
     @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def characteristic_length(self) -> float:
-        """The default length [m] that scales radians to metres.
+        """The default length [m] that scales radians to meters.
 
         The default is the root mean square distance of the tip from the rotation axes, over 256
         configurations within the limits, or at the reference configuration alone if the robot has

@@ -90,7 +90,7 @@ class ManipulabilityMethods(LengthMethods):
             q: (..., n) coordinates [rad or m].
             components: The twist components: "all", "linear" or "angular".
             characteristic_length: The length [m]; `robot.characteristic_length` if None. A length
-                of 1 selects the unscaled Jacobian in metre and radian.
+                of 1 selects the unscaled Jacobian in meter and radian.
 
         Returns:
             The measures, or NaN if q is not finite or a loop is open.
@@ -116,7 +116,7 @@ class ManipulabilityMethods(LengthMethods):
     def manipulability_gradient(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> FloatArray:
-        """Return the gradient (..., n) of the measure w with respect to q, per radian or metre.
+        """Return the gradient (..., n) of the measure w with respect to q, per radian or meter.
 
         dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values except the
         i-th; away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink,
@@ -136,7 +136,7 @@ class ManipulabilityMethods(LengthMethods):
 
         Args:
             q: (..., n) coordinates [rad or m].
-            components: "linear" (semi-axes in metre per radian), "angular" (dimensionless) or "all"
+            components: "linear" (semi-axes in meter per radian), "angular" (dimensionless) or "all"
                 (the dimensionless ellipsoid of (v / length, omega)).
             characteristic_length: The length [m] that scales prismatic joints and distances;
                 `robot.characteristic_length` if None.
@@ -158,7 +158,7 @@ class ManipulabilityMethods(LengthMethods):
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
         The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. "linear"
-        components are forces without a torque, in 1/metre (newton per newton metre), inf at a
+        components are forces without a torque, in 1/meter (newton per newton meter), inf at a
         singularity. "all" components are wrenches (force * length, torque). Arguments, result and
         errors are as for `velocity_ellipsoid`.
 

@@ -138,7 +138,7 @@ class VelocityMethods(ManipulabilityMethods):
             fixed: Fixed coordinates, by names or indices; a joint of the main chain stands for the
                 coordinate that moves it.
             damping_threshold: The dimensionless singular value below which a direction is damped.
-            characteristic_length: The length [m] that scales radians to metres;
+            characteristic_length: The length [m] that scales radians to meters;
                 `robot.characteristic_length` if None.
 
         Returns:

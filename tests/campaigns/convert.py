@@ -15,7 +15,7 @@ from .campaign import Campaign, Outcome
 ARMS, POSES = 5, 2
 """Number of random arms per trial, and of configurations per arm."""
 ACCURACY = 1e-12
-"""Largest pose difference (metre, radian) that a conversion need not report."""
+"""Largest pose difference (meter, radian) that a conversion need not report."""
 
 
 def trial(number: int) -> Outcome:

@@ -1,12 +1,12 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
 Even trials use a named arm of chasles, odd trials a random arm with round numbers. The errors of
-every joint and the tool are at most a random size between 0.1 and 10 (millimetre, milliradian).
+every joint and the tool are at most a random size between 0.1 and 10 (millimeter, milliradian).
 Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular
 configurations may be missing from the solutions of its pose. Missing configurations with right
 angles are counted, but do not fail the campaign. Six-joint arms of even trials are also solved as
 general arms, and the trial counts solutions found only by the general solver. Stricter rules apply
-to errors up to 3 (millimetre, milliradian). Each solution is in exactly one solution slot. Every
+to errors up to 3 (millimeter, milliradian). Each solution is in exactly one solution slot. Every
 configuration with a smallest singular value above 1e-3 is found, also at right angles. On some
 poses, the regular solutions must equal the set found by multi-start Newton iteration.
 """
@@ -36,7 +36,7 @@ ARMS = (
     *("panda", "iiwa14", "xarm7", "fr3", "stanford", "scara", "photo_robot", "lynxmotion", "xarm5"),
 )
 SIZES = -4.0, -2.0
-"""Decimal logarithms of the minimum and the maximum error (metre, radian)."""
+"""Decimal logarithms of the minimum and the maximum error (meter, radian)."""
 RANDOM, RIGHT = 10_000, 1000
 """Number of configurations per arm: random, and at right angles."""
 MAX_LOST = 1e-4
@@ -44,7 +44,7 @@ MAX_LOST = 1e-4
 REGULAR = 1e-4
 """Minimum singular value (m or rad per rad) at an isolated solution."""
 SMALL = 3e-3
-"""Maximum errors (metre, radian) of arms without missing or duplicated solutions."""
+"""Maximum errors (meter, radian) of arms without missing or duplicated solutions."""
 COMPARED = 200
 """Number of poses per arm compared with Newton's method."""
 SAME = 1e-5
@@ -90,7 +90,7 @@ def arm_of(number: int) -> SerialRobot:
 
 
 def size_of(number: int) -> float:
-    """Returns the error size (metre, radian) for a trial number."""
+    """Returns the error size (meter, radian) for a trial number."""
     return float(10 ** np.random.default_rng(number).uniform(*SIZES))
 
 

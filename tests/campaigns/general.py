@@ -35,7 +35,7 @@ PART = 1000
 SAME = 1e-6
 """Maximum difference (rad) of equal solutions."""
 WRONG = 1e-8
-"""Maximum pose error of a solution (metre, or entry of a rotation); the runtime allows 1e-9."""
+"""Maximum pose error of a solution (meter, or entry of a rotation); the runtime allows 1e-9."""
 REGULAR = 1e-5
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular configuration."""
 STARTS, STEPS = 1500, 60

@@ -38,7 +38,7 @@ C_ALONE = ("c", "python")
 POSES, JUDGED = 100, 10
 """Numbers of configurations and of minimizations per mechanism."""
 STEP = 1e-6
-"""Step of central differences (radian or metre)."""
+"""Step of central differences (radian or meter)."""
 BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0, "open": 0.0}
 
 
@@ -47,7 +47,7 @@ class Judged:
     """Error measures of a mechanism.
 
     Attributes:
-        closure: Largest joint difference from the least-squares minimum (radian, metre).
+        closure: Largest joint difference from the least-squares minimum (radian, meter).
         slope: Largest error of the derivative of the configuration with respect to the coordinates.
         rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.

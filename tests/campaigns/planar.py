@@ -30,7 +30,7 @@ STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
 """Standard deviation of passive prismatic start values, relative to the pose size."""
 NEAR = 0.3
-"""Maximum distance of inputs from the reference (radian or metre)."""
+"""Maximum distance of inputs from the reference (radian or meter)."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def newton(
 
 
 def _size(poses: np.ndarray) -> float:
-    """Returns one plus the largest absolute position coordinate (metre)."""
+    """Returns one plus the largest absolute position coordinate (meter)."""
     return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 

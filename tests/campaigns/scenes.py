@@ -138,8 +138,8 @@ def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, F
             away = rng.normal(size=3)
             own = rng.uniform(0.01, 0.05) * size
             gap = own + radius + rng.uniform(0.0, 0.03) * size
-            centre = places[rng.integers(len(places))] + gap * away / np.linalg.norm(away)
-            balls.append(sphere(centre, own))
+            center = places[rng.integers(len(places))] + gap * away / np.linalg.norm(away)
+            balls.append(sphere(center, own))
         made = configuration_space(robot, balls, radius=radius)
         space = _Recording(*(getattr(made, own.name) for own in fields(made)))
         free = q[BALLS:][space.is_free(q[BALLS:])]

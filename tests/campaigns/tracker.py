@@ -7,7 +7,7 @@ targets are unknown. The model error is measured at 200 further configurations.
 
 The program must read the values of the table exactly. The selected model must be more accurate than
 free axes without drives. The error of the selected model must also be smaller than the sag, which
-is the only unmodelled effect. Over 120 random arms of four robots, the model error was 0.044 mm
+is the only unmodeled effect. Over 120 random arms of four robots, the model error was 0.044 mm
 with a standard deviation of 0.007 mm. Relative to free axes, the error was 0.31 with a standard
 deviation of 0.10. The bounds of 0.2 mm and 1 are more than six standard deviations above these
 means. If the errors are normally distributed, a correct program fails with a probability of about
@@ -143,6 +143,6 @@ def _written(folder: Path, robot, q: np.ndarray, points: np.ndarray) -> Path:
 
 CAMPAIGN = Campaign(
     "tracker",
-    "The model selected from a tracker table predicts positions better than the unmodelled sag.",
+    "The model selected from a tracker table predicts positions better than the unmodeled sag.",
     trial,
 )

@@ -1,4 +1,4 @@
-"""Compares manipulability with the Robotics Toolbox, where metre and radian are mixed."""
+"""Compares manipulability with the Robotics Toolbox, where meter and radian are mixed."""
 
 import numpy as np
 import pytest

@@ -21,7 +21,7 @@ variants."""
 SHELF = [file for file in sorted((ROBOTS / "shelf").glob("*.toml")) if file.stem not in SIZES]
 REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
 WIDEST = 1.0
-"""Bound on the tool displacement per rounding error of a joint angle (metre per radian)."""
+"""Bound on the tool displacement per rounding error of a joint angle (meter per radian)."""
 
 
 def test_every_shelf_arm_has_reference_poses():

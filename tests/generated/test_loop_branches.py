@@ -268,7 +268,7 @@ def left_over(name, known):
         "five_bar": lambda x: (
             abs(-0.1 + 0.2 * e(known[0]) + 0.3 * e(known[0] + x) - 0.1 - 0.2 * e(known[1])) - 0.3
         ),
-        # The slider moves by at most half a metre, so a sine represents its position.
+        # The slider moves by at most half a meter, so a sine represents its position.
         "slider_crank": lambda x: abs(0.5 * np.sin(x / 2) - 0.05 * e(known)) - 0.18,
     }[name]
 

@@ -359,14 +359,14 @@ def spheres(q):
     points.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
-    centre = elbows(q) - R_P * inwards
-    n = centre[:, 1:] - centre[:, :1]
-    middle = (centre[:, 1:] + centre[:, :1]) / 2
+    center = elbows(q) - R_P * inwards
+    n = center[:, 1:] - center[:, :1]
+    middle = (center[:, 1:] + center[:, :1]) / 2
     right = (n * middle).sum(-1)
     point = (np.linalg.pinv(n) @ right[..., None])[..., 0]
     along = np.cross(n[:, 0], n[:, 1])
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
-    to = point - centre[:, 0]
+    to = point - center[:, 0]
     b = (to * along).sum(-1)
     with np.errstate(invalid="ignore"):
         root = np.sqrt(b**2 - (to**2).sum(-1) + ROD**2)

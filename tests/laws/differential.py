@@ -99,7 +99,7 @@ def dexp_left_se3(x: Matrix) -> Matrix:
     J = `dexp_left_so3(omega)` in direction v. The function is singular at |omega| = 2 pi k, k > 0.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+        x: (6, 1) twist (v, omega), meter and radian. omega = 0 is allowed for numbers; for symbols,
             see the module.
 
     Returns:
@@ -137,7 +137,7 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
     off-diagonal block is the derivative of `dexp_left_inverse_so3(omega)` in direction v.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+        x: (6, 1) twist (v, omega), meter and radian. omega = 0 is allowed for numbers; for symbols,
             see the module.
 
     Returns:

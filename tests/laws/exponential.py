@@ -83,7 +83,7 @@ def exp_se3(x: Matrix) -> Matrix:
     `exp_se3(v, omega) = [[exp_so3(omega), dexp_left_so3(omega) v], [0, 1]]`.
 
     Args:
-        x: (6, 1) twist (v, omega), metre and radian. omega = 0 is allowed for numbers; for symbols,
+        x: (6, 1) twist (v, omega), meter and radian. omega = 0 is allowed for numbers; for symbols,
             see the module. For a screw axis times a joint variable use `exp_screw`.
 
     Returns:
@@ -108,7 +108,7 @@ def log_se3(T: Matrix) -> Matrix:
         T: (4, 4) pose. Orthogonality of its rotation is assumed.
 
     Returns:
-        (6, 1) twist (v, omega), metre and radian.
+        (6, 1) twist (v, omega), meter and radian.
 
     Raises:
         ValueError: The shape is not (4, 4).
@@ -133,7 +133,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero
             (prismatic). A symbolic omega is assumed to have unit length.
-        theta: Joint variable: radian, or metre if omega is zero and v has unit length.
+        theta: Joint variable: radian, or meter if omega is zero and v has unit length.
 
     Returns:
         (4, 4) pose.

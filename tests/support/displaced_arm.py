@@ -3,7 +3,7 @@
 import numpy as np
 
 SIZE, SEED = 3.6465829651e-3, 203
-"""Maximum error (metre, radian) of the arm, and the seed of the errors."""
+"""Maximum error (meter, radian) of the arm, and the seed of the errors."""
 WRIST = 4
 FAR = 0.25
 """Maximum wrist angle (radian) from its singularity."""

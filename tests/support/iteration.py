@@ -7,7 +7,7 @@ from tests.support.rate_inputs import span
 
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
-"""Tolerance of a recomputed residual (metre, radian)."""
+"""Tolerance of a recomputed residual (meter, radian)."""
 POSITION = (1, 1, 1, 0, 0, 0)
 PLATFORMS = ("stewart_gough", "planar_3rrr")
 

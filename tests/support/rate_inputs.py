@@ -39,9 +39,9 @@ def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the limits (n,); for unlimited coordinates, the reference (or 0) plus/minus reach."""
-    centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
-    lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)
+    center = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, center - reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, center + reach)
     return lower, upper
 
 

@@ -10,7 +10,7 @@ from tests.support.derivations import every_branch
 from tests.support.printed_latex import PrintedInverse
 
 SAME = 1e-9
-"""Tolerance (radian or metre); printed formulas are less accurate near the boundary."""
+"""Tolerance (radian or meter); printed formulas are less accurate near the boundary."""
 INSIDE = 1e-3
 """Minimum margin of compared solution slots."""
 POSES = 3

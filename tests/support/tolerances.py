@@ -1,4 +1,4 @@
-"""All tolerances of the test suite, named by their reason; in metre, radian, and the corresponding
+"""All tolerances of the test suite, named by their reason; in meter, radian, and the corresponding
 velocities."""
 
 ORACLE = 1e-12
@@ -7,7 +7,7 @@ ORACLE_RATES = 1e-10
 """Tolerance for time derivatives of poses and Jacobians: longer sums of products, with speeds of
 size 1."""
 EXACT_CODE = 1e-13
-"""Generated code compared with 30-digit evaluation of its equations, for robots of a few metres."""
+"""Generated code compared with 30-digit evaluation of its equations, for robots of a few meters."""
 DERIVATIVES = 1e-12
 """Closed-form derivatives compared with automatic differentiation."""
 PRINTED_9 = 5e-10
@@ -26,6 +26,6 @@ NEAR_ROOT = 1e-11
 """Branches of a function compared with 40-digit arithmetic. Near a root that is zero, rounding
 errors are amplified."""
 WORST_INVERSE = 5e-14
-"""Maximum residual of an inverse solution at a random pose (metre, radian)."""
+"""Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012
 """Joint limits (radian): descriptions round data-sheet degrees or widen them by up to 0.7."""

@@ -121,20 +121,20 @@ undetermined."""
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
     """Fit a circle to each target of points (N, m, 3), and return the common axis."""
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
-    normal, centres, errors = np.zeros(3), [], []
+    normal, centers, errors = np.zeros(3), [], []
     for own in np.moveaxis(points, 1, 0):
         seen = np.isfinite(own).all(-1)
         if seen.sum() <= rows.shape[1]:
             continue
         c, a, b = np.linalg.lstsq(rows[seen], own[seen])[0]
         normal += np.cross(a, b)
-        centres.append(c)
+        centers.append(c)
         errors.append(((rows[seen] @ np.stack([c, a, b]) - own[seen]) ** 2).sum(-1).mean())
-    if not centres:
+    if not centers:
         raise InputValueError("a circle requires a target that is visible in four configurations")
     return MeasuredAxis(
         normal / np.linalg.norm(normal),
-        np.mean(centres, axis=0),
+        np.mean(centers, axis=0),
         float(np.sqrt(np.mean(errors))),
     )
 

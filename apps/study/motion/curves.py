@@ -304,11 +304,11 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     if area <= STRAIGHT * np.linalg.norm(other) * np.linalg.norm(chord):
         raise InputValueError("arc: start, via and end are collinear; use `line`")
     normal /= area
-    to_centre = (
+    to_center = (
         np.cross(normal, other) * (chord @ chord) - np.cross(normal, chord) * (other @ other)
     ) / (2 * area)
-    center, radius = p + to_centre, float(np.linalg.norm(to_centre))
-    u = -to_centre / radius
+    center, radius = p + to_center, float(np.linalg.norm(to_center))
+    u = -to_center / radius
     v = np.cross(normal, u)
     angle = math.atan2((e - center) @ v, (e - center) @ u) % (2 * math.pi)
     length = radius * angle

@@ -247,7 +247,7 @@ def _of_distance(
     found = value(np.column_stack([p, np.full(len(p), phi)]))
     kept = np.isfinite(found)
     p, found = p[kept], found[kept]
-    center = _centre(p / size, found, degree) * size
+    center = _center(p / size, found, degree) * size
     square = ((p - center) ** 2).sum(-1) / size**2
     powers = square[:, None] ** np.arange(degree + 1)
     coefficients = np.linalg.lstsq(powers, found, rcond=None)[0]
@@ -260,7 +260,7 @@ def _of_distance(
     return center, coefficients / size ** (2.0 * np.arange(degree + 1))
 
 
-def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
+def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
     """Return the center of a leg's annulus, from the two leading orders of a polynomial in x and y.
 
     For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)

@@ -74,7 +74,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # Four zeros on the edges of a cell: the value at the cell centre selects the pairs.
+            # Four zeros on the edges of a cell: the value at the cell center selects the pairs.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found

@@ -78,14 +78,14 @@ function lightAndGround() {
 function look() {
   const box = new THREE.Box3().setFromObject(bodies[0]);
   [...bodies, handle.group].forEach((part) => box.expandByObject(part));
-  const centre = box.getCenter(new THREE.Vector3());
+  const center = box.getCenter(new THREE.Vector3());
   const radius = box.getSize(new THREE.Vector3()).length() / 2;
   const half = (camera.fov * Math.PI) / 360;
   const across = Math.atan((Math.tan(half) * (window.innerWidth - panel())) / window.innerHeight);
   const away = radius / Math.sin(Math.min(half, across));
-  camera.position.copy(centre).add(new THREE.Vector3(0.75, -1, 0.6).setLength(0.9 * away));
+  camera.position.copy(center).add(new THREE.Vector3(0.75, -1, 0.6).setLength(0.9 * away));
   controls = new THREE.OrbitControls(camera, canvas);
-  controls.target.copy(centre);
+  controls.target.copy(center);
   controls.addEventListener("change", draw);
   controls.update();
 }

@@ -33,7 +33,7 @@ def nearest_singular(
 
     Args:
         robot: A serial robot.
-        start: The first start configuration (radian, metre).
+        start: The first start configuration (radian, meter).
         most: Maximum number of results.
 
     Returns:

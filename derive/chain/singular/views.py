@@ -23,7 +23,7 @@ Flags = NDArray[np.bool_]
 Block = tuple[tuple[int, ...], tuple[int, ...]]
 """Row indices and column indices of a diagonal block."""
 NOTHING = 1e-9
-"""Jacobian entries below this value count as 0, for lengths of about one metre."""
+"""Jacobian entries below this value count as 0, for lengths of about one meter."""
 SEED = 20
 TRIES = 3
 """Number of generic configurations at which a zero entry must be 0."""

@@ -1,4 +1,4 @@
-"""Modelling conventions: each maps the named parameters of a joint to the joint's placements.
+"""Modeling conventions: each maps the named parameters of a joint to the joint's placements.
 
 :data:`CONVENTIONS` lists all conventions. A convention is one
 :class:`~chasles.derive.model.convention.Convention` object in a file of this folder; robot files

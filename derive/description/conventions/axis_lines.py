@@ -28,7 +28,7 @@ def is_parallel(line: AxisLine) -> bool:
 
 
 def distance_between(line: AxisLine) -> mpmath.mpf:
-    """Returns the distance between both axes (metre)."""
+    """Returns the distance between both axes (meter)."""
     return mpmath.hypot(*line.point[:2]) if is_parallel(line) else abs(_of_normal(line)[2])
 
 
@@ -120,7 +120,7 @@ def angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """Returns a length (metre) rounded to ``AXIS_DIGITS`` digits; rounding errors become 0."""
+    """Returns a length (meter) rounded to ``AXIS_DIGITS`` digits; rounding errors become 0."""
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

@@ -26,7 +26,7 @@ def axis_line(relative: Any, joint: Joint) -> AxisLine:
 
 
 def along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
-    """Returns the rotation about z (radian) and the translation along z (metre)."""
+    """Returns the rotation about z (radian) and the translation along z (meter)."""
     return rotation("z", turn) + translation(sp.S.Zero, sp.S.Zero, shift)
 
 

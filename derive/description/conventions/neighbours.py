@@ -31,7 +31,7 @@ class Neighbours:
         before: The preceding moving joint, or None for the z axis of the base frame.
         line: The axis in the frame of the preceding joint.
         frame: (4, 4) high-precision pose of the joint frame in the frame of the preceding joint.
-        size: Arm length: the sum of the distances between consecutive revolute axes (metre), or 1
+        size: Arm length: the sum of the distances between consecutive revolute axes (meter), or 1
             if the sum is zero.
     """
 
@@ -53,7 +53,7 @@ class Neighbours:
 
     @cached_property
     def distance(self) -> float:
-        """Distance between both axes (metre)."""
+        """Distance between both axes (meter)."""
         return float(distance_between(self.line))
 
     @property

@@ -93,7 +93,7 @@ class _Placed:
         fitted: The values of the convention's fields that fit the joint.
         before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
         turn: Rotation of the joint frame about its axis that the next joint requires (radian).
-        shift: Shift (metre) of the joint frame along its axis, as the convention of the next joint
+        shift: Shift (meter) of the joint frame along its axis, as the convention of the next joint
             requires.
     """
 

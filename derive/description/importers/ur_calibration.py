@@ -2,7 +2,7 @@
 
 The controller stores deviations of the six DH parameter rows (``calibration.conf``: delta_theta,
 delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
-ill-defined and delta_d is often many metres. The ROS driver moves these frames along their axes and
+ill-defined and delta_d is often many meters. The ROS driver moves these frames along their axes and
 writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll,
 pitch, yaw). Both file formats are converted to the second form, the poses of links.
 
@@ -51,7 +51,7 @@ WRITTEN_DIGITS = 20
 
 @dataclass(frozen=True)
 class LinkPose:
-    """Pose of a joint in the preceding link: position (metre) and roll, pitch, yaw (radian)."""
+    """Pose of a joint in the preceding link: position (meter) and roll, pitch, yaw (radian)."""
 
     xyz: Vector
     rpy: Vector

@@ -48,7 +48,7 @@ def header(
     )
     return f"""\
 {notice(robot)}
-/* Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
+/* Meters, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
  * No function allocates, has state or fails. A NaN input makes every entry NaN that depends on it;
  * constant entries stay, and an inverse may select a branch that does not use this input.
  * All inputs are read before an output is written: an output may overwrite an input.

@@ -22,9 +22,9 @@ SAFETY = 2.0
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """For robots with loops, each coordinate is sampled within this distance of the reference (radian
-or metre). If the range of a coordinate is less than 1, this distance is multiplied by the range."""
+or meter). If the range of a coordinate is less than 1, this distance is multiplied by the range."""
 SOLVED = 1e-9
-"""Largest residual of a solution in double precision (metre or radian)."""
+"""Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
 """Names of the inputs that are velocities or accelerations."""
 ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}

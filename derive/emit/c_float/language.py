@@ -75,7 +75,7 @@ extern "C" {{
 def _conventions(upper: str) -> list[str]:
     """Returns the lines at the top of the header file."""
     text = f"""\
-Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
+Meters, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
 No function allocates memory, has state, fails or computes in double precision. The functions call
 sqrtf and atan2f, and sinf and cosf for large angles; {COMMON} states how to replace
 them. An output may overwrite an input.

@@ -47,7 +47,7 @@ def header(derivation: Derivation, programs: Programs) -> str:
     body = "\n\n".join([_constants(robot.coordinates), *results, *definitions, *nearest])
     return f"""\
 {notice(robot)}
-/* Metres, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
+/* Meters, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
  * No function allocates, has state or throws. An out-of-reach pose has solutions with NaN or a
  * residual.
  */

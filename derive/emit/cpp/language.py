@@ -17,10 +17,10 @@ from .header import header, safe
 
 SUPPORT = Path(__file__).parent / "support"
 _START = 0.4
-"""Start value of a joint of a serial robot in the example (radian, metre), if its limits allow
+"""Start value of a joint of a serial robot in the example (radian, meter), if its limits allow
 it."""
 _AMPLITUDE = 0.05
-"""Amplitude of the motion in the example (radian, metre)."""
+"""Amplitude of the motion in the example (radian, meter)."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:

@@ -97,7 +97,7 @@ namespace {safe(robot.name)}
 def _conventions() -> list[str]:
     """Returns the lines at the top of the header."""
     text = f"""\
-Metres, radians, seconds. Matrices are row-major. Twists are (v, omega), linear first.
+Meters, radians, seconds. Matrices are row-major. Twists are (v, omega), linear first.
 
 NAME_kernel<float> and NAME_kernel<double> compute `poses` poses, one per thread, in blocks of at
 most CHASLES_THREADS threads. Entry k of pose i is at [k * poses + i] of an array, so that threads

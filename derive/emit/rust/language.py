@@ -19,7 +19,7 @@ from .functions import definition
 
 SUPPORT = Path(__file__).parent / "support"
 _START = 0.4
-"""Value of a serial joint in the example (radian, metre), if its limits allow it."""
+"""Value of a serial joint in the example (radian, meter), if its limits allow it."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -79,7 +79,7 @@ def _constants(derivation: Derivation) -> str:
         [
             "/// Number of coordinates.",
             f"pub const N: usize = {len(moved)};",
-            "/// Largest residual of a solution (metre or radian).",
+            "/// Largest residual of a solution (meter or radian).",
             f"pub const SOLVED: f64 = {number(SOLVED)};",
             "/// Names of the coordinates.",
             *_array("COORDINATE_NAMES: [&str; N]", (_text(c.name) for c in moved)),

@@ -3,7 +3,7 @@
 from .column import COLUMN
 from .crane import CRANE
 from .family import Family
-from .inner_centre import INNER_CENTRE
+from .inner_center import INNER_CENTER
 from .machine_tool import MACHINE_TOOL
 from .orientation import ORIENTATION
 from .oriented_slides import ORIENTED_SLIDES
@@ -32,7 +32,7 @@ FAMILIES: tuple[Family, ...] = (
     SPHERICAL_WRIST,
     COLUMN,
     PARALLEL_FOREARM,
-    INNER_CENTRE,
+    INNER_CENTER,
     SWIVEL,
     MACHINE_TOOL,
     ORIENTED_SLIDES,

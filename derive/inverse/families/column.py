@@ -53,10 +53,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
 
     # 1 to 3. The orientation of the tool: joints 1 and 4 rotate it by the sum of their angles.
-    centre = lines.meeting(4, 5)
+    center = lines.meeting(4, 5)
     meaning = "the common point of axes 5 and 6"
-    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
-    reach = subtracted(terms, centre, a4.p)
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
+    reach = subtracted(terms, center, a4.p)
     v = target.turned(terms, a6.h)
     found, _ = sp2(terms, a1.h, a5.h, a6.h, v, work.sign())
     q14_turn = work.step(

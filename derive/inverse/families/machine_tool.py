@@ -56,8 +56,8 @@ def _requires(lines: Lines) -> list[Requirement]:
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
-    centre = [meeting(lines, *turning)] if is_head and len(sliding) < _MAX else []
-    return [count, run, *centre, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
+    center = [meeting(lines, *turning)] if is_head and len(sliding) < _MAX else []
+    return [count, run, *center, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
 
 
 def _independent(lines: Lines, sliding: list[int]) -> Requirement:

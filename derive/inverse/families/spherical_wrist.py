@@ -30,17 +30,17 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     # 1 to 3. The wrist joints do not move the wrist center.
     arm = _arm(lines)
-    centre = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
-    W = work.name_vector(("W", "V"), "the wrist center", target.point(terms, centre))
+    center = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
+    W = work.name_vector(("W", "V"), "the wrist center", target.point(terms, center))
     first, second, third = arm.axes
     if first.stays:
         work.turns[first.joint] = NO_TURN
-        two_joints(work, second, third, centre, W)
+        two_joints(work, second, third, center, W)
     else:
         case = three_joints.case_of(arm)
         assert case is not None
-        case.solve(work, arm, centre, W)
-    with_wrist_in_reach(work, lines, centre, W, target)
+        case.solve(work, arm, center, W)
+    with_wrist_in_reach(work, lines, center, W, target)
     # 4 to 6. The remaining rotation.
     wrist(work, lines, 3, target)
 

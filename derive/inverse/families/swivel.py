@@ -62,18 +62,18 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     swivel = CosSin(*terms.cos_sin(_SYMBOL))
     a1, a2, a3, a4, *_ = lines.axes
-    shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
+    shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance between shoulder center and wrist center.
-    wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, centre))
+    wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, center))
     V = subtracted(terms, wanted, shoulder)
-    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
+    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, center, elbow)
     across2 = squared_across(terms, a4.h, V, (upper, fore))
     sign = work.sign()
     q4 = work.step(
         [a4],
         "subproblem 3",
-        "the joints of shoulder and wrist keep the distance of their centres",
+        "the joints of shoulder and wrist keep the distance of their centers",
         sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
@@ -140,14 +140,14 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
     """Returns the swivel angle for known joint angles."""
     terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
-    shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
+    shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     def carried(v: Vector) -> Vector:
         for axis in (a3, a2, a1):
             v = rotated(terms, axis.h, turns[axis.joint], v)
         return v
 
-    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
+    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, center, elbow)
     V = carried(added(terms, upper, rotated(terms, a4.h, turns[a4.joint], fore)))
     _, e_x, e_y = _reference(terms, a1, V)
     E = carried(upper)

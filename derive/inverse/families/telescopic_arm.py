@@ -43,14 +43,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, *arm, a5, a6 = lines.axes
     pair = tuple(axis for axis in arm if axis.turns)
-    second, centre = pair[0], lines.meeting(5, 4)
+    second, center = pair[0], lines.meeting(5, 4)
 
     # 1. Joints 5 and 6 do not move the intersection of their axes, and joints 2 to 4 move it
     # perpendicular to the parallel axes.
     meaning = "the common point of axes 5 and 6"
-    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     reason = f"only this joint moves the common point of axes 5 and 6 along axis {second.name}"
-    U, q1 = turn_to_plane(work, a1, second, centre, wanted, reason)
+    U, q1 = turn_to_plane(work, a1, second, center, wanted, reason)
 
     # 2. Joint 6 does not rotate its own axis.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
@@ -68,7 +68,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     two_last_turns(work, ((a1, q1), (second, total)), (a5, a6), target, is_regular=regular)
 
     # 5. The prismatic joint sets the length of one side of a triangle.
-    telescope(work, tuple(arm), centre, U, total)
+    telescope(work, tuple(arm), center, U, total)
     remaining(work, pair, total)
 
 

@@ -31,17 +31,17 @@ def _requires(lines: Lines) -> list[Requirement]:
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
-    centre = lines.meeting(5, 4)
+    center = lines.meeting(5, 4)
 
     # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move it
     # perpendicular to h_2, so its component along h_2 depends on joint 1 alone.
     meaning = "the common point of axes 5 and 6"
-    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     U, q1 = turn_to_plane(
         work,
         a1,
         a2,
-        centre,
+        center,
         wanted,
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
@@ -50,7 +50,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)
-    found = with_elbow_in_reach(work, lines, found, v, U, centre, sign)
+    found = with_elbow_in_reach(work, lines, found, v, U, center, sign)
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 2",
@@ -65,7 +65,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     two_last_turns(work, ((a1, q1), (a2, q234)), (a5, a6), target, is_regular=regular)
 
     # 5. Shoulder, elbow and wrist form a triangle in the plane normal to the parallel axes.
-    lever = rotated(terms, a2.h, q234, subtracted(terms, centre, a4.p))
+    lever = rotated(terms, a2.h, q234, subtracted(terms, center, a4.p))
     triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)
 

@@ -311,7 +311,7 @@ def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
 
 
 def length(constants: Sequence[Array]) -> float:
-    """Returns the sum of the distances between joint frames (metre), or 1 if the sum is 0."""
+    """Returns the sum of the distances between joint frames (meter), or 1 if the sum is 0."""
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 

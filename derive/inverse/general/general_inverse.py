@@ -39,7 +39,7 @@ class GeneralArm(Tables):
         joints: Number of joints of the robot.
         kinds: Type code of each joint.
         directions: The sign of each joint direction, 1 or -1.
-        length: The arm length (metre).
+        length: The arm length (meter).
         placed: The first three rows of each constant placement.
         order_count: Number of elimination orders.
         orders: For each elimination order: the joint order, the direction, and the joint with the

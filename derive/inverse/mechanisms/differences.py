@@ -25,7 +25,7 @@ class Feature(NamedTuple):
     """A geometric feature of a body (point and directions), in the base frame.
 
     Attributes:
-        point: (3,) a point of the feature (metre).
+        point: (3,) a point of the feature (meter).
         axes: (k, 3) directions of the feature.
         across: (3, 3) projector onto the directions in which a displacement of the point moves the
             feature.
@@ -37,7 +37,7 @@ class Feature(NamedTuple):
 
 
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """Returns the largest distance (metre) and rotation (radian) between corresponding features.
+    """Returns the largest distance (meter) and rotation (radian) between corresponding features.
 
     Rod lengths and zero offsets of actuated joints are compared as well.
 
@@ -56,8 +56,8 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
     there = _configuration(other, other.values | shared)
     size, twists = _size(there), dict[str, FloatArray]()
     for body, own in here.items():
-        centre = _centre(there[body])
-        features, others = (_about(centre, of) for of in (own, there[body]))
+        center = _center(there[body])
+        features, others = (_about(center, of) for of in (own, there[body]))
         rows, left = _rows(features, others, size)
         twist: FloatArray = np.asarray(np.linalg.lstsq(rows, -left, rcond=None)[0])
         twists[body] = twist
@@ -120,20 +120,20 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the distance (metre) from the mean point to the farthest feature, or 1 if it is 0."""
-    points = np.array([f.point for of in configuration.values() for f in _about(_centre(of), of)])
+    """Returns the distance (meter) from the mean point to the farthest feature, or 1 if it is 0."""
+    points = np.array([f.point for of in configuration.values() for f in _about(_center(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
 
-def _centre(features: list[Feature]) -> FloatArray:
+def _center(features: list[Feature]) -> FloatArray:
     """Returns the mean of the feature points, moved along their axes towards the origin."""
     feet = _about(np.zeros(3), features)
     return np.asarray(np.mean([foot.point for foot in feet], axis=0))
 
 
-def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
-    """Moves the point of each feature along its axis to the position nearest to ``centre``."""
-    return [f._replace(point=centre + f.across @ (f.point - centre)) for f in features]
+def _about(center: FloatArray, features: list[Feature]) -> list[Feature]:
+    """Moves the point of each feature along its axis to the position nearest to ``center``."""
+    return [f._replace(point=center + f.across @ (f.point - center)) for f in features]
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
@@ -147,7 +147,7 @@ def _starts(features: list[Feature]) -> Iterator[int]:
 def _rows(
     features: list[Feature], others: list[Feature], size: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns the Jacobian for the body twist (v, size w), and the feature differences (metre)."""
+    """Returns the Jacobian for the body twist (v, size w), and the feature differences (meter)."""
     rows, left = [], []
     for one, other in zip(features, others, strict=True):
         rows.append(np.hstack([one.across, -one.across @ _cross(one.point) / size]))

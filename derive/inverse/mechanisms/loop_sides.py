@@ -221,7 +221,7 @@ def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int)
 
 
 def _tolerances(hybrid: SolvedLoops) -> FloatArray:
-    """Returns the difference (n,) up to which coordinates are equal (radian or metre)."""
+    """Returns the difference (n,) up to which coordinates are equal (radian or meter)."""
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     return RECOVERED * np.where(turns, 1.0, hybrid.backward.reference.size)
 

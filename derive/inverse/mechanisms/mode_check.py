@@ -62,7 +62,7 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 @dataclass(frozen=True)
 class ClosureSize(Tables):
-    """The length of the mechanism (metre), which scales the length tolerances."""
+    """The length of the mechanism (meter), which scales the length tolerances."""
 
     size: float
 

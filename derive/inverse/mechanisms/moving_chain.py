@@ -115,7 +115,7 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
 
 
 def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
-    """Returns the constant values of the locked joints (radian or metre)."""
+    """Returns the constant values of the locked joints (radian or meter)."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):

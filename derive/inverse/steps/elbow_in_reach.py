@@ -17,7 +17,7 @@ def with_elbow_in_reach(
     found: FoundTurn,
     v: Vector,
     U: Vector,
-    centre: Vector,
+    center: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
     """Returns the sum of angles 2 to 4; if it is arbitrary, the elbow angle determines it.
@@ -30,12 +30,12 @@ def with_elbow_in_reach(
         found: The angle sum that the direction of axis 6 determines.
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
-        centre: The wrist position with joints 1 to 4 at 0.
+        center: The wrist position with joints 1 to 4 at 0.
         sign: Selects between two angle sums with the same elbow angle.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes
-    lever = perpendicular(terms, a2.h, subtracted(terms, centre, a4.p))
+    lever = perpendicular(terms, a2.h, subtracted(terms, center, a4.p))
     minus_U = subtracted(terms, (sp.Integer(0),) * 3, perpendicular(terms, a2.h, U))
     upper = perpendicular(terms, a2.h, subtracted(terms, a3.p, a2.p))
     fore = perpendicular(terms, a2.h, subtracted(terms, a4.p, a3.p))

@@ -34,12 +34,12 @@ def rises(lines: Lines) -> Requirement:
     return Requirement(text, np.inf if min(along, spread) < OBLIQUE_AXES else 0.0)
 
 
-def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     """Solves ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``; up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
-    u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
+    u, c = subtracted(terms, W, a1.p), subtracted(terms, center, a1.p)
     # 1. The lift joint compensates the height change of the other prismatic joint. The two
     # prismatic joints together move the point perpendicular to axis 1 at the target height.
     rate = dot(terms, a1.h, lift.h)
@@ -56,11 +56,11 @@ def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     _turn(work, a1, combination(terms, (_ONE, extended), (reached, lift.h)), u)
 
 
-def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     """Solves ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``; up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
-    u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
+    u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
     # The height of the target determines one prismatic joint, and the distance of the target from
     # the axis determines the other joint. The height determines the prismatic joint that does not
@@ -83,24 +83,24 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
     _turn(work, a2, before, after)
 
 
-def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     """Solves for two parallel revolute joints with a prismatic joint between them."""
     terms, (a1, a2, a3) = work.terms, lines.axes
-    length = _to_height(work, a2, a1, centre, W)
+    length = _to_height(work, a2, a1, center, W)
     by = combination(terms, (length,), (a2.h,))
     moved = a3.moved(added(terms, a3.p, by), a3.origin)
-    triangle(work, a1, moved, added(terms, centre, by), subtracted(terms, W, a1.p))
+    triangle(work, a1, moved, added(terms, center, by), subtracted(terms, W, a1.p))
 
 
-def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     """Solves for two revolute joints and a prismatic joint normal to axis 1; up to 4 solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
-    reach = subtracted(terms, centre, a3.p)
+    reach = subtracted(terms, center, a3.p)
     q3 = work.step(
         [a3],
         "subproblem 4",
-        f"{a1.name} and {a2.name} do not move the centre along axis {a1.name}",
+        f"{a1.name} and {a2.name} do not move the center along axis {a1.name}",
         sp4(
             terms,
             a1.h,
@@ -133,7 +133,7 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
     return work.slide(
         slide,
         "a line meets a plane",
-        f"{axis.name} does not move the centre along its axis",
+        f"{axis.name} does not move the center along its axis",
         slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal)),
     )
 
@@ -162,7 +162,7 @@ def _to_distance(
         terms.let(found.equation.constant * terms.let(inverse**2)),
     )
     scaled = FoundLength(terms.let(found.length * inverse), equation, found.sign, found.margin)
-    reason = f"{axis.name} keeps the centre's distance from its axis"
+    reason = f"{axis.name} keeps the center's distance from its axis"
     return work.slide(slide, "a line meets a sphere", reason, scaled)
 
 
@@ -172,5 +172,5 @@ def _turn(work: Work, axis: Axis, before: Vector, after: Vector) -> None:
         "subproblem 1",
         "the rest of the way to the position",
         sp1(work.terms, axis.h, before, after),
-        "with the centre on the axis the angle is arbitrary and taken as 0",
+        "with the center on the axis the angle is arbitrary and taken as 0",
     )

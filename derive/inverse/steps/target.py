@@ -23,7 +23,7 @@ class Target:
 
     Attributes:
         axes: The columns of the rotation.
-        home: A point before the displacement, in base axes (metre).
+        home: A point before the displacement, in base axes (meter).
         position: The same point after the displacement.
     """
 

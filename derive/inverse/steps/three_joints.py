@@ -92,24 +92,24 @@ def _worst(case: Case, lines: Lines) -> Requirement:
     return max(conditions, key=lambda c: c.deviation, default=Requirement("", 0.0))
 
 
-def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _last_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     a1, a2, a3 = lines.axes
     # 1. Joints 2 and 3 do not move the center along the common direction of their axes.
-    reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
-    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
+    reason = f"{a2.name} and {a3.name} do not move the center along their axes"
+    U, _ = turn_to_plane(work, a1, a2, center, W, reason)
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
-    triangle(work, a2, a3, centre, U)
+    triangle(work, a2, a3, center, U)
 
 
-def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _first_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Joints 1 and 2 do not move the center along the common direction of their axes.
-    fore = subtracted(terms, centre, a3.p)
+    fore = subtracted(terms, center, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
     q3 = work.step(
         [a3],
         "subproblem 4",
-        f"{a1.name} and {a2.name} do not move the centre along their axes",
+        f"{a1.name} and {a2.name} do not move the center along their axes",
         sp4(terms, a1.h, a3.h, fore, d, work.sign()),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
@@ -117,18 +117,18 @@ def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     triangle(work, a1, a2, reached, subtracted(terms, W, a1.p))
 
 
-def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _first_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
     # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
     # axes.
     V = subtracted(terms, W, C)
-    upper, fore = subtracted(terms, a3.p, C), subtracted(terms, centre, a3.p)
+    upper, fore = subtracted(terms, a3.p, C), subtracted(terms, center, a3.p)
     across2 = squared_across(terms, a3.h, V, (upper, fore))
     q3 = work.step(
         [a3],
         "subproblem 3",
-        f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
+        f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
         sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
     # 2, 3. The two joints rotate the point about the intersection of their axes.
@@ -141,62 +141,62 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
     work.step(
         [a1],
         "subproblem 2",
-        f"{a2.name} does not move the centre along its axis",
+        f"{a2.name} does not move the center along its axis",
         first,
-        "with the centre on the axis the angle is arbitrary and taken as 0",
+        "with the center on the axis the angle is arbitrary and taken as 0",
     )
     work.step([a2], "subproblem 1", f"the rest of the rotation, behind {a1.name}", second)
 
 
-def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
     # axes. Joint 1 moves this intersection to a known position, so the distance |R_1^T V - c| is
     # known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
-    reach = subtracted(terms, centre, C)
+    reach = subtracted(terms, center, C)
     minus_h = negative(a1.h)
     minus_c = negative(c)
     across2 = squared_across(terms, minus_h, reach, (minus_c, V))
     q1 = work.step(
         [a1],
         "subproblem 3",
-        f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
+        f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
         sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
-        "with the centre on the first axis the angle is arbitrary and taken as 0",
+        "with the center on the first axis the angle is arbitrary and taken as 0",
     )
     # 2, 3. The two joints rotate the point about the intersection of their axes.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
 
 
-def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _any(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # In the equation R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)), joint 2
     # changes neither the length of the rotated vector nor its component along axis 2.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
-        "the loop of shoulder, elbow and centre closes",
+        "the loop of shoulder, elbow and center closes",
         (subtracted(terms, a1.p, a2.p), negative(a1.h), subtracted(terms, W, a1.p)),
         (a2.h, subtracted(terms, a3.p, a2.p)),
-        (a3.h, subtracted(terms, centre, a3.p)),
+        (a3.h, subtracted(terms, center, a3.p)),
     )
     for axis, turn in zip((a1, a2, a3), turns, strict=True):
         work.turns[axis.joint] = turn
 
 
-def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
     # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
     # axes.
-    V, reach = subtracted(terms, W, C), subtracted(terms, centre, C)
+    V, reach = subtracted(terms, W, C), subtracted(terms, center, C)
     r2 = dot(terms, V, V)
     length = work.slide(
         a3,
         "a line meets a sphere",
-        f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
+        f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
     # 2, 3. The two joints rotate the point about the intersection of their axes.
@@ -204,43 +204,43 @@ def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     _two_about_a_point(work, a1, a2, extended, V)
 
 
-def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _parallel_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a3,
         "a line meets a plane",
-        f"{a1.name} and {a2.name} do not move the centre along their axes",
-        slide_to_plane(terms, a1.h, a3.h, centre, dot(terms, a1.h, W)),
+        f"{a1.name} and {a2.name} do not move the center along their axes",
+        slide_to_plane(terms, a1.h, a3.h, center, dot(terms, a1.h, W)),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
-    extended = combination(terms, (sp.Integer(1), length), (centre, a3.h))
+    extended = combination(terms, (sp.Integer(1), length), (center, a3.h))
     triangle(work, a1, a2, extended, subtracted(terms, W, a1.p))
 
 
-def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 2 nor the perpendicular prismatic joint moves the center along axis 2.
-    reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
-    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
+    reason = f"{a2.name} and {a3.name} do not move the center along axis {a2.name}"
+    U, _ = turn_to_plane(work, a1, a2, center, W, reason)
     # 2. Joint 2 does not change the distance of the center from its axis.
     A = perpendicular(terms, a2.h, U)
-    reach = perpendicular(terms, a2.h, subtracted(terms, centre, a2.p))
+    reach = perpendicular(terms, a2.h, subtracted(terms, center, a2.p))
     length = work.slide(
         a3,
         "a line meets a sphere",
-        f"{a2.name} keeps the centre's distance from its axis",
+        f"{a2.name} keeps the center's distance from its axis",
         slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
     )
     # 3. The extended arm points to the center.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     work.step(
-        [a2], "subproblem 1", "the extended arm points to the centre", sp1(terms, a2.h, extended, A)
+        [a2], "subproblem 1", "the extended arm points to the center", sp1(terms, a2.h, extended, A)
     )
 
 
-def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    slides(work, lines.axes, subtracted(work.terms, W, centre), "the centre")
+def _three_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
+    slides(work, lines.axes, subtracted(work.terms, W, center), "the center")
 
 
 def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
@@ -276,31 +276,31 @@ def _across(terms: Terms, a: Vector, b: Vector) -> Vector:
     return terms.let(x), terms.let(y), terms.let(z)
 
 
-def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a1,
         "a line meets a plane",
-        f"{a2.name} and {a3.name} do not move the centre along their axes",
-        slide_to_plane(terms, a2.h, a1.h, centre, dot(terms, a2.h, W)),
+        f"{a2.name} and {a3.name} do not move the center along their axes",
+        slide_to_plane(terms, a2.h, a1.h, center, dot(terms, a2.h, W)),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
-    triangle(work, a2, a3, centre, A)
+    triangle(work, a2, a3, center, A)
 
 
-def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
     # axes.
-    reach, V = subtracted(terms, centre, C), subtracted(terms, W, C)
+    reach, V = subtracted(terms, center, C), subtracted(terms, W, C)
     minus_h = negative(a1.h)
     length = work.slide(
         a1,
         "a line meets a sphere",
-        f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
+        f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
     # 2, 3. The two joints rotate the point about the intersection of their axes.
@@ -308,17 +308,17 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     _two_about_a_point(work, a2, a3, reach, left)
 
 
-def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+def _slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the revolute joint moves the center in the direction normal to both prismatic
     # axes.
     normal = _across(terms, a1.h, a2.h)
-    reach = subtracted(terms, centre, a3.p)
+    reach = subtracted(terms, center, a3.p)
     d = dot(terms, normal, subtracted(terms, W, a3.p))
     q3 = work.step(
         [a3],
         "subproblem 4",
-        f"{a1.name} and {a2.name} move the centre in a plane",
+        f"{a1.name} and {a2.name} move the center in a plane",
         sp4(terms, normal, a3.h, reach, d, work.sign()),
     )
     # 2, 3. Two prismatic joints move the center in the plane of their directions.

@@ -44,7 +44,7 @@ class NamedVector:
         letters: LaTeX letters in order of preference; letters that denote robot parameters are
             avoided.
         meaning: Description of the vector.
-        vector: The components in base axes (in metres for a position).
+        vector: The components in base axes (in meters for a position).
         after: Number of preceding solution steps on which the vector depends.
     """
 

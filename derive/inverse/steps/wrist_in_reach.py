@@ -21,14 +21,14 @@ from .work import Work
 
 
 def with_wrist_in_reach(
-    work: Work, lines: Lines, centre: Vector, position: Vector, target: Target
+    work: Work, lines: Lines, center: Vector, position: Vector, target: Target
 ) -> None:
     """Selects the angles of joints 1 to 3 that the wrist-center position does not determine.
 
     Args:
         work: Record of the solution with joints 1 to 3.
         lines: The six-joint chain; the last three joints are the wrist.
-        centre: The wrist center in the home pose.
+        center: The wrist center in the home pose.
         position: The target position of the wrist center.
         target: The displacement that the chain must produce.
     """
@@ -45,7 +45,7 @@ def with_wrist_in_reach(
         sign = sp.Integer(1)
     if a3.turns:
         seen = _turned(terms, work, (a1, a2), wanted, back=True)
-        lever = subtracted(terms, centre, a3.p)
+        lever = subtracted(terms, center, a3.p)
         _choose(work, a3, lever, sp4(terms, seen, a3.h, a4.h, cosine, sign).turn)
     if a1.turns and not a1.stays:
         later = _turned(terms, work, (a2, a3), a4.h)
@@ -54,7 +54,7 @@ def with_wrist_in_reach(
     if a2.turns:
         seen = _turned(terms, work, (a1,), wanted, back=True)
         later = _turned(terms, work, (a3,), a4.h)
-        lever = subtracted(terms, _moved(terms, work, a3, centre), a2.p)
+        lever = subtracted(terms, _moved(terms, work, a3, center), a2.p)
         _choose(work, a2, lever, sp4(terms, seen, a2.h, later, cosine, sign).turn)
 
 

@@ -38,7 +38,7 @@ TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of added joints: the first name for an axis along the tool axis, the second name for any
 other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic value of prismatic joints (metre); axes that intersect at this value intersect at every
+"""Generic value of prismatic joints (meter); axes that intersect at this value intersect at every
 value."""
 SOME_TURN = 0.7548776662
 """Generic value of revolute joints (radian); at this angle, no axes align by chance."""
@@ -56,7 +56,7 @@ class Axis:
         name: Name of the joint.
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
-        p: A point on the axis (metre), without meaning for a prismatic joint.
+        p: A point on the axis (meter), without meaning for a prismatic joint.
         direction: Numeric value of the direction h.
         origin: Numeric value of the point p.
         stays: Whether the joint is an added joint that stays at 0.
@@ -78,7 +78,7 @@ class Axis:
 
     @property
     def some_motion(self) -> float:
-        """A generic joint value (radian or metre), which differs from joint to joint."""
+        """A generic joint value (radian or meter), which differs from joint to joint."""
         some = SOME_TURN if self.turns else SOME_SLIDE
         return some * (1 + self.joint * APART % 1)
 
@@ -216,7 +216,7 @@ class Lines:
 
     @cached_property
     def length(self) -> float:
-        """Sum of the distances between the origins of consecutive axes (metre)."""
+        """Sum of the distances between the origins of consecutive axes (meter)."""
         points = [axis.origin for axis in self.axes if axis.turns]
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
@@ -273,12 +273,12 @@ class Lines:
         ):
             return np.inf
         across = [np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes]
-        centre = np.linalg.solve(
+        center = np.linalg.solve(
             sum(across, np.zeros((3, 3))),
             sum((P @ axis.origin for P, axis in zip(across, axes, strict=True)), np.zeros(3)),
         )
         distances = [
-            float(np.linalg.norm(P @ (centre - axis.origin)))
+            float(np.linalg.norm(P @ (center - axis.origin)))
             for P, axis in zip(across, axes, strict=True)
         ]
         return max(distances) / (self.length or 1.0)

@@ -23,8 +23,8 @@ class NumericArm:
         turns: (n,) whether each joint is revolute.
         senses: (n,) sign (1 or -1) of each coordinate.
         home: (4, 4) tool pose with all joints at zero.
-        length: Arm length (metre).
-        offsets: Components (metre) of all translations in the description.
+        length: Arm length (meter).
+        offsets: Components (meter) of all translations in the description.
     """
 
     directions: FloatArray

@@ -27,7 +27,7 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
     Args:
         lines: The chain.
-        point: The point in the home pose (metre).
+        point: The point in the home pose (meter).
     """
     return any(_directions(lines, point, q) == 3 for q in _random_configurations(lines))  # noqa: PLR2004
 
@@ -37,7 +37,7 @@ def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
 
     Args:
         lines: The chain.
-        point: The point in the home pose (metre).
+        point: The point in the home pose (meter).
     """
     values = [_QUARTERS if axis.turns else (0.0,) for axis in lines.axes]
     return sum(_directions(lines, point, np.array(q)) for q in product(*values))

@@ -32,7 +32,7 @@ class FoundLength:
     """The displacement of a prismatic joint, solved by a subproblem.
 
     Attributes:
-        length: The displacement (metre).
+        length: The displacement (meter).
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
         margin: 0 for a double solution, and negative without a solution. The margin is relative to

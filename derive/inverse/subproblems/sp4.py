@@ -63,7 +63,7 @@ def on_line(
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
-        return _through_centre(terms, a, b, sign)
+        return _through_center(terms, a, b, sign)
     middle, rho2, inverse = direction_of(terms, a, b)
     if are_two is None:
         are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
@@ -103,7 +103,7 @@ def near_line(
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
     if e == 0:
-        return _through_centre(terms, a, b, sign)
+        return _through_center(terms, a, b, sign)
     if are_two is None:
         are_two = xi2 > terms.let(MEETING_SOLUTIONS * scale)
     xi = terms.let(sp.Piecewise((sp.sqrt(xi2), are_two), (sp.Integer(0), True), evaluate=False))
@@ -112,7 +112,7 @@ def near_line(
     return FoundTurn(turn, Linear(a, b, e), sign, ratio(terms, xi2, scale))
 
 
-def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
+def _through_center(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """Returns one of the two opposite points of a line through the center of the unit circle."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))

@@ -25,7 +25,7 @@ X, Y, Z, PITCH = sp.symbols("_x _y _z _pitch", real=True)
 DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
 """Target direction of the third tool axis (a vector of any length), in base axes."""
 POSITION: Vector = (X, Y, Z)
-"""Target position of the tool origin in the base frame (metre)."""
+"""Target position of the tool origin in the base frame (meter)."""
 POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
 """The position entries of a pose."""
 _DIRECTION_LETTERS = tuple(
@@ -35,7 +35,7 @@ _PITCH_LETTER = InputLetter((r"\lambda", r"\nu", r"\Lambda"))
 
 
 def tool_origin(robot: SerialRobot, terms: Terms) -> Vector:
-    """Returns the tool origin in the home pose (metre), in base axes."""
+    """Returns the tool origin in the home pose (meter), in base axes."""
     return _column(terms, home_of(robot, terms), 3)
 
 
@@ -65,7 +65,7 @@ def partial_pose(
         work: Record of the solution with the solved joints.
         task_input: The pose components that the task prescribes.
         residual: A function that returns the deviation of a tool pose from the prescribed pose
-            components (metre or radian).
+            components (meter or radian).
         identity: One-line identity that the function satisfies.
         components: Names of the pose components for the runtime, in the order of the input entries.
             Without component names, the runtime does not refine solutions near singularities.

@@ -86,7 +86,7 @@ def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the larger of position error (metre) and orientation error (radian) of a pose.
+    """Returns the larger of position error (meter) and orientation error (radian) of a pose.
 
     The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2), which is sqrt(2)
     times the angle for small angles.
@@ -96,7 +96,7 @@ def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
 
 
 def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Returns the differences from the target pose: position (metre) and rotation entries."""
+    """Returns the differences from the target pose: position (meter) and rotation entries."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
     return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]

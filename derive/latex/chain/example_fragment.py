@@ -30,7 +30,7 @@ SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
 """Value of other coordinates, as a fraction of the range between their limits."""
-_UNITS = {"rad": "angles in degrees", "m": "displacements in metres"}
+_UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
 """Marks a value that violates its limits."""
 MAX_WIDE = 6
@@ -38,7 +38,7 @@ MAX_WIDE = 6
 SOLVED = 1e-9
 """Largest residual (m, rad) of a valid solution, as stated in the article."""
 SLACK = 1e-9
-"""Tolerance (radian or metre) within which a value counts as at its limit."""
+"""Tolerance (radian or meter) within which a value counts as at its limit."""
 
 
 def worked_example(page: Page) -> str:
@@ -111,7 +111,7 @@ def example(
         functions: Functions, including the inverse if it has a closed form.
         coordinates: The coordinates of the robot.
         symbols: LaTeX of the robot's coordinates.
-        q: The values of the coordinates (radian, metre).
+        q: The values of the coordinates (radian, meter).
         known: Values of joints that an inverse may need in addition to the pose, keyed by joint
             name.
         called: LaTeX of the joints with known values, if different from the joint name.
@@ -135,7 +135,7 @@ def _pose_at(
 ) -> str:
     rows = [[_decimal(entry, 6) for entry in row] for row in T.tolist()]
     return sentence(
-        f"At {_listed(symbols, coordinates, q)} the pose of the tool is (lengths in metres)",
+        f"At {_listed(symbols, coordinates, q)} the pose of the tool is (lengths in meters)",
         flowed([named_matrix(pose, rows)]),
     )
 
@@ -185,12 +185,12 @@ def within(coordinate: AnyCoordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """Rounds a value to few decimals, in degrees or metres."""
+    """Rounds a value to few decimals, in degrees or meters."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
 def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, metre), or infinite limits if not stated."""
+    """Returns the limits of a coordinate (radian, meter), or infinite limits if not stated."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -276,7 +276,7 @@ def _count(count: int) -> str:
 
 
 def _value(coordinate: AnyCoordinate, value: float, places: int) -> str:
-    """Formats a value in degrees or metres, and marks a value outside its limits."""
+    """Formats a value in degrees or meters, and marks a value outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
         shown = f"{round(math.degrees(value), places) + 0.0:.{places}f}"
@@ -304,7 +304,7 @@ def _listed(symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], q: Flo
 
 
 def at_value(symbol: str, coordinate: AnyCoordinate, value: float) -> str:
-    """Formats a coordinate with its value, in degrees or metres."""
+    """Formats a coordinate with its value, in degrees or meters."""
     if coordinate.unit == "rad":
         return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"
     return rf"${symbol} = {_short(value, 4)}$ m"

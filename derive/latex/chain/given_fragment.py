@@ -16,7 +16,7 @@ from ..setting.transforms import symbolic_factors, transform
 from . import tables
 
 UNITS_OF_TABLES = (
-    r"Equations and tables are in metres and radians; angles with the sign $^\circ$ are in degrees."
+    r"Equations and tables are in meters and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
 """Maximum number of joint tables (one per convention); with more conventions, one table of

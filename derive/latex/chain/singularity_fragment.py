@@ -17,7 +17,7 @@ WHOLE = 6
 WIDEST = 0.8 * LINE
 """Maximum width (pt) of a product that is printed on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of printed degrees and metres, for rounding errors of at most 1e-5 rad and m."""
+"""Decimals of printed degrees and meters, for rounding errors of at most 1e-5 rad and m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
@@ -125,14 +125,14 @@ def _configurations(page: Page, found: PrintedSingularities) -> str:
     for number, q in enumerate(found.configurations, 1):
         cells = [_value(x, joint.unit) for x, joint in zip(q, joints, strict=True)]
         columns.append((str(number), cells))
-    metres = " and displacements in metres" if any(j.unit == "m" for j in joints) else ""
+    meters = " and displacements in meters" if any(j.unit == "m" for j in joints) else ""
     sought = r"$J^{\mathsf{T}} y = 0$ (a wrench $y$ that needs no joint torque or force)"
     if len(joints) < WHOLE:
         sought = "$J x = 0$ (joint rates $x$ that do not move the tool)"
     whose = "of six columns of the full Jacobian" if found.fixed else "of the Jacobian"
     return sentence(
         f"The determinants {whose} have no short factors. Newton's method for"
-        f" {sought} found these singular configurations (angles in degrees{metres}):",
+        f" {sought} found these singular configurations (angles in degrees{meters}):",
         tabular(columns, repeated=1),
     )
 

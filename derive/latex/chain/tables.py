@@ -160,7 +160,7 @@ def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
 
 
 def _limit(value: sp.Expr) -> str:
-    """Formats a limit: multiples of pi in degrees, other values in radians or metres."""
+    """Formats a limit: multiples of pi in degrees, other values in radians or meters."""
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"

@@ -70,7 +70,7 @@ def drawing(
         mechanism: The description.
         terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
-        reference: The drawn configuration z (radian or metre).
+        reference: The drawn configuration z (radian or meter).
 
     Returns:
         A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are the same on any machine.
@@ -203,19 +203,19 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
     return (min(x) - 5, min(y) - 5), (max(x) + 5, max(y) + 5)
 
 
-def _scale(per_metre: float, corner: Point) -> list[str]:
-    """Draws a scale bar of a round length, labelled in metres."""
-    metres = next(
+def _scale(per_meter: float, corner: Point) -> list[str]:
+    """Draws a scale bar of a round length, labelled in meters."""
+    meters = next(
         digit * 10.0**power
         for power in range(-9, 9)
         for digit in _SCALES
-        if rounded(digit * 10.0**power * per_metre) >= _SHORTEST
+        if rounded(digit * 10.0**power * per_meter) >= _SHORTEST
     )
     a = (corner[0] + 10, corner[1] - _BELOW + 18)
-    b = (a[0] + rounded(metres * per_metre), a[1])
+    b = (a[0] + rounded(meters * per_meter), a[1])
     return [
         f"\\draw[ground,|-|] {at(a)} -- {at(b)};",
-        f"\\node[name,anchor=west] at {at((b[0] + 15, b[1]))} {{${metres:g}\\,\\mathrm{{m}}$}};",
+        f"\\node[name,anchor=west] at {at((b[0] + 15, b[1]))} {{${meters:g}\\,\\mathrm{{m}}$}};",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Points on paper in integer tenths of a millimetre, so that layout is exact and reproducible."""
+"""Points on paper in integer tenths of a millimeter, so that layout is exact and reproducible."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from ...chain.rigid_bodies import Array
 from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 
 Point = tuple[int, int]
-"""Distances to the right and upwards, in tenths of a millimetre."""
+"""Distances to the right and upwards, in tenths of a millimeter."""
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
@@ -28,8 +28,8 @@ class Paper:
 
     Attributes:
         view: Directions to the right, up and towards the eye, as rows (3, 3).
-        scale: Tenths of a millimetre per metre.
-        corner: Position of the paper's origin in the view (metre).
+        scale: Tenths of a millimeter per meter.
+        corner: Position of the paper's origin in the view (meter).
     """
 
     view: Array
@@ -65,10 +65,10 @@ class Paper:
 
 
 def number(tenths: int) -> str:
-    """Formats tenths of a millimetre as millimetres."""
+    """Formats tenths of a millimeter as millimeters."""
     sign = "-" if tenths < 0 else ""
-    millimetres, rest = divmod(abs(tenths), 10)
-    return f"{sign}{millimetres}.{rest}" if rest else f"{sign}{millimetres}"
+    millimeters, rest = divmod(abs(tenths), 10)
+    return f"{sign}{millimeters}.{rest}" if rest else f"{sign}{millimeters}"
 
 
 def at(point: Point) -> str:

@@ -1,4 +1,4 @@
-"""Computes the parts of a robot's drawing: points and directions in the base frame (metre).
+"""Computes the parts of a robot's drawing: points and directions in the base frame (meter).
 
 All drawings share the bodies and shapes of :mod:`chasles.derive.chain.body_shapes`.
 """
@@ -153,7 +153,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
     Args:
         skeleton: The bodies of the mechanism, with drawn shapes.
-        values: The coordinates of the bodies: z, or q of a serial robot (radian or metre).
+        values: The coordinates of the bodies: z, or q of a serial robot (radian or meter).
         members: Its members.
     """
     return _Builder(skeleton, values, members).built()

@@ -65,7 +65,7 @@ class ToolPosition:
         at: Positions (m, 3) at configurations (m, n); a row is NaN if a loop is open.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
-        size: The robot's size (metre).
+        size: The robot's size (meter).
         upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
             a point on this axis, or None without such a coordinate.
     """
@@ -165,7 +165,7 @@ def box(
     """Returns the lowest and highest value of each coordinate (n,).
 
     Args:
-        coordinates: Whether each coordinate is a length, and its limits (radian or metre).
+        coordinates: Whether each coordinate is a length, and its limits (radian or meter).
 
     Returns:
         The ranges, or None if a length has no limits or there are too many coordinates.

@@ -72,8 +72,8 @@ def _figure(
     if found is None:
         return ""
     words = _words(found, names, ends, closing=closing)
-    centred = f"\\begin{{center}}\n{_picture(found)}\n\\end{{center}}"
-    return f"\\begin{{samepage}}\n{words}\n{centred}\n\\end{{samepage}}\n"
+    centered = f"\\begin{{center}}\n{_picture(found)}\n\\end{{center}}"
+    return f"\\begin{{samepage}}\n{words}\n{centered}\n\\end{{samepage}}\n"
 
 
 def _words(found: ToolRegion, names: Sequence[str], ends: Sequence[Ends], *, closing: bool) -> str:

@@ -27,7 +27,7 @@ def view(
         mechanism: The description.
         terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
-        values: The configuration z (radian or metre).
+        values: The configuration z (radian or meter).
 
     Returns:
         The three directions in the base frame as rows (3, 3), and whether the view is planar.

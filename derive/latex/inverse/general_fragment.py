@@ -35,9 +35,9 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         r" sign if the loop passes the joint backwards, and $C_{i}$ the placements between"
         " the joints, one of which contains the pose, the loop of arm and tool, followed"
         f" {walked}, is",
-        _centred(f"{loop} = I."),
+        _centered(f"{loop} = I."),
         rf"The axis $\ell$ of the last of these joints does not depend on ${q[5]}$:",
-        _centred(f"{left} = {right}."),
+        _centered(f"{left} = {right}."),
         r"Its direction $l$ and a point $p$ of it give fourteen quantities, $p$, $l$, $p \cdot p$,"
         r" $p \cdot l$, $p \times l$ and $(p \cdot p)\, l - 2 (p \cdot l)\, p$, that are linear in"
         rf" the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left and in the"
@@ -102,5 +102,5 @@ def _given(page: Page, general: GeneralInverse) -> str:
     return f"The {kind} {names} is fixed and therefore part of a placement. The other joints are"
 
 
-def _centred(formula: str) -> str:
+def _centered(formula: str) -> str:
     return f"\\begin{{equation*}}\n{formula}\n\\end{{equation*}}%"

@@ -33,7 +33,7 @@ class PrintedLegs:
         terms: The terms of the robot, expressed only in coordinates and parameters.
         phi: The platform's angle.
         letters: Letters of the polynomial's symbols.
-        legs: The circle or line of each leg (metre).
+        legs: The circle or line of each leg (meter).
         equations: The elimination of the platform's position.
     """
 

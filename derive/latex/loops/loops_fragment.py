@@ -47,13 +47,13 @@ def loops(page: LoopPage) -> str:
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
     """Prints the least-squares condition for redundant loops with contradicting constraints."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
-    metres = rf"{page.hybrid.numbers.size:.3g}\,\mathrm{{m}}"
+    meters = rf"{page.hybrid.numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Some constraints are redundant and contradict each other for the robot as"
         rf" built:"
         rf" {escape(str(page.hybrid.least_squares_closure))}. The configuration minimizes the sum"
-        rf" of squared closure errors, entries of rotations times ${metres}$,",
+        rf" of squared closure errors, entries of rotations times ${meters}$,",
         aligned([(f"g(z) = {c_p} c(z)", ["0"])], end=","),
         r"where $z_{\mathrm{p}}$ are the entries of $z$ that are not actuated. Rates and"
         r" accelerations satisfy $\frac{\partial g}{\partial z}\,\dot{z} = 0$ and its derivative.",

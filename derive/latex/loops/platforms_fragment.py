@@ -44,7 +44,7 @@ Vector = tuple[sp.Expr, ...]
 
 @dataclass(frozen=True)
 class PrintedRod:
-    """One rod of a platform in printed symbols (metre).
+    """One rod of a platform in printed symbols (meter).
 
     Attributes:
         a: The rod's end on an actuated body or the base, in the base frame.

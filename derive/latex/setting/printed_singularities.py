@@ -21,7 +21,7 @@ MAX_ADDENDS = 12
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are longer."""
 GENERIC = sp.Rational(271, 379)
-"""Value (radian or metre) of the first fixed coordinate when the axes are described."""
+"""Value (radian or meter) of the first fixed coordinate when the axes are described."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Joint angles (degree) from which the search for a singularity starts, used cyclically."""
 
@@ -48,7 +48,7 @@ class PrintedSingularities:
         determinant: The constant of the determinant, and its factors with exponents, for a square
             Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
-        configurations: Singular configurations (radian, metre), if there are no short conditions.
+        configurations: Singular configurations (radian, meter), if there are no short conditions.
         fixed: The fixed coordinates, if the determinant belongs only to the other joints.
         rank: The largest rank of the Jacobian, if it never has full rank.
         is_regular: Whether the Jacobian has full rank in every configuration.

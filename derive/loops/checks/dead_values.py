@@ -28,7 +28,7 @@ class DeadValues:
 
     Attributes:
         coordinate: Index of the coordinate.
-        zeros: Values within the limits at which the margin changes sign (radian or metre).
+        zeros: Values within the limits at which the margin changes sign (radian or meter).
         least: The smallest margin within the limits.
     """
 

@@ -41,7 +41,7 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
     known = Known(dict(h.forward.values), {}, [])
     legs = Legs(h.terms, h.mechanism, known, h.forward.reference, None)
     spheres = spheres_of(legs, struts)
-    entries = [(*sphere.centre, sphere.square) for sphere in spheres]
+    entries = [(*sphere.center, sphere.square) for sphere in spheres]
     size = h.forward.reference.size
     numbers = np.array([[[at.of(e) for e in of] for of in entries] for at in _around(h)])
     if len(spheres) <= SPHERES or not np.isfinite(numbers).all():
@@ -87,7 +87,7 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """Returns the largest difference of two spheres in center and radius (metre)."""
+    """Returns the largest difference of two spheres in center and radius (meter)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 

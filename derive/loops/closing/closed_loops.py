@@ -44,7 +44,7 @@ class ClosedLoops:
         names: Names of the variables w: joints and cylinders.
         is_length: Mask of the variables that are lengths.
         passive: Mask of the variables that are not actuated.
-        size: The longest translation or rod of the mechanism (metre), or 1 if all lengths are zero.
+        size: The longest translation or rod of the mechanism (meter), or 1 if all lengths are zero.
         reference: Values of the variables at the described reference, with gear ratios applied.
         in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
             equations are then the gradient of the sum of squared closure errors.

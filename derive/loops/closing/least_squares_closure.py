@@ -37,7 +37,7 @@ class LeastSquaresClosure:
     Attributes:
         at: The configuration with the smallest sum of squared closure errors, at the reference's
             actuated coordinates. The configuration lists joints and cylinders by name (radian or
-            metre).
+            meter).
         repeated: Number of redundant constraints.
         closure_errors: Description of the closure error that remains at each closure or strut,
             largest error first.

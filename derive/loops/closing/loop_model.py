@@ -23,7 +23,7 @@ class LoopModel:
     """A mechanism with its coordinates.
 
     Attributes:
-        mechanism: The description. Pins with a tilt that the file accepts are modelled as balls.
+        mechanism: The description. Pins with a tilt that the file accepts are modeled as balls.
         terms: Names of all terms.
         least_squares_closure: The loops that close only in the least-squares sense, with their
             closure errors; None if all loops close.

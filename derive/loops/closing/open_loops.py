@@ -46,7 +46,7 @@ class Remedy:
 
     Attributes:
         name: Description of the length or angle.
-        now: The current value (metre or radian).
+        now: The current value (meter or radian).
         low: The lowest value at which the loop closes, or None if none was found.
         high: The highest value at which the loop closes, or None if none was found.
         is_length: Whether the value is a length.
@@ -229,7 +229,7 @@ def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 def _error_in_words(
     bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the closure error (metre) and its text, with the angle between the frames."""
+    """Returns the closure error (meter) and its text, with the angle between the frames."""
     _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
     if isinstance(loop_joint, Strut):
@@ -452,7 +452,7 @@ def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
 
 
 def shown(value: float, is_length: bool) -> str:
-    """Formats a length in millimetres or an angle in degrees, with four digits."""
+    """Formats a length in millimeters or an angle in degrees, with four digits."""
     unit, factor = UNITS[is_length]
     shortened = round(value * factor, DECIMALS) + 0.0
     return f"{shortened:.{DIGITS}g} {unit}"

@@ -39,7 +39,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yields distances (metre) and angles (radian) between the tools at random configurations."""
+    """Yields distances (meter) and angles (radian) between the tools at random configurations."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)

@@ -32,8 +32,8 @@ class Tilt:
         joint: The joint whose axis deviates most.
         angle: Angle (radian) between the axis of this joint and the mean of the other axes, or 0
             for a single axis.
-        offset: Distance (metre) between the rod's ends along the mean axis, at zero configuration.
-        span: Distance (metre) between the rod's ends, at zero configuration.
+        offset: Distance (meter) between the rod's ends along the mean axis, at zero configuration.
+        span: Distance (meter) between the rod's ends, at zero configuration.
         axes: Number of axes of the loop. If the loop has only two axes, either of the two axes may
             be tilted.
     """

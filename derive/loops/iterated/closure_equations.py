@@ -40,7 +40,7 @@ class Start:
     """The reference configuration of the iteration, as numerical values.
 
     Attributes:
-        q: (n,) actuated coordinates (radian or metre).
+        q: (n,) actuated coordinates (radian or meter).
         w: (n_w,) variables of the equations.
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
@@ -68,7 +68,7 @@ class LoopClosure:
         w: Symbols of the variables.
         entries: Terms that are zero if the loops are closed, or as nearly closed as possible.
         units: The unit of each entry, m or 1.
-        size: The longest translation or rod (metre); lengths are divided by it, angles are not.
+        size: The longest translation or rod (meter); lengths are divided by it, angles are not.
         functions: The functions of w that the iteration calls, keyed by name; the value is empty if
             there are fewer equations than unknown variables.
         inputs: Name of the coordinates that drive the input variables: ``q``, or ``theta``.
@@ -110,7 +110,7 @@ class LoopClosure:
         determinant = np.linalg.det(J_u) if square else abs(size)
         tangent = np.linalg.lstsq(R, -Q.T @ J_a, rcond=None)[0]
         q = w[self.given] / ratios
-        # Lengths are relative to the mechanism size, so that metres and radians are comparable.
+        # Lengths are relative to the mechanism size, so that meters and radians are comparable.
         scales = np.where(self.is_length, self.size, 1.0)[self.unknown]
         values = np.linalg.svd(J_u * scales, compute_uv=False)
         is_regular = bool(np.all(values > REPEATED_EQUATION * max(values, default=0.0)))

@@ -23,7 +23,7 @@ def pose_of(
         mechanism: The description.
         terms: Names of all terms.
         frame: The frame in the axes of its body.
-        values: Values of the joints between the base and the body (radian or metre).
+        values: Values of the joints between the base and the body (radian or meter).
     """
     path = mechanism.path_to(frame.body)
     return pose_along(mechanism, terms, path, frame.placement, values, mechanism.base)
@@ -44,7 +44,7 @@ def pose_along(
         terms: Names of all terms.
         path: The consecutive joints, in order from the base.
         tool: The frame on the last body.
-        values: Values of the moving joints by name (radian or metre).
+        values: Values of the moving joints by name (radian or meter).
         base: The placement before the first joint.
     """
     moved = tuple(values[joint.name] for joint in path if joint.kind != "fixed")

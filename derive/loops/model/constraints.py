@@ -132,7 +132,7 @@ def constraints(
     Args:
         mechanism: The description.
         terms: Table that receives the named terms.
-        z: The full configuration in the order of :func:`configuration_names` (radian or metre).
+        z: The full configuration in the order of :func:`configuration_names` (radian or meter).
         may_stay_open: Includes equations that are never zero, for loops closed in the least-squares
             sense.
 
@@ -153,7 +153,7 @@ def residuals(
     Args:
         mechanism: The description.
         terms: Table that receives the named terms.
-        values: Joints, swing angles and cylinders of these loops by name (radian or metre).
+        values: Joints, swing angles and cylinders of these loops by name (radian or meter).
         loop_joints: Names of closures and struts.
 
     Returns:
@@ -174,7 +174,7 @@ def swing_angles(
     Args:
         mechanism: The description; loops with struts on pins are planar.
         terms: Table that receives the named terms.
-        values: All joints and cylinders by name, without swing angles (radian or metre).
+        values: All joints and cylinders by name, without swing angles (radian or meter).
     """
     linkage_of = planar_loop_joints(mechanism)
     return {
@@ -191,7 +191,7 @@ def jacobian(
 ) -> tuple[tuple[sp.Expr, ...], ...]:
     """Returns the derivative of all residuals with respect to z, by rows: (equations, len(z)).
 
-    Each row has the unit of its equation per radian or metre. The matrix is rank deficient at a
+    Each row has the unit of its equation per radian or meter. The matrix is rank deficient at a
     singularity, or if the mechanism is overconstrained.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)

@@ -29,7 +29,7 @@ class Factor:
             itself are not in z and have the names ``<closure>`` or ``<strut>.end``; a ball joint
             adds ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
-            twist has unit speed: its norms are (metre per radian, 1) for a revolute joint, (1, 0)
+            twist has unit speed: its norms are (meter per radian, 1) for a revolute joint, (1, 0)
             for a slider.
         side: The branch of the loop to which the exponential belongs. Branch b is traversed
             backwards, with reversed screws.

@@ -1,6 +1,6 @@
 """Least-squares closure of overconstrained loops: the gradient of closure errors as equations.
 
-The closure errors c_i are in metres; errors of directions are multiplied by a length l. The
+The closure errors c_i are in meters; errors of directions are multiplied by a length l. The
 configuration with the smallest closure errors minimizes the sum of c_i^2 / 2, so its gradient with
 respect to the unknown variables is zero:
 
@@ -35,9 +35,9 @@ def gradient(
     Args:
         equations: The equations of all loops.
         terms: Names of all terms.
-        unknown: The variables that the loops determine (radian or metre).
+        unknown: The variables that the loops determine (radian or meter).
         is_length: Mask of the unknown variables that are lengths.
-        length: The length (metre) that scales angles against lengths.
+        length: The length (meter) that scales angles against lengths.
     """
     size = sp.Rational(f"{length:.3g}")
     weights = [size if unit == "1" else sp.S.One for loop in equations for unit in loop.units]

@@ -30,7 +30,7 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class ClosureResidual(NamedTuple):
-    """The closure error between the two ends of a loop: a distance (metre), an angle (radian)."""
+    """The closure error between the two ends of a loop: a distance (meter), an angle (radian)."""
 
     distance: float
     turn: float
@@ -41,11 +41,11 @@ class NumericMechanism:
 
     Attributes:
         mechanism: The description.
-        constants: Values by name (metre, radian): the parameters, and the rod lengths and frame
+        constants: Values by name (meter, radian): the parameters, and the rod lengths and frame
             offsets that do not depend on parameters.
-        values: Values of joints and cylinders at the reference (radian or metre), keyed by name.
+        values: Values of joints and cylinders at the reference (radian or meter), keyed by name.
         unknown: Names of the joints and cylinders that are not actuated.
-        size: The longest translation or rod (metre), or 1 if all are zero.
+        size: The longest translation or rod (meter), or 1 if all are zero.
         planes: Axes x and y and the unit normal of planar loops, keyed by closure or strut, as
             columns in the axes of its first body.
     """
@@ -107,11 +107,11 @@ class NumericMechanism:
         return T
 
     def length(self, strut: Strut, values: Mapping[str, float]) -> float:
-        """Returns the length of a strut (metre)."""
+        """Returns the length of a strut (meter)."""
         return self._retracted(strut) + (values[strut.name] if strut.is_cylinder else 0.0)
 
     def _retracted(self, strut: Strut) -> float:
-        """Returns the length of a rod, or of a fully retracted cylinder (metre)."""
+        """Returns the length of a rod, or of a fully retracted cylinder (meter)."""
         name = length_of(strut)
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
@@ -249,7 +249,7 @@ class NumericMechanism:
     def _open(
         self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns how far a loop is open: distances (metre), then angles (radian), as last axis."""
+        """Returns how far a loop is open: distances (meter), then angles (radian), as last axis."""
         A, B = self.frames(poses, loop_joint)
         d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]

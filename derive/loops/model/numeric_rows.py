@@ -76,7 +76,7 @@ class NumericRows:
         """Returns the equations at values of the joints and cylinders.
 
         Args:
-            w: Values (n,) in the order of ``names`` (radian or metre).
+            w: Values (n,) in the order of ``names`` (radian or meter).
 
         Returns:
             The residuals (m,), their Jacobian (m, n), and the cosines between axes that have the

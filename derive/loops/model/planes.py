@@ -254,7 +254,7 @@ def axes_in_numbers(
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
     """Returns the revolute joints of a loop and the ends of its closure, at zero.
 
-    All vectors are expressed in the base body's frame (metre).
+    All vectors are expressed in the base body's frame (meter).
     """
     branches = [
         (_Branch(mechanism, terms, frame, path), path)

@@ -1,6 +1,6 @@
 """The closure equations of every kind of closure or strut: one table for all modules.
 
-An equation compares frame a of a closure or strut with its frame b. Position errors are in metres.
+An equation compares frame a of a closure or strut with its frame b. Position errors are in meters.
 Direction errors are cosines of angles that are 90 degrees if the loop is closed.
 """
 

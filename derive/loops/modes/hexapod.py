@@ -158,7 +158,7 @@ class RodNumbers:
     """Numerical model of a six-rod platform at sample configurations, scaled by the platform size.
 
     Attributes:
-        size: The platform size (metre).
+        size: The platform size (meter).
         origin: The centroid of the ends on the actuated side, relative to the size.
         middle: The centroid of the ends on the platform, relative to the size.
         family: The rods of all configurations, relative to these two points.
@@ -168,7 +168,7 @@ class RodNumbers:
         """Scales the rods.
 
         Args:
-            a: (n, 6, 3) rod ends on the actuated side at n configurations, metre.
+            a: (n, 6, 3) rod ends on the actuated side at n configurations, meter.
             b: (6, 3) rod ends on the platform, in platform axes.
             lengths: (n, 6) rod lengths.
         """
@@ -190,7 +190,7 @@ class HexapodTables(Tables):
     Lengths are relative to the platform size. A complex number is stored as a pair of numbers.
 
     Attributes:
-        size: The platform size (metre).
+        size: The platform size (meter).
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.

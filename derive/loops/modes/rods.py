@@ -25,7 +25,7 @@ from ..solve.solved_loops import SolvedLoops
 
 @dataclass(frozen=True)
 class Rod:
-    """A strut at given theta and q, in the base frame (metre).
+    """A strut at given theta and q, in the base frame (meter).
 
     Attributes:
         a: The rod's end on an actuated body or on the base.
@@ -83,7 +83,7 @@ def rods_of(h: SolvedLoops) -> list[Rod]:
 
 
 def pins_in_tool(h: SolvedLoops) -> list[Vector]:
-    """Returns the rods' platform ends in the tool frame (metre), which are constant."""
+    """Returns the rods' platform ends in the tool frame (meter), which are constant."""
     still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
     axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
     pins = []
@@ -97,7 +97,7 @@ def pins_in_tool(h: SolvedLoops) -> list[Vector]:
 
 
 def tool_position(h: SolvedLoops) -> Vector:
-    """Returns the position of the tool in the base frame at theta (metre)."""
+    """Returns the position of the tool in the base frame at theta (meter)."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
 
 
@@ -107,7 +107,7 @@ class FreePlatform:
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.
-        points: The origin of each joint frame, in the base frame (metre).
+        points: The origin of each joint frame, in the base frame (meter).
         ends: The two ends of each strut along the first three directions, relative to the last
             joint's origin; the platform end is the second of the two.
     """

@@ -66,11 +66,11 @@ class Triad:
     """Three legs of a planar platform: rods, then lines.
 
     Attributes:
-        A: Fixed points (x, y), metre: ends of rods, points of fixed lines, or points that stay on
+        A: Fixed points (x, y), meter: ends of rods, points of fixed lines, or points that stay on
             platform lines.
-        b: Points in platform axes, metre: ends of rods, points that stay on fixed lines, or points
+        b: Points in platform axes, meter: ends of rods, points that stay on fixed lines, or points
             of platform lines.
-        L: The rod lengths, metre.
+        L: The rod lengths, meter.
         lines: The lines.
     """
 
@@ -117,9 +117,9 @@ def elimination(
     """Returns the equations of the triad in given symbols.
 
     Args:
-        A: Three fixed points (x, y), metre.
-        b: Three pins in platform axes, metre.
-        L: Three rod lengths, metre.
+        A: Three fixed points (x, y), meter.
+        b: Three pins in platform axes, meter.
+        L: Three rod lengths, meter.
         phi: The platform's angle.
         name: Returns the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` for an index: the
             rod number, an axis, or both.
@@ -215,7 +215,7 @@ def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Returns the residual of each leg's circle or line at x, y, phi (metre)."""
+    """Returns the residual of each leg's circle or line at x, y, phi (meter)."""
     x, y, phi = theta
     turn = terms.cos_sin(phi)
     rods = len(triad.L)

@@ -20,7 +20,7 @@ CALLS = (
 
 @dataclass(frozen=True)
 class TriadTables(Tables):
-    """The size of the platform (metre), the scale of length tolerances."""
+    """The size of the platform (meter), the scale of length tolerances."""
 
     size: float
 
@@ -38,7 +38,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
 
     Args:
         q: The actuated coordinates.
-        size: The platform's size (metre), the scale of length tolerances.
+        size: The platform's size (meter), the scale of length tolerances.
         legs: Name of the function for the leg residuals.
     """
     return NativeSolverFunction(
@@ -70,7 +70,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
 
 
 def _size(h: SolvedLoops, triad: Triad) -> float:
-    """Returns the largest of all rod lengths and distances between platform pins (metre)."""
+    """Returns the largest of all rod lengths and distances between platform pins (meter)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]
     sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]

@@ -86,7 +86,7 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (metre); lengths are divided by it, angles are not."""
+        """The longest translation or rod (meter); lengths are divided by it, angles are not."""
         return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property

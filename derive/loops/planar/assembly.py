@@ -68,7 +68,7 @@ def assemble(
     Args:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Values of joints, swing angles or cylinders by name (radian, metre).
+        known: Values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
         branch: The requested branch, or None for the branch of the reference.
 
@@ -96,7 +96,7 @@ def assemblies(
     Args:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Values of joints, swing angles or cylinders by name (radian, metre).
+        known: Values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration of the first branch.
         elsewhere: Configurations at which every existing branch is closed.
     """

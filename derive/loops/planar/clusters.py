@@ -84,7 +84,7 @@ class Clusters:
     Attributes:
         terms: Names of all terms.
         linkage: Bodies and joints.
-        known: Known values of joints, swing angles or cylinders by name (radian, metre).
+        known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
         branch: The requested branch, or None for the branch of the reference.
         all: The clusters.
@@ -315,7 +315,7 @@ class Clusters:
         Args:
             edges: The joints.
             turns: Rotation of each rigid group of bodies, keyed by the id of the group (radian).
-            travel: Travel of the slide among the joints (metre).
+            travel: Travel of the slide among the joints (meter).
         """
         hints = self._hints([edge.name for edge in edges])
         total = 0.0

@@ -24,7 +24,7 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns the values of joints between bodies that known joints connect (radian or metre).
+    """Returns the values of joints between bodies that known joints connect (radian or meter).
 
     Args:
         edges: The joints of a linkage: tree joints in order, then closures and struts.

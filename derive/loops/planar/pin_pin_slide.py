@@ -42,7 +42,7 @@ class CircleAndLine:
         offset: The vector from one pin to the second pin at zero travel, in the axes of the line.
         direction: Unit vector along the line.
         r: The vector between both pins on the third body.
-        travel: Travel along the line (metre).
+        travel: Travel along the line (meter).
         vector: The vector from the first pin to the second pin.
         margin: cos^2 of the angle between line and vector: zero at a dead point, negative if there
             is no intersection.

@@ -32,7 +32,7 @@ class PinAndTwoSlides(PlanarStep):
         offset: The vector from the position of the pin at zero travels to the pin on the base.
         first: Direction of the first slide.
         second: Direction of the second slide.
-        travels: Travels along the first and the second slide (metre).
+        travels: Travels along the first and the second slide (meter).
     """
 
     offset: Complex

@@ -124,7 +124,7 @@ class AtReference:
     """Numerical values of terms at the reference configuration.
 
     Attributes:
-        size: The longest length of the mechanism (metre); lengths are compared relative to this
+        size: The longest length of the mechanism (meter); lengths are compared relative to this
             value.
         sides: The branch sign of each step with two branches, keyed by the joints or struts of the
             step.
@@ -146,7 +146,7 @@ class AtReference:
             given: Values of joints, swing angles and cylinders near the reference configuration,
                 keyed by name.
             joints: Names of joints that are assumed near zero if no value is given.
-            size: The longest length of the mechanism (metre).
+            size: The longest length of the mechanism (meter).
         """
         self.size = size
         self.sides: dict[Joined, int] = {}

@@ -132,7 +132,7 @@ class PinAndSlide(PlanarStep):
     Attributes:
         offset: The vector from the pin at zero travel to the pin's position on the base.
         direction: Unit vector along the slide.
-        travel: Travel along the slide (metre).
+        travel: Travel along the slide (meter).
     """
 
     offset: Complex

@@ -35,7 +35,7 @@ def collapsed(
         count: Number of moving joints in the chain.
 
     Returns:
-        The chain of the tool, without the links of omitted joints. The translations (metre) have
+        The chain of the tool, without the links of omitted joints. The translations (meter) have
         joint indices ``count``, ``count + 1`` and so on.
     """
     translations: list[sp.Expr] = []

@@ -85,7 +85,7 @@ def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Soluti
     Args:
         loops: The mechanism and its loops.
         terms: Names of all terms.
-        q: The actuated coordinates (radian or metre).
+        q: The actuated coordinates (radian or meter).
 
     Raises:
         DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
@@ -111,7 +111,7 @@ def from_chain(
     Args:
         loops: The mechanism and its loops.
         terms: Names of all terms.
-        theta: The main-chain joints (radian or metre).
+        theta: The main-chain joints (radian or meter).
         closed: The known joint values at the reference configuration.
 
     Raises:

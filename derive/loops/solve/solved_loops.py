@@ -40,7 +40,7 @@ class SolvedLoops(LoopModel):
             is undetermined.
         numbers: The constraints in double precision, near the reference configuration.
         at_reference: The value of every entry of z at the closed reference configuration.
-        q_at_reference: The actuated coordinates (n,) at the reference (radian or metre).
+        q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
         spare: Number of actuators beyond the degrees of freedom. If it is not 0, the actuators do
             not determine the main chain, unless the loops close in least squares.
         missing: Number of branches that each all-branch function omits, keyed by function name.

@@ -53,13 +53,13 @@ class Fork(NamedTuple):
     """The point at which the axes of two revolute joints intersect.
 
     Attributes:
-        centre: A frame at the point, with the axes of the first joint at zero.
+        center: A frame at the point, with the axes of the first joint at zero.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
         height: Height of the second joint's origin above the intersection point, along the second
-            axis (metre).
+            axis (meter).
     """
 
-    centre: Frame
+    center: Frame
     axes: tuple[Vector, Vector, Vector]
     height: sp.Expr
 
@@ -123,6 +123,6 @@ def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
         return None
     height = let(let(w[0] * origin[0] + w[1] * origin[1]) / across)
     up = let(origin[2] - height * w[2])
-    centre = Frame(path[i].parent, (*path[i].before, Translation((ZERO, ZERO, up))))
+    center = Frame(path[i].parent, (*path[i].before, Translation((ZERO, ZERO, up))))
     x, y, z = (named(terms, (column[k] for column in columns)) for k in range(3))
-    return Fork(centre, (x, y, z), height)
+    return Fork(center, (x, y, z), height)

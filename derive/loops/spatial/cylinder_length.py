@@ -20,7 +20,7 @@ class CylinderLength(LegStep):
 
     Attributes:
         d: The vector from the cylinder's first end to its far end.
-        distance: The length of d (metre).
+        distance: The length of d (meter).
     """
 
     d: Vector

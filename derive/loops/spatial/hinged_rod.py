@@ -36,7 +36,7 @@ class HingedRod:
         closure: The closure that contains the ball.
         joint: The joint.
         target: The frame of the ball on the other body.
-        centre: A frame at the axis point nearest to the ball, with the joint's axes.
+        center: A frame at the axis point nearest to the ball, with the joint's axes.
         tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
         rod: The ball-ended rod from the axis to the ball. The rod is None if the previous joint
             moves out of the plane; the rod length then does not close the loop.
@@ -45,7 +45,7 @@ class HingedRod:
     closure: Closure
     joint: Joint
     target: Frame
-    centre: Frame
+    center: Frame
     tip: Arm
     rod: Strut | None
 
@@ -70,11 +70,11 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
     square = terms.let(x**2 + y**2)
     if vanishes(terms, square):
         return None
-    centre = Frame(joint.parent, (*joint.before, Translation((ZERO, ZERO, height))))
+    center = Frame(joint.parent, (*joint.before, Translation((ZERO, ZERO, height))))
     length = terms.let(sp.sqrt(square))
-    rod = Strut(end.closure.name, centre, end.target, length, ends="ball")
+    rod = Strut(end.closure.name, center, end.target, length, ends="ball")
     tip, kept = Arm((x, y), ZERO, square), rod if _is_flat(legs, end) else None
-    return HingedRod(end.closure, joint, end.target, centre, tip, kept)
+    return HingedRod(end.closure, joint, end.target, center, tip, kept)
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
@@ -96,7 +96,7 @@ class HingePoints(LoopStep):
     """The angle of a hinge with a body that points to a known ball.
 
     Attributes:
-        direction: The vector from the axis to the ball, in the joint's axes (metre).
+        direction: The vector from the axis to the ball, in the joint's axes (meter).
         tip: The vector from the axis to the ball at joint value zero.
     """
 
@@ -110,11 +110,11 @@ class HingePoints(LoopStep):
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
         """Solves for the angle, or False if the ball or the axis is unknown."""
         values, joint = legs.known.values, hinge.joint
-        if legs.unknown(hinge.target) or legs.unknown(hinge.centre):
+        if legs.unknown(hinge.target) or legs.unknown(hinge.center):
             return False
         terms = legs.terms
-        axes, centre = pose_of(legs.mechanism, terms, hinge.centre, values)
-        between = subtracted(terms, legs.point(hinge.target), centre)
+        axes, center = pose_of(legs.mechanism, terms, hinge.center, values)
+        between = subtracted(terms, legs.point(hinge.target), center)
         flat = dot(terms, axes[0], between), dot(terms, axes[1], between)
         angle = terms.solved_angle(*turn_of(terms, flat, hinge.tip))
         legs.known.loops.setdefault(angle, rate_of_direction(flat, hinge.tip))

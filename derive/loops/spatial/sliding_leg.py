@@ -28,7 +28,7 @@ class SlidingLeg(LegStep):
 
     Attributes:
         offset: The vector from the slider end at zero travel to the other end, in the joint's axes.
-        travel: Travel along the joint's z axis (metre).
+        travel: Travel along the joint's z axis (meter).
         square: The leg's squared length.
     """
 

@@ -82,7 +82,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
     (x, y, z), direction = _at_zero(legs, end, *places[1:])
     tip = (x, y, legs.terms.let(z + fork.height))
     slide = end.path[places[2]]
-    return Telescope(end.closure, slide, end.target, fork.centre, False, tip, direction)
+    return Telescope(end.closure, slide, end.target, fork.center, False, tip, direction)
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
@@ -113,9 +113,9 @@ class TelescopeTravel(LoopStep):
     """The travel that sets the distance from the foot to the ball.
 
     Attributes:
-        ball: The vector from the foot to the ball (metre).
+        ball: The vector from the foot to the ball (meter).
         telescope: The slide, and the position of the ball at zero travel.
-        travel: Travel along the slide (metre).
+        travel: Travel along the slide (meter).
     """
 
     ball: Vector

@@ -30,7 +30,7 @@ from ..planar.loop_step import (
 from .struts import SIGNS, Legs, LegStep
 
 SPHERES = 3
-CENTRES = "ABC"
+CENTERS = "ABC"
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Sphere:
     """The sphere to which a strut constrains the platform's origin.
 
     Attributes:
-        centre: The sphere's center in the base frame (metre).
+        center: The sphere's center in the base frame (meter).
         square: The squared radius.
     """
 
-    centre: Vector
+    center: Vector
     square: sp.Expr
 
 
@@ -52,7 +52,7 @@ class ThreeSpheres(LegStep):
 
     Attributes:
         spheres: The three spheres.
-        position: The platform's origin in the base frame (metre).
+        position: The platform's origin in the base frame (meter).
     """
 
     spheres: tuple[Sphere, ...]
@@ -79,7 +79,7 @@ class ThreeSpheres(LegStep):
             distances = {s: _distance(legs, meet.position(s), axes, sliders) for s in SIGNS}
         sign = legs.sign(distances, struts[0].name)
         position = meet.position(sign)
-        _note_rates(legs, position, [sphere.centre for sphere in spheres])
+        _note_rates(legs, position, [sphere.center for sphere in spheres])
         margin = legs.terms.let(meet.h2 / spheres[0].square)
         for joint, axis in zip(sliders, axes, strict=True):
             along = dot(legs.terms, axis, position)
@@ -100,21 +100,21 @@ class ThreeSpheres(LegStep):
 
     def equations(self) -> StepEquations:
         """Returns the vector equations for the position P at known centers A, B and C."""
-        A, B, C, P, n, u, v, w = map(quantity, (*CENTRES, "P", "n", "u", "v", "w"))
+        A, B, C, P, n, u, v, w = map(quantity, (*CENTERS, "P", "n", "u", "v", "w"))
         alpha, beta = quantity("alpha"), quantity("beta")
         squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]
         l1, l2, l3 = squares
         at = components("P", SPACE)
         rates = []
-        for letter, centre in zip(CENTRES, (A, B, C), strict=True):
+        for letter, center in zip(CENTERS, (A, B, C), strict=True):
             entries = components(letter, SPACE)
             normal = tuple(p - c for p, c in zip(at, entries, strict=True))
             rates.append(
-                RateEquation(weighted(at, normal), weighted(entries, normal), (P - centre, P))
+                RateEquation(weighted(at, normal), weighted(entries, normal), (P - center, P))
             )
         return StepEquations(
             vectors={
-                letter: sphere.centre for letter, sphere in zip(CENTRES, self.spheres, strict=True)
+                letter: sphere.center for letter, sphere in zip(CENTERS, self.spheres, strict=True)
             },
             scalars=dict(zip(squares, (sphere.square for sphere in self.spheres), strict=True)),
             unknowns=dict(zip(at, self.position, strict=True)),
@@ -189,12 +189,12 @@ def _sphere(
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
     """Returns the distinct spheres; parallel rods of equal length share a sphere."""
-    entries = [entry for sphere in spheres for entry in (*sphere.centre, sphere.square)]
+    entries = [entry for sphere in spheres for entry in (*sphere.center, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
     seen: list[list[sp.Expr]] = []
     for sphere in spheres:
-        numbers = [generic.value(entry) for entry in (*sphere.centre, sphere.square)]
+        numbers = [generic.value(entry) for entry in (*sphere.center, sphere.square)]
         if not any(_are_equal(numbers, other) for other in seen):
             found.append(sphere)
             seen.append(numbers)
@@ -219,14 +219,14 @@ class _Meeting:
     """
 
     terms: Terms
-    centre: Vector
+    center: Vector
     foot: Vector
     w: Vector
     h2: sp.Expr
     rise: sp.Expr
 
     def position(self, sign: int) -> Vector:
-        parts = zip(self.centre, self.foot, self.w, strict=True)
+        parts = zip(self.center, self.foot, self.w, strict=True)
         return named(self.terms, (c + f + sign * self.rise * e for c, f, e in parts))
 
 
@@ -234,7 +234,7 @@ def _meeting(
     terms: Terms, spheres: Sequence[Sphere], gate: Callable[[sp.Expr], sp.Expr]
 ) -> _Meeting:
     let = terms.let
-    (c1, c2, c3), (l1, l2, l3) = zip(*((s.centre, s.square) for s in spheres), strict=True)
+    (c1, c2, c3), (l1, l2, l3) = zip(*((s.center, s.square) for s in spheres), strict=True)
     u, v = subtracted(terms, c2, c1), subtracted(terms, c3, c1)
     w = cross(terms, u, v)
     alpha = let(HALF * (dot(terms, u, u) + l1 - l2))
@@ -265,23 +265,23 @@ def _distance(
     )
 
 
-def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None:
+def _note_rates(legs: Legs, position: Vector, centers: Sequence[Vector]) -> None:
     """Records the rates of the position p, from (p - c_i) . (p' - c_i') = 0."""
     terms = legs.terms
-    normals = [subtracted(terms, position, centre) for centre in centres]
+    normals = [subtracted(terms, position, center) for center in centers]
     pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]
     crosses = [cross(terms, *pair) for pair in pairs]
     volume = dot(terms, normals[0], crosses[0])
     for k, component in enumerate(position):
         factors = named(terms, (product[k] / volume for product in crosses))
         sign = -ONE if (-component).is_Symbol else ONE
-        rate = partial(_rate_on_spheres, normals, centres, factors, sign)
+        rate = partial(_rate_on_spheres, normals, centers, factors, sign)
         legs.known.loops.setdefault(sign * component, rate)
 
 
 def _rate_on_spheres(
     normals: Sequence[Vector],
-    centres: Sequence[Vector],
+    centers: Sequence[Vector],
     factors: Vector,
     sign: sp.Integer,
     tangent: Tangent,
@@ -292,7 +292,7 @@ def _rate_on_spheres(
         terms,
         (
             dot(terms, n, named(terms, tangent.of_each(c)))
-            for n, c in zip(normals, centres, strict=True)
+            for n, c in zip(normals, centers, strict=True)
         ),
     )
     return sign * dot(terms, factors, along)

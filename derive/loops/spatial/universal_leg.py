@@ -57,7 +57,7 @@ class UniversalJoint:
         target: The frame of the ball on the other body.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
         tip: The vector from the center to the ball at zero of the second joint, in that joint's
-            axes (metre).
+            axes (meter).
         rod: The ball-ended rod from the center to the ball.
     """
 
@@ -115,7 +115,7 @@ def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
         return None
     first, second = (end.path[place] for place in end.open[-2:])
     length = terms.let(sp.sqrt(dot(terms, tip, tip)))
-    rod = Strut(end.closure.name, fork.centre, end.target, length, ends="ball")
+    rod = Strut(end.closure.name, fork.center, end.target, length, ends="ball")
     return UniversalJoint(end.closure, first, second, end.target, fork.axes, tip, rod)
 
 
@@ -126,7 +126,7 @@ class UniversalLeg(LoopStep):
     Attributes:
         joint: The universal joint.
         direction: The vector from the joint's center to the ball, in the first joint's axes
-            (metre).
+            (meter).
     """
 
     joint: UniversalJoint
@@ -135,7 +135,7 @@ class UniversalLeg(LoopStep):
     title: ClassVar[str] = "a universal joint points to a ball"
     branches: ClassVar[Mapping[int, str]] = FORKS
     opening: ClassVar[str] = (
-        "Let, with $D$ from the joint's centre to the ball in the axes of its first joint at zero,"
+        "Let, with $D$ from the joint's center to the ball in the axes of its first joint at zero,"
         " and other vectors in those of its second joint,"
     )
     dead_point: ClassVar[str] = "the angle between the rod and the first joint's axis is minimal"
@@ -148,8 +148,8 @@ class UniversalLeg(LoopStep):
         if unknown or joint.first.name in values or joint.second.name in values:
             return False
         terms = legs.terms
-        axes, centre = pose_of(legs.mechanism, terms, joint.rod.a, values)
-        between = subtracted(terms, legs.point(joint.target), centre)
+        axes, center = pose_of(legs.mechanism, terms, joint.rod.a, values)
+        between = subtracted(terms, legs.point(joint.target), center)
         x, y, z = (dot(terms, axis, between) for axis in axes)
         aim = _Aim(terms, joint, (x, y, z))
         distances = {}

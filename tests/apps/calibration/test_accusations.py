@@ -141,11 +141,11 @@ def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
     """The linear sphere equations do not determine the center height, or are inconsistent."""
     random = np.random.default_rng(seed)
     T = se3.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
-    target, centre = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
+    target, center = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
     if seed % 2:
-        centre[2] = target[2]
+        center[2] = target[2]
     points = T[:, :3, 3] + T[:, :3, :3] @ target
-    start = Distances(np.linalg.norm(points - centre, axis=-1), SIGMA)._start(T)
+    start = Distances(np.linalg.norm(points - center, axis=-1), SIGMA)._start(T)
     assert start.misfit < 1e-5
 
 

@@ -39,9 +39,9 @@ MIN = 20.0
 """Minimum factor by which calibration reduces the error of validation poses."""
 CONFIGURATIONS = 100
 DRAWN = 5e-4
-"""Largest error (metre or radian) of axes, rods and tool of a random robot."""
+"""Largest error (meter or radian) of axes, rods and tool of a random robot."""
 SAME = 1e-10
-"""Tolerance for coordinates (metre or radian)."""
+"""Tolerance for coordinates (meter or radian)."""
 
 
 IDENTIFIED = ("fk", "fk_p", "identification_jacobian", "parts_p")
@@ -171,7 +171,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
 
 
 def test_identify_converges_for_tool_that_hardly_rotates():
-    """The start values displace the base and the targets equally, by tens of centimetres."""
+    """The start values displace the base and the targets equally, by tens of centimeters."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
@@ -182,8 +182,8 @@ def test_identify_converges_for_tool_that_hardly_rotates():
     assert found.outliers == ()
 
 
-def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start():
-    """No tolerance restricts the probe position, which is decimetres away from its start value."""
+def test_identify_explains_delta_whose_probe_is_decimeters_from_its_start():
+    """No tolerance restricts the probe position, which is decimeters away from its start value."""
     robot, random = parametric("delta"), np.random.default_rng(6)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))

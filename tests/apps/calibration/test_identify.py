@@ -10,7 +10,7 @@ from chasles.calibration.measurements.frames import register_points
 from chasles.errors import InputValueError, ShapeError
 
 NOISE = 2e-5, 5e-5
-"""Measurement noise in metre and radian."""
+"""Measurement noise in meter and radian."""
 
 
 def measured_poses(arm, truth, random):

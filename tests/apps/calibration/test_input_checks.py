@@ -118,7 +118,7 @@ def test_left_handed_device_frame_is_diagnosed(case):
             found(robot, q, mirrored)
 
 
-def test_prismatic_coordinates_in_millimetres_are_diagnosed(loaded):
+def test_prismatic_coordinates_in_millimeters_are_diagnosed(loaded):
     robot = loaded("stanford")
     truth = drawn(robot, 3, count=24)
     slides = np.array([c.unit == "m" for c in robot.coordinates])

@@ -9,7 +9,7 @@ from chasles.study.planning import OccupancyMap, prm
 pytest.importorskip("matplotlib", reason="matplotlib is not installed")
 
 
-def test_first_order_plot_shows_largest_effects_in_millimetres():
+def test_first_order_plot_shows_largest_effects_in_millimeters():
     names = tuple(f"p{k}" for k in range(15))
     effects = np.linspace(2e-3, 1e-4, 15)
     axes = FirstOrderErrors(np.eye(6), names, effects).plot()

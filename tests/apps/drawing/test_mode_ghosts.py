@@ -12,7 +12,7 @@ from tests.support.compiling import compiled
 from tests.support.derivations import description
 
 TRUE = 1e-9
-"""Tolerance of positions in metres and of direction vectors."""
+"""Tolerance of positions in meters and of direction vectors."""
 ROD = """[[rods]]
 name = "coupler_1"
 length = "L"

@@ -14,7 +14,7 @@ WITH_BRANCHES = (
     *("stewart_gough", "planar_3rrr", "well_manipulator"),
 )
 SAME_POSE = 1e-7
-"""Maximum tool error of a displayed branch, less than a pixel (metre for positions, no unit for
+"""Maximum tool error of a displayed branch, less than a pixel (meter for positions, no unit for
 directions)."""
 
 

@@ -13,7 +13,7 @@ from tests.support.compiling import compiled
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
-"""Largest error of a body pose (positions in metre, and entries of directions). Loop residuals are
+"""Largest error of a body pose (positions in meter, and entries of directions). Loop residuals are
 1e-12 of the robot size."""
 STEPS = 3
 """Number of configurations per robot."""

@@ -15,7 +15,7 @@ from tests.support.waiting import until
 TRUE = 1e-9
 """Largest tool error, in radians and relative to the robot's size."""
 SAME = 1e-6
-"""Below this coordinate difference (radian or metre), two configurations are equal."""
+"""Below this coordinate difference (radian or meter), two configurations are equal."""
 REDUNDANT = {"iiwa14", "panda", "photo_robot", "well_manipulator"}
 BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "five_bar", "delta")
 STEPS = 4

@@ -22,9 +22,9 @@ from ..campaign import Outcome
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "chain", "ik")
 C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
-"""Number of configurations, and their maximum distance from the reference (radian, metre)."""
+"""Number of configurations, and their maximum distance from the reference (radian, meter)."""
 FOUND = 1e-6
-"""Maximum coordinate difference of equal solutions (radian, metre)."""
+"""Maximum coordinate difference of equal solutions (radian, meter)."""
 BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 
@@ -35,7 +35,7 @@ class Judged:
     Attributes:
         absent: 1 if the arm has no inverse.
         lost: Fraction of the configurations that ``ik`` does not return for their poses.
-        wrong: Largest difference between the pose of a valid solution and the target pose (metre,
+        wrong: Largest difference between the pose of a valid solution and the target pose (meter,
             rotation entries).
     """
 

@@ -19,14 +19,14 @@ from ..campaign import Outcome
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin", "ik")
 ERROR = 5e-4
-"""Maximum length error (metre)."""
+"""Maximum length error (meter)."""
 POSES = 2000
 FOUND = 1e-6
-"""Maximum joint difference of equal solutions (radian, metre)."""
+"""Maximum joint difference of equal solutions (radian, meter)."""
 NEAR = 0.02
-"""Maximum tool distance between both robots on the same branch (metre, rotation entries)."""
+"""Maximum tool distance between both robots on the same branch (meter, rotation entries)."""
 SAME_CONFIGURATION = 0.25
-"""Maximum joint difference between both robots in the same configuration (radian, metre)."""
+"""Maximum joint difference between both robots in the same configuration (radian, meter)."""
 MAX_STEPS = 60
 C_ALONE = ("c", "python")
 BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}
@@ -37,7 +37,7 @@ class Judged:
     """Error measures of one robot.
 
     Attributes:
-        closure: The largest closure error of the loops (metre).
+        closure: The largest closure error of the loops (meter).
         lost: Number of configurations that ``ik`` does not return for their poses.
         fewer: Number of true solutions found by another iteration but not by ``ik``. The iteration
             starts from nominal solutions on the branch of the true loops.
@@ -109,7 +109,7 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the twist (metre, sine) from tool to pose (infinite out of reach), and the
+    """Returns the twist (meter, sine) from tool to pose (infinite out of reach), and the
     Jacobian."""
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):

@@ -51,10 +51,10 @@ class Judged:
         open: Number of configurations in which the loops of the design can be closed, but not the
             loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.
-        least: Largest joint difference from the least-squares configuration (radian, metre).
+        least: Largest joint difference from the least-squares configuration (radian, meter).
         lost: Number of configurations that ``ik`` does not return for their poses. The difference
             is infinite if only the design has an inverse.
-        maps: Largest error of the coordinates from ``actuators`` (radian, metre).
+        maps: Largest error of the coordinates from ``actuators`` (radian, meter).
     """
 
     tier: str

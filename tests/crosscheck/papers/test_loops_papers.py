@@ -61,7 +61,7 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
     # The angles are rounded to 1e-8 degrees. This rounding error displaces a point at a radius of
-    # one metre by 1e-7 mm.
+    # one meter by 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
     # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
     # position with respect to the length.

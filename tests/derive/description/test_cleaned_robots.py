@@ -291,7 +291,7 @@ def test_urdf_limits_that_look_like_degrees_get_a_note(tmp_path):
     ("x", "yaw", "notes"),
     [
         ("0.29", "1.2", ()),
-        ("290", "1.2", ("a length of 290 m: is the file in millimetres?",)),
+        ("290", "1.2", ("a length of 290 m: is the file in millimeters?",)),
         ("0.29", "90", ("joint j: an angle of 90 rad: is it in degrees?",)),
         ("2e-4", "1.2", ("all lengths together are 0.0004 m: are they in another unit?",)),
     ],

@@ -56,8 +56,8 @@ mimic = { joint = "joint1", multiplier = "-1/2" }
 [tool]
 xyz = ["0.0254", 0, 0]
 """
-MILLIMETRES = """\
-name = "millimetres"
+MILLIMETERS = """\
+name = "millimeters"
 convention = "hayati5"
 units = { length = "mm", angle = "deg" }
 
@@ -107,7 +107,7 @@ xyz = ["25.4", 0, 0]
 
 def test_meter_and_millimeter_files_give_equal_robots():
     """The files mix sums, functions of angles, pitches and couplings. Only names differ."""
-    metric, same = read_text(METRIC), read_text(MILLIMETRES)
+    metric, same = read_text(METRIC), read_text(MILLIMETERS)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
     assert metric.parameters == same.parameters

@@ -19,7 +19,7 @@ from chasles.derive.model.tolerances import CHANCE, NOISE
 
 R = sp.Rational
 C15, S15 = sp.cos(sp.pi / 12), sp.sin(sp.pi / 12)
-AT_A_METRE = Fraction(1, 10**9)
+AT_A_METER = Fraction(1, 10**9)
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ AT_A_METRE = Fraction(1, 10**9)
     ],
 )
 def test_length_noise_is_removed_and_intended_digits_stay(found, taken):
-    assert without_noise(R(found), AT_A_METRE) == R(taken)
+    assert without_noise(R(found), AT_A_METER) == R(taken)
 
 
 def test_noise_threshold_scales_with_longest_length():
@@ -60,16 +60,16 @@ def test_short_decimals_are_recovered_from_noise():
     for _ in range(150):
         length = R(dice.randint(-(10**5), 10**5), 10**5)
         noisy = R(repr(float(length) + 10 ** dice.uniform(-16, -9.1) * dice.choice((-1, 1))))
-        assert without_noise(noisy, AT_A_METRE) == length
+        assert without_noise(noisy, AT_A_METER) == length
 
 
 def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
     texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(300)]
-    changed = [text for text in texts if without_noise(R(text), AT_A_METRE) != R(text)]
+    changed = [text for text in texts if without_noise(R(text), AT_A_METER) != R(text)]
     # Random numbers sometimes have three zeros or nines in a row; they change by 1e-9.
     assert len(changed) < 0.02 * len(texts)
-    assert all(abs(without_noise(R(t), AT_A_METRE) - R(t)) <= NOISE for t in changed)
+    assert all(abs(without_noise(R(t), AT_A_METER) - R(t)) <= NOISE for t in changed)
 
 
 @pytest.mark.parametrize(

@@ -40,13 +40,13 @@ PAIRS = (
     ((45.3108891325, 8.4807621135), (15.3108891325, -43.4807621135)),
 )
 POSE = (0.00946701, 0.15328673, 0.08513579)
-"""Tool position (metre) of the exact delta robot at the coordinates ``AT``."""
+"""Tool position (meter) of the exact delta robot at the coordinates ``AT``."""
 AT = (0.3224862, 0.1265808, 0.0596154)
 
 
 def linear_delta(longer=0.0):
     """Returns a linear delta with decimal values, whose first rod is longer by a specified length
-    (millimetre)."""
+    (millimeter)."""
     text = DELTA
     for k, (x, y, yaw) in enumerate(TOWERS, 1):
         text += f'[[joints]]\nname = "s{k}"\nlink = "s{k}"\nparent = "0"\ntype = "prismatic"\n'
@@ -78,7 +78,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Returns the distance (metre) between the ends of a rod, as rounded in the file."""
+    """Returns the distance (meter) between the ends of a rod, as rounded in the file."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000

@@ -16,11 +16,11 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 ARM = read(description("so101"))
 SEEDS = range(2)
 TRUE = 1e-8
-"""Above this pose error (metre, or entry of a rotation), a solution is wrong."""
+"""Above this pose error (meter, or entry of a rotation), a solution is wrong."""
 SAME = 1e-6
 """Below this difference (radian), two solutions are equal."""
 REGULAR = 1e-5
-"""Minimum singular value (metre or radian per radian) of the tested configurations."""
+"""Minimum singular value (meter or radian per radian) of the tested configurations."""
 
 
 def drawn(seed):

@@ -217,7 +217,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Returns an arm without a closed form; axes 5 and 6 are parallel, ``last`` metres apart."""
+    """Returns an arm without a closed form; axes 5 and 6 are parallel, ``last`` meters apart."""
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]

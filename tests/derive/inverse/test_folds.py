@@ -11,14 +11,14 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ERROR = 3e-3
-"""Calibration error (metre, radian) of the arm."""
+"""Calibration error (meter, radian) of the arm."""
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
 """Number of start configurations per pose, and of iterations per start, in the reference search."""
 TRUE = 1e-8
-"""Above this pose error (metre, or entry of a rotation), a solution is wrong."""
+"""Above this pose error (meter, or entry of a rotation), a solution is wrong."""
 KNOWN = 1e-4
-"""The reference search separates solutions from this singular value (metre, radian)."""
+"""The reference search separates solutions from this singular value (meter, radian)."""
 
 
 @pytest.fixture(scope="module")

@@ -458,7 +458,7 @@ def test_plain_angle_symbols_precede_accented_symbols():
 
 def test_units_are_stated_only_once():
     found = printed("awkward")
-    assert found["parameters.tex"].count("in metres and radians") == 1
+    assert found["parameters.tex"].count("in meters and radians") == 1
     assert "where the joints' values are" in found["screws.tex"]
     assert not re.search("^with", found["screws.tex"], re.MULTILINE)
 

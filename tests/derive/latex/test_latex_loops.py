@@ -33,7 +33,7 @@ COMPARED += ("actuators", "actuator_margin", "actuator_rates")
 """Names of the functions that are compared with printed formulas."""
 TRUE = 1e-10
 NEAR = 0.05
-"""Range of random values about the reference (radian, metre)."""
+"""Range of random values about the reference (radian, meter)."""
 
 
 class Reader:

@@ -388,7 +388,7 @@ def across_loop_joint(c, loop, z):
     return rest, [(factor.name, numeric(factor.screw).ravel()) for factor in free]
 
 
-def centre(screws):
+def center(screws):
     """Returns the common point p of revolute axes: v = p x omega for all axes."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
@@ -403,7 +403,7 @@ def test_loop_product_of_exponentials_is_identity(name):
         if len(turning) >= 3:
             # A single ball joint keeps its center. The distance of the centers of two ball joints
             # is constant, or for a cylinder the length of the cylinder.
-            begin, end = centre(turning[:3]), centre(turning[-3:])
+            begin, end = center(turning[:3]), center(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)
             assert np.linalg.norm(moved - begin) == pytest.approx(length, abs=CLOSED)

@@ -145,6 +145,6 @@ def test_jansen_leg_traces_a_closed_path_with_flat_stance():
     x, y, _ = 1000 * np.array(points).T
     assert points[0] == pytest.approx(points[-1], abs=1e-12)
     # For more than a third of a crank turn, the foot is on the ground. During this time, the path
-    # of the foot is straight to a few millimetres.
+    # of the foot is straight to a few millimeters.
     assert np.mean(y < y.min() + 3) > 0.35
     assert np.ptp(x) > 60

@@ -89,9 +89,9 @@ def test_scalar_code_gives_the_same_values_on_arm(name, tmp_path):
     here = [built(manifest, "gcc", tmp_path / "here")]
     there = [EMULATOR, built(manifest, COMPILER, tmp_path / "there")]
     rng = np.random.default_rng(3)
-    centre = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
-    lower, upper = np.maximum(robot.lower, centre - 1), np.minimum(robot.upper, centre + 1)
-    q = centre + 0.5 * (rng.uniform(lower, upper, (N, robot.n)) - centre)
+    center = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
+    lower, upper = np.maximum(robot.lower, center - 1), np.minimum(robot.upper, center + 1)
+    q = center + 0.5 * (rng.uniform(lower, upper, (N, robot.n)) - center)
     compared = 0
     for function in manifest.functions:
         if [item.name for item in function.inputs] != ["q"]:

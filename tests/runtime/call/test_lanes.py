@@ -24,7 +24,7 @@ FEW = 8
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
 """One robot of each kind: cylinder triangles, spherical joints, and a platform on three legs."""
 NEAR = 0.02
-"""Distance (radian or metre) from the reference within which the loops of these robots close."""
+"""Distance (radian or meter) from the reference within which the loops of these robots close."""
 NAMES = [*SERIAL, *LOOPS]
 ROBOTS = {name: chasles.load(name) for name in NAMES}
 
@@ -77,7 +77,7 @@ KINDS = ("lynxmotion", "panda", "well_manipulator")
 every_function_in_lanes = each(
     [(name, item) for name, item in FUNCTIONS if name in KINDS and item not in POSE_BY_POSE]
 )
-centres = {}
+centers = {}
 """Coordinates at which the loops of a function's robot close, keyed by argument name."""
 
 
@@ -87,14 +87,14 @@ def find(name, item):
     if robot.loops:
         q = np.array(robot.reference.q)
         places = {"q": q, "theta": robot.chain(q), "z": np.array(robot.reference.z)}
-        centres[id(function)] = (function, places)
+        centers[id(function)] = (function, places)
     return function
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
     """Returns angles up to `scale` or near the reference of the loops, and joint rates up to 2."""
     rng = np.random.default_rng(seed)
-    _, places = centres.get(id(function), (function, {}))
+    _, places = centers.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]
     return [
         rng.uniform(-size, size, (*batch, *item.shape))

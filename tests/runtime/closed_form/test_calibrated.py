@@ -23,7 +23,7 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 TRUE = 1e-8
-"""Above this pose error (metre, or rotation entry), a solution is wrong."""
+"""Above this pose error (meter, or rotation entry), a solution is wrong."""
 
 
 @pytest.fixture(scope="module")

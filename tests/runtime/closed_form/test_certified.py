@@ -11,9 +11,9 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""Above this singular value (metre, radian), the inverse must find a configuration."""
+"""Above this singular value (meter, radian), the inverse must find a configuration."""
 TRUE = 1e-8
-"""Above this pose error (metre, or rotation entry), a solution is wrong."""
+"""Above this pose error (meter, or rotation entry), a solution is wrong."""
 CERTIFIED = """
 int is_certified(const double *T)
 {

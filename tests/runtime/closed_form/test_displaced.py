@@ -18,7 +18,7 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
-"""Above this pose error (metre, or rotation entry), a solution is wrong."""
+"""Above this pose error (meter, or rotation entry), a solution is wrong."""
 POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
 """Configurations near the wrist singularity whose poses have over twelve solutions.
@@ -29,7 +29,7 @@ RANDOM, MAX_LOST = 30_000, 5e-5
 """Number of random configurations, and fraction of these configurations that may be missed near
 singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
-"""Range of the smallest singular value (metre or radian per radian) of the configurations in
+"""Range of the smallest singular value (meter or radian per radian) of the configurations in
 these tests."""
 
 

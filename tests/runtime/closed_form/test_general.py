@@ -22,7 +22,7 @@ NAMES = ("jaco2", "crx10")
 NARROW = "-march=x86-64"
 """Compiler flag for narrower vectors than the vectors of installed robots."""
 CLOSED = 5e-14
-"""Largest pose error (metre, radian) after Newton's method, away from singularities."""
+"""Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
 """Below this angle in radians, two solutions are equal."""
 

@@ -8,7 +8,7 @@ from chasles.closed_form.polish import _step, _twist, iterate, of_pose
 from tests.support.handwritten import scara
 
 LONGER = 0.003
-"""Length in metres by which the true upper arm is longer than the nominal upper arm."""
+"""Length in meters by which the true upper arm is longer than the nominal upper arm."""
 SIX = ["ur5e", "puma560"]
 
 

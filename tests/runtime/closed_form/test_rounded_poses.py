@@ -273,7 +273,7 @@ NO_POSE = {
     "mirrored": (rotation_only(lambda R: -R), "determinant -1, the axes are left-handed"),
     "exchanged": (rotation_only(lambda R: R[:, [1, 0, 2]]), "left-handed"),
     "scaled": (rotation_only(lambda R: 1000 * R), "axes have lengths 1000 1000 1000"),
-    "millimetres": (lambda T: 1000 * T, "its last row is 0 0 0 1000, not 0 0 0 1"),
+    "millimeters": (lambda T: 1000 * T, "its last row is 0 0 0 1000, not 0 0 0 1"),
     "zeros": (np.zeros_like, "its last row is 0 0 0 0"),
     "no rotation": (rotation_only(np.zeros_like), "is it a rotation matrix"),
     "row": (with_row(0, 0, 0, 0), "its last row is 0 0 0 0"),

@@ -1,4 +1,4 @@
-"""Micrometre- and kilometre-sized robots have the same solutions as a metre-sized robot.
+"""Micrometer- and kilometer-sized robots have the same solutions as a meter-sized robot.
 
 The oracle is similarity: scaling all lengths scales positions and prismatic joints, and changes
     neither revolute joints nor the validity of a solution slot.
@@ -23,7 +23,7 @@ FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
 """Arms with four and six joints, some of which are prismatic, and factors of their lengths.
 
-The factors include a micrometre-sized and a kilometre-sized arm.
+The factors include a micrometer-sized and a kilometer-sized arm.
 """
 POSES = 300
 BORDER = 0.1
@@ -35,7 +35,7 @@ REACHED = 1e-12
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """A shipped robot of about one metre, and the same robot in a different size."""
+    """A shipped robot of about one meter, and the same robot in a different size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name
@@ -129,14 +129,14 @@ def test_ik_numeric_converges_at_every_scale(family):
         assert np.abs(off).max() < 2e-9
 
 
-def test_out_of_reach_error_suspects_millimetres(family):
+def test_out_of_reach_error_suspects_millimeters(family):
     for factor, arm in family.items():
         T = arm.fk(np.full(arm.n, 0.3) * slides(arm, factor))
         if arm.ik(resized(T, 1000)).valid.any():
             # `ik` ignores limits, so a prismatic joint has no bounds.
             assert arm.name == "stanford"
             continue
-        with pytest.raises(chasles.OutOfReachError, match="in millimetres"):
+        with pytest.raises(chasles.OutOfReachError, match="in millimeters"):
             arm.ik(resized(T, 1000)).nearest(np.zeros(arm.n))
         with pytest.raises(chasles.OutOfReachError, match="out of reach, by"):
             arm.ik(resized(T, 10)).nearest(np.zeros(arm.n))
@@ -179,7 +179,7 @@ def test_unit_length_is_the_nearest_power_of_1000(radius, unit):
     assert unit_length(on_a_line(1, radius / MIN_SIZE), still, None) == unit
 
 
-def test_unit_length_defaults_to_metre():
+def test_unit_length_defaults_to_meter():
     assert unit_length(on_a_line(0), (coordinate("revolute"),), None) == 1
     lost = unit_length(lambda q: np.full((len(q), 4, 4), np.nan), (coordinate("revolute"),), None)
     assert lost == 1

@@ -50,7 +50,7 @@ def configurations(robot, count=40):
 
 
 def weighted(mechanism):
-    """Returns gaps in metres and their derivative; rotation entries are scaled by the size."""
+    """Returns gaps in meters and their derivative; rotation entries are scaled by the size."""
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []

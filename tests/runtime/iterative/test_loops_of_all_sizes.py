@@ -1,4 +1,4 @@
-"""Mechanisms of millimetre size and of 100 metre size behave like mechanisms of decimetre size.
+"""Mechanisms of millimeter size and of 100 meter size behave like mechanisms of decimeter size.
 
 The oracle is similarity to the shipped robot: angles are equal, and lengths are scaled.
 """

@@ -23,7 +23,7 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""Tolerance like ROUNDING, for loops that both programs close by iteration (metre or radian)."""
+"""Tolerance like ROUNDING, for loops that both programs close by iteration (meter or radian)."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")

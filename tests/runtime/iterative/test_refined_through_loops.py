@@ -69,7 +69,7 @@ pivot = {rise}
 
 
 def drawn_arm(seed, off, wrist):
-    """Returns a random arm; the axes of its universal joint are ``off`` metres apart."""
+    """Returns a random arm; the axes of its universal joint are ``off`` meters apart."""
     rng = np.random.default_rng(seed)
     motor, tilt = np.add(rng.uniform(-0.2, 0.2, 3), (0.3, 0, 0.1)), rng.uniform(-0.6, 0.6, 3)
     fork, elbow, horn = (

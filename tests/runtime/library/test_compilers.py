@@ -22,9 +22,9 @@ vectors."""
 
 def configurations(robot, rng, n=N):
     """Samples configurations around the reference, where the loops close."""
-    centre = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
-    lower, upper = np.maximum(robot.lower, centre - 1), np.minimum(robot.upper, centre + 1)
-    return centre + 0.5 * (rng.uniform(lower, upper, (n, robot.n)) - centre)
+    center = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
+    lower, upper = np.maximum(robot.lower, center - 1), np.minimum(robot.upper, center + 1)
+    return center + 0.5 * (rng.uniform(lower, upper, (n, robot.n)) - center)
 
 
 def inverse(robot, q):

@@ -204,7 +204,7 @@ def test_joints_stop_at_their_limits(arm):
 
 
 def test_track_of_unreachable_pose_comes_to_rest(arm):
-    # The target is ten centimetres out of reach: the stretched arm points to the target and stops.
+    # The target is ten centimeters out of reach: the stretched arm points to the target and stops.
     q0 = np.array([0.1, -0.6, 0.9, -0.8, 1.2, 0.0])
     T = arm.fk(q0)
     out = np.append(T[:2, 3] / np.linalg.norm(T[:2, 3]), 0)

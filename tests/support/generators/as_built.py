@@ -21,7 +21,7 @@ def as_built(
     Args:
         mechanism: The design, without errors.
         members: Names of the joints and rods with errors.
-        error: Maximum error of a pin coordinate or of a rod length (metre).
+        error: Maximum error of a pin coordinate or of a rod length (meter).
         rng: Random generator of the errors.
     """
 
@@ -62,7 +62,7 @@ UPRIGHT = Rotation("x", sp.pi / 2)
 
 
 LONGER = sp.Rational(2, 10_000)
-"""Size of a single length error (metre)."""
+"""Size of a single length error (meter)."""
 TILT = Rotation("x", sp.pi / 1800)
 """Size of a single axis error (0.1 degrees)."""
 Value = Callable[[sp.Expr], sp.Expr]

@@ -17,7 +17,7 @@ the fraction with a differential or a four-bar linkage."""
 
 def convertible_arm(seed: int) -> SerialRobot:
     """Returns the arm for a seed; two of three arms have errors of a random size between 1e-6 and
-    0.1 (metre, radian)."""
+    0.1 (meter, radian)."""
     draw = Random(seed)
     arm = random_arm(seed)
     if draw.random() < 2 / 3:

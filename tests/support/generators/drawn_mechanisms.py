@@ -1,6 +1,6 @@
 """Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimetres, for some mechanisms scaled by 1000 or 1/1000. The reference is a
+Lengths are whole millimeters, for some mechanisms scaled by 1000 or 1/1000. The reference is a
 closed configuration found by ``tests/support/oracles/multi_start.py``, rounded to three digits.
 Each seed determines one mechanism.
 """
@@ -19,7 +19,7 @@ from tests.support.oracles.multi_start import Multistart
 
 BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
-"""Scale factors; most mechanisms are a few decimetres long."""
+"""Scale factors; most mechanisms are a few decimeters long."""
 ATTEMPTS = 200
 """Maximum number of random length sets that are tried until the loops close at the reference."""
 DIGITS = 3
@@ -45,7 +45,7 @@ class Sketch:
     tools: list[str] = field(default_factory=list)
 
     def length(self, low: int, high: int) -> sp.Expr:
-        """Returns a random length in metre that is a whole number of millimetres."""
+        """Returns a random length in meter that is a whole number of millimeters."""
         return sp.Rational(self.draw.randint(low, high), 1000)
 
     def point(self, reach: int = 300) -> Point:
@@ -315,8 +315,8 @@ class DrawnMechanism:
     Attributes:
         family: Name of the family.
         mechanism: The description.
-        q: Actuated coordinates of the reference (radian or metre).
-        mode: Joint values at the reference (radian or metre), keyed by name.
+        q: Actuated coordinates of the reference (radian or meter).
+        mode: Joint values at the reference (radian or meter), keyed by name.
     """
 
     family: str

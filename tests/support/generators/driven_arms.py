@@ -27,7 +27,7 @@ from tests.support.oracles.multi_start import Multistart
 
 QUARTER = sp.pi / 2
 ERROR = 5e-4
-"""Maximum length error (metre)."""
+"""Maximum length error (meter)."""
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
 """Tool offset from the axis of the last joint, so that this joint moves the tool."""
 CLEAR = 0.02
@@ -35,7 +35,7 @@ CLEAR = 0.02
 errors."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
-"""Scale of the lengths. Arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
+"""Scale of the lengths. Arms are a few decimeters long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
 """Function (sketch, body, other body, pin) that adds the drive of a body; a pin connects the body
 to the other body."""
@@ -81,7 +81,7 @@ def _joint_of(body: str) -> str:
 
 
 def _nearby(s: Sketch, at: Point) -> Point:
-    """Returns a random point a few decimetres away from a pin."""
+    """Returns a random point a few decimeters away from a pin."""
     x, y = s.point(250)
     return at[0] + x, at[1] + y
 

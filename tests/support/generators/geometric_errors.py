@@ -10,7 +10,7 @@ from chasles.derive.model.robot import Placement
 
 
 def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
-    """Returns a serial robot with errors up to `size` (metre, radian) at each joint and the tool.
+    """Returns a serial robot with errors up to `size` (meter, radian) at each joint and the tool.
 
     Args:
         robot: The robot, whose parameters become numbers.

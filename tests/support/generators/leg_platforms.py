@@ -227,5 +227,5 @@ def around(radius, k):
 
 
 def whole(values):
-    """Returns values in millimetres or degrees, with enough decimal places to close the loops."""
+    """Returns values in millimeters or degrees, with enough decimal places to close the loops."""
     return [round(float(x), 9) for x in values]

@@ -10,7 +10,7 @@ LINEAR_DELTA = "linear_delta"
 END_STOPS = 0.31e-3, -0.22e-3, 0.1e-3
 """Errors of the end stops [m]."""
 _COLUMNS, _PLATFORM, _ROD, _WIDTH = 0.127, 0.030, 0.212, 0.020
-"""Column radius, platform joint radius, rod length and half the rod spacing (metre)."""
+"""Column radius, platform joint radius, rod length and half the rod spacing (meter)."""
 _BED = 0.085
 _ANGLES = 210, 330, 90
 

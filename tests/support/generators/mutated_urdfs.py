@@ -19,7 +19,7 @@ Texts = tuple[str, str, str]
 ZEROS: Texts = ("0", "0", "0")
 FEWEST_DIGITS, MAX_DIGITS = 3, 6
 SMALLEST_NOISE, LARGEST_NOISE = -16, -9
-"""Decimal exponents of the noise that a mutation adds to numbers (metre, radian, or 1)."""
+"""Decimal exponents of the noise that a mutation adds to numbers (meter, radian, or 1)."""
 ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
 MAX_TURNED, MAX_INSERTED = 3, 3
 

@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 Place = tuple[float, float, float]
-"""Position x, y (metre) and angle of a frame relative to the preceding frame."""
+"""Position x, y (meter) and angle of a frame relative to the preceding frame."""
 HEAD = """
 name = "{name}"
 convention = "urdf"
@@ -54,7 +54,7 @@ LEGS = tuple(
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
 """Number of Newton steps to the reference; closure tolerance; step of complex derivatives."""
 AWAY = 0.05
-"""Maximum change of the reference by rounding (radian or metre)."""
+"""Maximum change of the reference by rounding (radian or meter)."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class DrawnLeg:
             joint.
         back: Frames from the platform to the closure: the frame before each joint, back to the
             closure joint.
-        values: Values of the joints near the reference (radian or metre).
+        values: Values of the joints near the reference (radian or meter).
     """
 
     kinds: str

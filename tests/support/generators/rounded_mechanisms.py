@@ -19,7 +19,7 @@ GIMBAL = 1e-9
 
 
 def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:
-    """Returns a mechanism whose lengths (metre) and angles (radian) are rounded to decimals.
+    """Returns a mechanism whose lengths (meter) and angles (radian) are rounded to decimals.
 
     Args:
         mechanism: The robot in exact numbers.

@@ -183,8 +183,8 @@ def _observed(
         return Poses(T, SIGMA), q
     points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     if device == "ball bar":
-        centre = points[:, 0].mean(0) + rng.normal(size=3) * points[:, 0].std(0)
-        values = np.linalg.norm(points[:, 0] - centre, axis=-1)
+        center = points[:, 0].mean(0) + rng.normal(size=3) * points[:, 0].std(0)
+        values = np.linalg.norm(points[:, 0] - center, axis=-1)
         return Distances(values + noise * sigma * rng.normal(size=len(q)), sigma), q
     points = points[:, : 1 if device == "one target" else 3]
     return Positions(points + noise * sigma * rng.normal(size=points.shape), sigma), q

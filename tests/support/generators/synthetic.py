@@ -41,7 +41,7 @@ DEGREE = np.pi / 180
 
 @dataclass(frozen=True)
 class Row:
-    """A Denavit-Hartenberg row: metre and degree, as decimals."""
+    """A Denavit-Hartenberg row: meter and degree, as decimals."""
 
     kind: str
     a: str

@@ -45,7 +45,7 @@ def _inverse(terms, theta, cs, crank, direction, pin, rod):
 
 @cache
 def functions(rod):
-    """Returns the functions of the platform with rod length ``rod`` (text, metre)."""
+    """Returns the functions of the platform with rod length ``rod`` (text, meter)."""
     terms = Terms({})
     q = sp.symbols("q1:4", real=True)
     theta = sp.symbols("theta1:4", real=True)

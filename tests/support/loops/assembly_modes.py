@@ -8,7 +8,7 @@ REGULAR = 0.1
 """Minimum singular value of the loop equations, relative to the value at the reference, for which
 continuation keeps its branch."""
 CORRECTED = 0.05
-"""Maximum correction of a predicted configuration (radian or metre) on the same branch."""
+"""Maximum correction of a predicted configuration (radian or meter) on the same branch."""
 
 
 def reference(model):

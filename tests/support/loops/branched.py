@@ -20,7 +20,7 @@ D1, A2, A3, D4, D5, D6 = (
         *((1333, 10000), (997, 10000), (996, 10000)),
     )
 )
-"""Lengths of a UR5e (metre)."""
+"""Lengths of a UR5e (meter)."""
 
 
 def pose(name="T"):

@@ -6,7 +6,7 @@ from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
 # Loops are closed up to rounding error. The closed joint values must be within NEAR (radian or
-# metre) of the reference in the description.
+# meter) of the reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
 # Loop equations count as well conditioned from this singular value.

@@ -27,14 +27,14 @@ def residuals(q, phi, rod):
     The computation is purely geometric: the platform origin lies on three circles.
     """
     pose = np.stack([0 * phi, 0 * phi, phi], -1)
-    centre = planar.ends(q)[:, None] - planar.pins(pose)
-    along = centre[..., 1, :] - centre[..., 0, :]
+    center = planar.ends(q)[:, None] - planar.pins(pose)
+    along = center[..., 1, :] - center[..., 0, :]
     square = (along**2).sum(-1)
     height = rod**2 / square - 0.25
     with np.errstate(invalid="ignore"):
         across = np.sqrt(height)[..., None] * np.stack([-along[..., 1], along[..., 0]], -1)
-    middle = (centre[..., 0, :] + centre[..., 1, :]) / 2
-    third = [((middle + side * across - centre[..., 2, :]) ** 2).sum(-1) for side in (1, -1)]
+    middle = (center[..., 0, :] + center[..., 1, :]) / 2
+    third = [((middle + side * across - center[..., 2, :]) ** 2).sum(-1) for side in (1, -1)]
     return np.stack(third) - rod**2, height
 
 

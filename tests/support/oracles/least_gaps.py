@@ -16,7 +16,7 @@ from chasles.derive.model.robot import Joint
 from tests.support.oracles.multi_start import Multistart
 
 START_OFFSET = 1e-3
-"""Distance of the start from the tested configuration (radian and metre)."""
+"""Distance of the start from the tested configuration (radian and meter)."""
 NEWTON_STEPS = 6
 EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
 
@@ -63,7 +63,7 @@ class LeastGaps:
 
 
 def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
-    """Returns the closure errors: metre, and rotation entries times the size.
+    """Returns the closure errors: meter, and rotation entries times the size.
 
     The closure error of a strut contains only its length, because its pins need not be parallel.
     """

@@ -96,7 +96,7 @@ class Multistart:
     Attributes:
         mechanism: The description.
         given: The parameter values.
-        size: Longest length of the mechanism (metre), the length unit of the iteration.
+        size: Longest length of the mechanism (meter), the length unit of the iteration.
         actuated: Names of the actuated members.
         chain: Names of the main-chain joints.
     """
@@ -176,7 +176,7 @@ class Multistart:
         """Returns all configurations at known values.
 
         Args:
-            known: (count, n) values (radian or metre).
+            known: (count, n) values (radian or meter).
             names: Names of the joints and cylinders with known values.
 
         Returns:
@@ -331,7 +331,7 @@ class Multistart:
         """Returns the minimum closure error with some values fixed.
 
         Args:
-            mode: A configuration (radian or metre) near a closed configuration.
+            mode: A configuration (radian or meter) near a closed configuration.
             held: Names of the fixed values.
         """
         given = {name: np.array([mode[name]]) for name in held}

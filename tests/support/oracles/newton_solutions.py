@@ -8,7 +8,7 @@ STARTS, STEPS = 500, 40
 STILL = 1e-12
 """The iteration ends at this step size (rad)."""
 CLOSED = 1e-10
-"""Maximum pose error of a solution (metre, or entry of a rotation)."""
+"""Maximum pose error of a solution (meter, or entry of a rotation)."""
 REGULAR = 1e-3
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular solution."""
 SAME = 1e-5

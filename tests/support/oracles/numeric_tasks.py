@@ -47,7 +47,7 @@ class NumericTask:
 
 
 def numeric_task(name: str, count: int) -> NumericTask:
-    """Returns poses at random coordinates within limits (half a turn or one metre if unlimited)."""
+    """Returns poses at random coordinates within limits (half a turn or one meter if unlimited)."""
     robot = chasles.load(name)
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)

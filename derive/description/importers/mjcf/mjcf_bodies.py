@@ -43,10 +43,10 @@ class BodyJoint:
         parent: The parent link.
         child: The child link.
         kind: Joint type: revolute, prismatic, fixed, or the MuJoCo name of a multi-DOF joint.
-        xyz: Origin in the parent frame (metre).
+        xyz: Origin in the parent frame (meter).
         rpy: Roll, pitch, yaw of the origin (radian).
         axis: Direction of the motion in the origin frame.
-        limits: Minimum and maximum coordinate (radian or metre).
+        limits: Minimum and maximum coordinate (radian or meter).
         coupling: Linear equation of a joint with a leader, or None without a leader.
         leader: Name of the leader joint in the model.
         notes: Notes on angles snapped to multiples of pi/12.

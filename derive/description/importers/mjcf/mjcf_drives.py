@@ -1,7 +1,7 @@
 """Actuators, tendons and springs of an MJCF model, as far as a description needs them.
 
 Joint actuators define q for a robot with loops. Tendons, slider-cranks and springs are not
-modelled: they are listed in notes, and a tendon equality between joints raises an error.
+modeled: they are listed in notes, and a tendon equality between joints raises an error.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -48,7 +48,7 @@ class Tendon:
 
     @property
     def note(self) -> str:
-        """Note that the tendon is not modelled."""
+        """Note that the tendon is not modeled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -60,7 +60,7 @@ class Tendon:
             if holds
         ]
         about = f" ({', '.join(facts)})" if facts else ""
-        return f"tendon {self.name} over {over}{about} is not modelled: q holds joint positions"
+        return f"tendon {self.name} over {over}{about} is not modeled: q holds joint positions"
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Drives:
     def notes(
         self, joints: Collection[str], bodies: Collection[str], coordinates: Collection[str] = ()
     ) -> Iterator[str]:
-        """Yields a note on each element of the robot that is not modelled.
+        """Yields a note on each element of the robot that is not modeled.
 
         Args:
             joints: Names of the robot joints.
@@ -95,10 +95,10 @@ class Drives:
         if coordinates:
             yield f"q holds the lengths of the driven tendons {', '.join(coordinates)}"
         if self.cranks:
-            yield f"actuators with slider and crank are not modelled: {', '.join(self.cranks)}"
+            yield f"actuators with slider and crank are not modeled: {', '.join(self.cranks)}"
         springs = [name for name in self.springs if name in joints]
         if springs:
-            yield f"springs of joints are not modelled (stiffness of {', '.join(springs)})"
+            yield f"springs of joints are not modeled (stiffness of {', '.join(springs)})"
 
     def check_tendons(self, joints: Iterable[str]) -> None:
         """Raises an error for a tendon equality that couples robot joints.

@@ -29,7 +29,7 @@ joint."""
 
 @dataclass(frozen=True)
 class _End:
-    """A frame that an equality connects, on its link: position (metre) and angles (radian)."""
+    """A frame that an equality connects, on its link: position (meter) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -51,7 +51,7 @@ class ModelLoops:
     """The closures of a model.
 
     Attributes:
-        notes: Equalities that are not modelled, with the reasons.
+        notes: Equalities that are not modeled, with the reasons.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
@@ -123,7 +123,7 @@ class ModelLoops:
         moved = [name for name in dict.fromkeys(drives.joints) if name in names]
         if not moved:
             tendons = [t.name for t in drives.tendons if t.is_driven and t.moves(names, ())]
-            pulled = f"; driven tendons are not modelled ({', '.join(tendons)})" if tendons else ""
+            pulled = f"; driven tendons are not modeled ({', '.join(tendons)})" if tendons else ""
             raise DescriptionError(
                 "the loop joints have no actuator, so q is undefined: add one actuator for "
                 f"each degree of freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"

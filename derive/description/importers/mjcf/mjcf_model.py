@@ -191,12 +191,12 @@ def _refused(file: Path, reason: str) -> DescriptionError:
 
 
 def length(value: float) -> sp.Expr:
-    """Returns a compiled length (metre) without rounding noise."""
+    """Returns a compiled length (meter) without rounding noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """Returns a compiled vector (metre) without rounding noise."""
+    """Returns a compiled vector (meter) without rounding noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 

@@ -57,10 +57,10 @@ def test_observation_derivatives_match_central_differences(name):
 
 def test_identify_explains_ball_bar_distances_to_noise(arm, truth):
     random = np.random.default_rng(0)
-    target, centre = np.array([0.05, 0.02, 0.1, 1]), np.array([0.5, 0.2, 0.1])
+    target, center = np.array([0.05, 0.02, 0.1, 1]), np.array([0.5, 0.2, 0.1])
 
     def measured(q):
-        return np.linalg.norm((arm.fk_p(q, truth.p) @ target)[:, :3] - centre, axis=-1)
+        return np.linalg.norm((arm.fk_p(q, truth.p) @ target)[:, :3] - center, axis=-1)
 
     q = random.uniform(-2.5, 2.5, (200, 6))
     found = identify(arm, q, Distances(measured(q) + NOISE * random.normal(size=200), NOISE))
@@ -80,17 +80,17 @@ def test_identify_explains_ball_bar_distances_to_noise(arm, truth):
 
 def test_identify_explains_contacts_with_sphere_of_unknown_radius(arm, truth):
     random = np.random.default_rng(2)
-    target, centre, radius = np.array([0.05, 0.02, 0.1, 1]), np.array([0.4, 0.2, 0.1]), 0.3
+    target, center, radius = np.array([0.05, 0.02, 0.1, 1]), np.array([0.4, 0.2, 0.1]), 0.3
 
     def apart(q):
-        return (arm.fk_p(q, truth.p) @ target)[:, :3] - centre
+        return (arm.fk_p(q, truth.p) @ target)[:, :3] - center
 
     q = random.uniform(-2.5, 2.5, (600, 6))
     for _ in range(30):
         line = apart(q)
         distance = np.linalg.norm(line, axis=-1)
         twist = arm.jacobian_p(q, truth.p)
-        lever = line + centre - arm.fk_p(q, truth.p)[:, :3, 3]
+        lever = line + center - arm.fk_p(q, truth.p)[:, :3, 3]
         v = twist[:, :3] + np.cross(twist[:, 3:], lever[:, :, None], axis=1)
         slope = np.einsum("ni,nij->nj", line / distance[:, None], v)
         step = slope * ((distance - radius) / (slope**2).sum(-1))[:, None]

@@ -60,7 +60,7 @@ PLACES = (
     "p{1}{0}",
     "target_{1}_{0} [mm]",
     "SMR{1}.{2} (mm)",
-    "Target {1} {2} [millimetres]",
+    "Target {1} {2} [millimeters]",
     "{0}_meas_{1}",
     "Marker{1}{2}",
     "T{1}_{0}",

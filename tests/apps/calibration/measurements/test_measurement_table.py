@@ -205,7 +205,7 @@ BARE, ROWS = "q1,q2,q3,q4,q5,q6,x,y,z", [",".join(row) for row in CELLS]
         (TABLE, "utf-8-sig"),
         (TABLE.replace("deg", "°"), "utf-16"),
         (TABLE.replace("deg", "°"), "cp1252"),
-        (TABLE.replace("deg", "degrees").replace("mm", "millimetres"), "utf-8"),
+        (TABLE.replace("deg", "degrees").replace("mm", "millimeters"), "utf-8"),
         (TABLE.replace(",", ";").replace(".", ","), "utf-8"),
         (TABLE.replace("deg", "Grad").replace("q", "Achse "), "utf-8"),
         (TABLE.replace(" [deg]", "_actual [deg]"), "utf-8"),

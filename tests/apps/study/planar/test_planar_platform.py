@@ -19,16 +19,16 @@ from tests.support.derivations import ROBOTS
 
 
 @pytest.mark.parametrize(
-    ("name", "degrees", "square_millimetres"),
+    ("name", "degrees", "square_millimeters"),
     [
         ("planar_3rrr", 0, 64785.990758),
         ("planar_3rrr", 30, 49662.293227),
         ("planar_3rrr_170", 30, 89107.925046),
     ],
 )
-def test_constant_orientation_area_matches_reference(name, degrees, square_millimetres):
+def test_constant_orientation_area_matches_reference(name, degrees, square_millimeters):
     found = constant_orientation_workspace(chasles.load(name), np.radians(degrees))
-    assert found.area * 1e6 == pytest.approx(square_millimetres, rel=1e-10)
+    assert found.area * 1e6 == pytest.approx(square_millimeters, rel=1e-10)
 
 
 def by_chords(centers, inner, outer):

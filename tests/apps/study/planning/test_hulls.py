@@ -157,7 +157,7 @@ def test_distance_bound_ignores_common_motion(name):
     assert checked > 20
 
 
-def test_motion_bound_uses_lever_arms_of_centre_configuration():
+def test_motion_bound_uses_lever_arms_of_center_configuration():
     """The bound uses the lever arms of the folded configuration, where the tool is near axis 1."""
     robot = chasles.load("scara")
     hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])

@@ -47,24 +47,24 @@ def path(tmp_path):
         (
             f"<tendon>{TENDON}{ELSEWHERE}</tendon>"
             '<actuator><position joint="shoulder"/><position tendon="left"/></actuator>',
-            ("tendon left over joints pitch, roll (driven by an actuator) is not modelled",),
+            ("tendon left over joints pitch, roll (driven by an actuator) is not modeled",),
         ),
         (
             f"<tendon>{SPRING}</tendon>",
-            ("tendon left over joints pitch, roll (a spring) is not modelled",),
+            ("tendon left over joints pitch, roll (a spring) is not modeled",),
         ),
         (
             '<tendon><spatial><site site="here"/><site site="there"/></spatial></tendon>',
-            ("tendon tendon1 over sites is not modelled",),
+            ("tendon tendon1 over sites is not modeled",),
         ),
         (
             '<default><joint stiffness="3"/></default>',
-            ("springs of joints are not modelled (stiffness of shoulder, pitch, roll)",),
+            ("springs of joints are not modeled (stiffness of shoulder, pitch, roll)",),
         ),
         (
             '<actuator><general name="piston" cranksite="tcp" slidersite="here" cranklength="1"/>'
             "</actuator>",
-            ("actuators with slider and crank are not modelled: piston",),
+            ("actuators with slider and crank are not modeled: piston",),
         ),
     ],
     ids=["none", "driven tendon", "tendon spring", "spatial tendon", "springs", "slider-crank"],
@@ -137,7 +137,7 @@ def test_coupling_in_a_loop_is_refused_by_name(path):
     tendon = '</actuator><tendon><fixed name="t"><joint joint="crank" coef="1"/></fixed></tendon>'
     driven = f'<motor tendon="t"/>{tendon}<actuator>'
     message = wrong(path, LEG.format(stiffness="", equality="", motor=driven), tip="tool")
-    assert "<motor joint='crank'/> in <actuator>; driven tendons are not modelled (t)" in message
+    assert "<motor joint='crank'/> in <actuator>; driven tendons are not modeled (t)" in message
 
 
 def test_refusal_of_too_many_freedoms_names_springs(path):

@@ -11,7 +11,7 @@ from tests.support.loops.closures import Model
 
 POSES = 20
 REACH = {"revolute": 0.3, "prismatic": 0.05}
-"""Maximum distance of a coordinate from the reference (radian or metre)."""
+"""Maximum distance of a coordinate from the reference (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
 """Some platforms, and the redundant joints that their inverse takes after the pose."""

@@ -82,7 +82,7 @@ OFFER = re.compile(
 
 
 def offers(text):
-    """Returns name, lowest and highest value of each remedy, in metres and radians."""
+    """Returns name, lowest and highest value of each remedy, in meters and radians."""
     for name, low, high, unit, or_more in OFFER.findall(text):
         factor = 1e-3 if unit == "mm" else np.pi / 180
         bottom = float(low) * factor
@@ -437,7 +437,7 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
 
 
 def with_a_third_crank(closure, miss="0.0002"):
-    """Returns a parallelogram whose third crank, in the middle, has a length error (metre)."""
+    """Returns a parallelogram whose third crank, in the middle, has a length error (meter)."""
     lengths = (("rod", 2, 1), ("third", 1, 1 + sp.Rational(miss)))
     rods = tuple(
         Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)

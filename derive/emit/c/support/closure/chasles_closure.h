@@ -14,7 +14,7 @@
  *   CLOSURE_BEND(w, wd, D)     the rate of this derivative at rates wd
  *   tables actuated, ratio     the variable of each coordinate, and its advance per unit of it
  *          unknown             the unknown variables
- *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
+ *          size_u, size_c      scales of unknowns and equations: a length (meter), or 1
  *          of_z                the variables' indices in z
  *          start_q, start_w    the reference configuration
  *          tangent             du/dq there

@@ -13,7 +13,7 @@
  *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close
  *   tables actuated, ratio     the variable of each coordinate, and 1
  *          unknown, of_z       the unknown variables, and their indices in z
- *          size_u, size_c      scales of unknowns and equations: a length (metre), or 1
+ *          size_u, size_c      scales of unknowns and equations: a length (meter), or 1
  *
  * The code allocates nothing and has no state. */
 #include <string.h>

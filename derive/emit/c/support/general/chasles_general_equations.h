@@ -103,7 +103,7 @@ typedef struct {
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
     double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of a joint's motion about or along z */
-    double length; /* size of the arm (m), which converts radians to metres */
+    double length; /* size of the arm (m), which converts radians to meters */
     double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
     int orders;
     chasles_general_order order[CHASLES_ORDERS]; /* best first */

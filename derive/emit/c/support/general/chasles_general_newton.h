@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
-    double left;    /* larger norm of the twist (metre or radian) */
+    double left;    /* larger norm of the twist (meter or radian) */
     double cost;    /* sum of squared errors, which each step decreases */
     double damping; /* damping of the next step, or 0 for a Newton step */
     int steps;      /* number of steps so far */
@@ -111,7 +111,7 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Computes the twist at the tool from one pose to another (metre, radian). Returns the larger of
+/* Computes the twist at the tool from one pose to another (meter, radian). Returns the larger of
  * the distance and the angle between two poses. The angle depends on all matrix entries, so that it
  * is large for a matrix that is not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
@@ -166,10 +166,10 @@ static void chasles_general_damped(const chasles_general_iterate *iterate, doubl
 /* Returns the pose error as a sum of squares, which each step decreases. */
 static double chasles_general_cost(const double *e, double length)
 {
-    double metres = 0.0, radians = 0.0;
+    double meters = 0.0, radians = 0.0;
     for (int k = 0; k < 3; k++)
-        metres += e[k] * e[k], radians += e[3 + k] * e[3 + k];
-    return metres / (length * length) + radians;
+        meters += e[k] * e[k], radians += e[3 + k] * e[3 + k];
+    return meters / (length * length) + radians;
 }
 
 static void chasles_general_begin(const chasles_general_six *six, const double *T, const double *q,

@@ -48,7 +48,7 @@ static void chasles_general_tool_step(double length, const double *J, const doub
     memcpy(step, found, 5 * sizeof *step);
 }
 
-/* Refines five joints that nearly reach a pose. Returns the residual (metre or radian). */
+/* Refines five joints that nearly reach a pose. Returns the residual (meter or radian). */
 static double chasles_general_tool_polish(const chasles_general_six *six, const double *T,
                                           double *q)
 {

@@ -22,7 +22,7 @@ typedef struct {
     /* Computes the rod ends on the actuated side, and the rod lengths, from the actuator
      * coordinates. */
     void (*rods)(const double *q, double *a, double *l);
-    double size;      /* size of the platform (metre) */
+    double size;      /* size of the platform (meter) */
     double origin[3]; /* centers of the ends a and b, relative to the size */
     double middle[3];
     int axis[3];    /* axes of the three rotation angles in theta, in order */
@@ -243,7 +243,7 @@ static int chasles_hexapod_same(const chasles_hexapod_mode *one, const chasles_h
     return most < CHASLES_ONE_MODE && 4.0 * turned < CHASLES_ONE_MODE * CHASLES_ONE_MODE;
 }
 
-/* Computes the position (metre) and the rotation angles of an assembly mode. */
+/* Computes the position (meter) and the rotation angles of an assembly mode. */
 static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_mode *mode, double *theta)
 {

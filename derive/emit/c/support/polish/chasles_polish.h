@@ -8,11 +8,11 @@
  *   POLISH_RESULTS             number of these slots and of extra slots for additional solutions
  *   POLISH_INPUTS              number of doubles in all inputs: the pose, then the other inputs
  *   POLISH_NOMINAL(in, out)    the inverse of the nominal arm: q, residual and margin of each slot
- *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), in SIMD lanes
+ *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (meter, base axes), in SIMD lanes
  *   POLISH_FREE, POLISH_TURNS  for each coordinate: 1 if the iteration moves it; revolutions per
  *                              unit, 0 for a prismatic coordinate
  *   POLISH_MOVING              number of coordinates that the iteration moves
- *   POLISH_LENGTH              the arm's length (metre), which converts angles to lengths
+ *   POLISH_LENGTH              the arm's length (meter), which converts angles to lengths
  *   POLISH_DEVIATION           axis deviation of the two arms (radian, or relative to the length)
  *   POLISH_MEETS               whether three consecutive axes nearly intersect in a point
  *

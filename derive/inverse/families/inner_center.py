@@ -87,14 +87,14 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
         (negative(a5.h), subtracted(terms, S, a5.p)),
     )
     q1, q6, q5 = found
-    q6 = _with_centre_in_reach(lines, target, S, (q1, q6, q5))
+    q6 = _with_center_in_reach(lines, target, S, (q1, q6, q5))
     found = q1, q6, q5
     for axis, turn in zip((a1, a6, a5), found, strict=True):
         work.turns[axis.joint] = turn
     return found
 
 
-def _with_centre_in_reach(
+def _with_center_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
     """Returns the angle of joint 6, or the best angle for joints 2 to 4 if it is arbitrary.
@@ -118,4 +118,4 @@ def _with_centre_in_reach(
     return where_free(terms, a6.h, subtracted(terms, there, a6.p), q6, best.turn)
 
 
-INNER_CENTRE = Family("axes 2, 3 and 4 through one point", (6,), _requires, _solve)
+INNER_CENTER = Family("axes 2, 3 and 4 through one point", (6,), _requires, _solve)
