@@ -113,7 +113,7 @@ class Explanation:
         if self.inverses.self_motion:
             parts.append(f"{self._singular('The arm is ')}.")
         if classification.found is not None and self.inverses.chain is not None:
-            parts.append(_couplings(self.inverses.chain))
+            parts.append(_couplings(classification.found.family, self.inverses.chain))
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
         if self.inverses.general is not None:
@@ -123,14 +123,16 @@ class Explanation:
         return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
 
 
-def _couplings(chain: CoupledChain) -> str:
+def _couplings(family: Family, chain: CoupledChain) -> str:
     """States which joints act as one joint, and how the coordinates are computed."""
     sentences = [
         f"{listed(names)} act as one joint, {joint.name}."
         for joint, names in zip(chain.robot.moving, chain.members, strict=True)
         if len(names) > 1
     ]
-    if chain.surplus > 0:
+    if family.has_couplings:
+        sentences.append("The steps include the couplings.")
+    elif chain.surplus > 0:
         sentences.append("All joints are free in these steps; the residual includes the couplings.")
     sentences.append("The coordinates follow linearly from the joints.")
     return " ".join(sentences)

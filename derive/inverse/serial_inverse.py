@@ -30,6 +30,7 @@ from .coupled_inverse import (
     of_coordinates,
     refined_in_coordinates,
 )
+from .coupled_wrist import coupled_wrist
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import (
@@ -347,9 +348,10 @@ excluded."""
 def _by_free_followers(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the task ``ik`` of a robot with coupled joints, with all joints free.
+    """Derives the task ``ik`` of a robot with coupled joints.
 
-    The residual is evaluated at the coordinates, so solutions that violate a coupling are invalid.
+    All joints are free in the steps, unless a structure includes the couplings. The residual is
+    evaluated at the coordinates, so solutions that violate a coupling are invalid.
 
     Args:
         robot: The description.
@@ -364,8 +366,10 @@ def _by_free_followers(
     if not chain.keeps_turns:
         return None
     classification = classify(chain.robot, terms, families=families)
+    if not _solves_free_chain(classification):
+        classification = classify(chain.robot, terms, chain.C.cols, coupled_wrist(chain))
     found = classification.found
-    if found is None or found.given or not found.family.solves_pose or found.family.inputs:
+    if found is None:
         return None
     work = Work(terms)
     target = of_pose(terms, POSE_SYMBOLS, home_of(chain.robot, terms))
@@ -379,3 +383,14 @@ def _by_free_followers(
     residual = with_rounding(terms, residual, lengths)
     function = function_of("ik", work, (pose_argument(robot),), q, unit, residual, identity)
     return Inverses(classification, {"ik": Solved(function, work)}, chain=chain)
+
+
+def _solves_free_chain(classification: Classification) -> bool:
+    """Whether a structure solves the whole pose of the chain with all joints free."""
+    found = classification.found
+    return (
+        found is not None
+        and not found.given
+        and found.family.solves_pose
+        and not found.family.inputs
+    )

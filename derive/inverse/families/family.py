@@ -46,6 +46,7 @@ class Family:
         tasks: Tasks in addition to the pose; they require a chain without fixed joints, numbered
             from the base.
         functions: Returns further functions of such a chain, for example its swivel angle.
+        has_couplings: Whether the steps include the couplings of the joints.
     """
 
     title: str
@@ -59,3 +60,4 @@ class Family:
     inputs: tuple[TaskInput, ...] = ()
     tasks: tuple[Task, ...] = ()
     functions: Callable[[SerialRobot, Lines], tuple[SymbolicFunction, ...]] = _no_functions
+    has_couplings: bool = False

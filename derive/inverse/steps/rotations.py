@@ -29,7 +29,7 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     three_turns(
         work,
         (axes[0], axes[1], axes[2]),
-        lambda v: _turned_back(work, lines, first, target.turned(work.terms, v)),
+        lambda v: turned_back(work, lines, first, target.turned(work.terms, v)),
     )
 
 
@@ -169,7 +169,7 @@ def two_last_turns(
     last_turn(work, a6, e, wanted, turned, behind=", behind joints 1 to 5", is_regular=True)
 
 
-def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
+def turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
     """Rotates a direction (in base axes) back by the first ``count`` joints."""
     for axis in lines.axes[:count]:
         if axis.turns:

@@ -32,7 +32,7 @@ def with_wrist_in_reach(
         position: The target position of the wrist center.
         target: The displacement that the chain must produce.
     """
-    a1, a2, a3, a4, a5, a6 = lines.axes
+    *_, a4, a5, a6 = lines.axes
     terms = work.terms
     if a6.stays:
         # The angle between axes 5 and 4 is constant.
@@ -43,6 +43,29 @@ def with_wrist_in_reach(
         wanted = target.turned(terms, a6.h)
         cosine = terms.let(dot(terms, a4.h, a5.h) * dot(terms, a5.h, a6.h))
         sign = sp.Integer(1)
+    with_angle_to_axis(work, lines, centre, position, (wanted, cosine), sign)
+
+
+def with_angle_to_axis(
+    work: Work,
+    lines: Lines,
+    centre: Vector,
+    position: Vector,
+    best: tuple[Vector, sp.Expr],
+    sign: sp.Expr,
+) -> None:
+    """Selects the arbitrary angles of joints 1 to 3 by the angle between axis 4 and a direction.
+
+    Args:
+        work: Record of the solution with joints 1 to 3.
+        lines: The chain; axis 4 is the first axis of the wrist.
+        centre: The wrist center in the home pose.
+        position: The target position of the wrist center.
+        best: The target direction, and the preferred cosine of its angle to axis 4.
+        sign: Selects one of two angles.
+    """
+    a1, a2, a3, a4, *_ = lines.axes
+    terms, (wanted, cosine) = work.terms, best
     if a3.turns:
         seen = _turned(terms, work, (a1, a2), wanted, back=True)
         lever = subtracted(terms, center, a3.p)

@@ -107,9 +107,11 @@ def inverse_of_coupled(page: CoupledPage) -> str:
         return text(inverse(page.chain).rstrip(), _LINEAR if page.chain.inverse.solved else "")
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))
+    attempt = found.classification.found
+    free = _COUPLED if attempt.family.has_couplings else _FREE
     return text(
-        structure(page.chain, found.classification, found.classification.found),
-        _FREE if chain.surplus > 0 else _ABSORBED,
+        structure(page.chain, found.classification, attempt),
+        free if chain.surplus > 0 else _ABSORBED,
         _LINEAR,
     )
 
@@ -151,4 +153,8 @@ _FREE = (
     "This is the structure of the chain with its dependent joints free. The solutions of the"
     " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
     r" includes the couplings. The command \texttt{chasles explain} prints the steps."
+)
+_COUPLED = (
+    "The steps of this structure include the joint couplings. The command"
+    r" \texttt{chasles explain} prints the steps."
 )

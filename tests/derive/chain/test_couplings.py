@@ -16,6 +16,7 @@ from tests.support.oracles.matrix_product import product_errors
 PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "couplings.md"
 FILES = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 ROUNDING = 1e-13
+IK = "fk", "ik"
 ARM = """\
 name = "arm"
 convention = "dh"
@@ -52,6 +53,50 @@ def test_coupled_arm_equals_the_matrix_product(seed):
 @pytest.mark.parametrize("text", FILES, ids=lambda text: text.split('"')[1])
 def test_ik_of_documented_arms_recovers_motor_coordinates(text):
     _check_inclusion(derive(read_text(text)), 1000)
+
+
+def test_documented_arms_include_each_kind_of_gear():
+    kinds = {"bevel_wrist", "planetary_wrist", "geared_wrist", "paint_wrist"}
+    assert kinds <= {text.split('"')[1] for text in FILES}
+
+
+@pytest.mark.parametrize("ratio", [1, -1])
+@pytest.mark.parametrize("angles", [(35, -70, 35), (30, -80, 40), (60, 60, 60), (90, 90, 90)])
+def test_ik_of_hollow_wrist_recovers_motor_coordinates(angles, ratio):
+    found = derive(hollow_wrist(angles, ratio))
+    assert found.inverse.classification.found.family.has_couplings
+    _check_inclusion(found, 1000)
+
+
+@pytest.mark.parametrize("shift", [0, 1e-13, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("angle", [0, np.pi])
+def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
+    for ratio in (1, -1):
+        fk, ik = (Function(derive(hollow_wrist((35, -70, 35), ratio)).function(n)) for n in IK)
+        q = np.random.default_rng(1).uniform(-1.5, 1.5, (100, 6))
+        q[:, 4] = angle + shift
+        T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
+        assert ik(T).valid.any(axis=1).all()
+
+
+def test_explanation_of_hollow_wrist_states_that_steps_include_couplings():
+    text = str(explain(hollow_wrist((35, -70, 35), -1)))
+    assert "a wrist with opposite angles 5 and 6" in text
+    assert "The steps include the couplings." in text
+
+
+def test_hollow_wrist_without_common_point_has_no_closed_form():
+    text = next(text for text in FILES if "paint_wrist" in text)
+    line = explain(read_text(text.replace("alpha = -70", "alpha = -70, d = 90"))).line
+    assert line.startswith("no closed-form inverse: j5b follows other coordinates")
+
+
+def hollow_wrist(angles, ratio):
+    """Returns the paint robot of the page with other twist angles (degrees) and another ratio."""
+    text = next(text for text in FILES if "paint_wrist" in text)
+    for old, new in zip(("= 35 }", "= -70 }", "= 35 }"), angles, strict=True):
+        text = text.replace(f"alpha {old}", f"alpha  = {new} }}", 1)
+    return read_text(text.replace("j5a = -1", f"j5a = {ratio}"))
 
 
 def test_stages_of_a_telescope_are_one_prismatic_joint():

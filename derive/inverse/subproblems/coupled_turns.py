@@ -1,0 +1,145 @@
+"""Two rotations by equal or opposite angles that give a vector a known component.
+
+Statement: ``h . R(k1, theta) R(k2, s theta) p = h . v`` for s = 1 or -1, where the unit vectors h,
+k1, k2 and p lie in one plane.
+
+Derivation: with ``h' = h - k1 (k1 . h)`` and ``p' = p - k2 (k2 . p)`` the terms in sin(theta)
+vanish, because a vector of the plane is perpendicular to the cross product of two others:
+
+    h . R R p = A + B cos + D cos^2 + E sin^2,
+    A = (h . k1) (k1 . k2) (k2 . p),    B = (h . k1) (k1 . p') + (h' . k2) (k2 . p),
+    D = h' . p',                        E = -s (k1 x h) . (k2 x p).
+
+For ``w = sin^2(theta / 2)``, ``cos = 1 - 2 w`` gives the quadratic equation
+
+    a w^2 - b w + e = 0,    a = 4 (D - E),    b = 2 B + a,    e = h . p - h . v,
+
+with up to two roots in [0, 1], and two angles of opposite sign for each root. A root that would be
+a difference of similar numbers is computed from the product of both roots; the same applies to ``1
+- w``. The discriminant is ``-4 a (x - h . v)`` with the extreme component ``x = h . p - b^2 / 4
+a``. If h . p, the component at theta = pi, or x is 1 or -1, its difference from h . v is half the
+squared length of ``h - v`` or ``h + v``, so that a straight or folded wrist keeps all digits.
+
+Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. As in subproblem 4,
+solutions that differ by rounding errors only are merged.
+
+Degenerate: a = 0 only if k1 and k2 are parallel, or h on k1, or p on k2; such axes are excluded.
+
+Source: elementary.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...model.tolerances import DIRECTION_FLOOR, EXACT_STRUCTURE, MEETING_SOLUTIONS
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, cross, dot, subtracted
+from .equations import LineAndSphere, Linear
+from .found import FoundLength, FoundTurn
+from .quartic import ONE, ZERO, select
+from .turns import direction, perpendicular
+
+Signs = tuple[sp.Expr, sp.Expr]
+
+
+@dataclass(frozen=True)
+class CoupledPair:
+    """Two coupled rotations and the vectors of the equation.
+
+    Attributes:
+        h: The direction along which the component is known.
+        k1: The first axis.
+        k2: The second axis.
+        p: The rotated unit vector.
+        sense: 1 for equal angles, -1 for opposite angles.
+    """
+
+    h: Vector
+    k1: Vector
+    k2: Vector
+    p: Vector
+    sense: int
+
+    def coefficients(self, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
+        """Returns A, B, D and E."""
+        along, along_p = dot(terms, self.h, self.k1), dot(terms, self.k2, self.p)
+        h, p = perpendicular(terms, self.k1, self.h), perpendicular(terms, self.k2, self.p)
+        both = dot(terms, cross(terms, self.k1, self.h), cross(terms, self.k2, self.p))
+        return (
+            terms.let(along * terms.let(dot(terms, self.k1, self.k2) * along_p)),
+            terms.let(along * dot(terms, self.k1, p) + dot(terms, h, self.k2) * along_p),
+            dot(terms, h, p),
+            terms.let(-self.sense * both),
+        )
+
+    def middle(self, terms: Terms) -> sp.Expr:
+        """Returns the component at a right angle, near the middle of the range."""
+        A, _, _, E = self.coefficients(terms)
+        return terms.let(A + E)
+
+
+def coupled_turns(
+    terms: Terms, pair: CoupledPair, v: Vector, signs: Signs
+) -> tuple[FoundLength, FoundTurn]:
+    """Returns the square of the sine of half the angle, and the first angle.
+
+    Args:
+        terms: Table of named terms.
+        pair: The rotations.
+        v: A unit vector; its component along h is the required component.
+        signs: The first sign selects a root, the second sign the sign of the angle.
+    """
+    let = terms.let
+    A, B, D, E = pair.coefficients(terms)
+    a, b = let(4 * (D - E)), let(2 * B + 4 * (D - E))
+    straight, folded = let(A + B + D), let(A - B + D)
+    extreme = let(straight - b**2 / (4 * a))
+    e, rest, square = (_excess(terms, pair.h, v, at) for at in (straight, folded, extreme))
+    size = let(b**2 + sp.Abs(4 * a))
+    square = let(-4 * a * square)
+    exists = square > let(_merged(terms, extreme) * size)
+    root = let(sp.Piecewise((sp.sqrt(square), exists), (ZERO, True), evaluate=False))
+    w = _root(terms, (a, b, e), signs[0], root)
+    other = _root(terms, (a, let(2 * a - b), rest), -signs[0], root)
+    product = let(w * other)
+    least = sp.Min(
+        let(w - _merged(terms, straight)), let(other - _merged(terms, folded)), evaluate=False
+    )
+    are_two = let(least) > 0
+    half = let(sp.Piecewise((sp.sqrt(product), are_two), (ZERO, True), evaluate=False))
+    turn = direction(terms, let(other - w), let(2 * signs[1] * half))
+    quadratic = LineAndSphere(let(-b / a), let(e / a))
+    return (
+        FoundLength(w, quadratic, signs[0], let(square / size)),
+        FoundTurn(turn, Linear(ONE, ZERO, let(other - w)), signs[1], let(4 * product)),
+    )
+
+
+def _root(
+    terms: Terms, equation: tuple[sp.Expr, sp.Expr, sp.Expr], sign: sp.Expr, root: sp.Expr
+) -> sp.Expr:
+    """Returns ``(b - sign root) / 2 a``, a root of ``a x^2 - b x + e``."""
+    a, b, e = equation
+    let = terms.let
+    sense = -1 if terms.value(b) < 0 else 1
+    # If b is 0, both roots of a double root are 0.
+    floor = sense * DIRECTION_FLOOR if abs(terms.value(b)) < EXACT_STRUCTURE else ZERO
+    stable = let(b + sense * root + floor)
+    large, small = let(stable / (2 * a)), let(2 * e / stable)
+    return select(terms, let(sense * sign) > 0, small, large)
+
+
+def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
+    """Returns ``value - h . v`` for unit vectors h and v, without cancellation at 1 and -1."""
+    number = float(terms.value(value))
+    if abs(abs(number) - 1) > EXACT_STRUCTURE:
+        return terms.let(value - dot(terms, h, v))
+    apart = subtracted(terms, h, v) if number > 0 else added(terms, h, v)
+    return terms.let((1 if number > 0 else -1) * dot(terms, apart, apart) / 2)
+
+
+def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
+    """Returns the largest root for which only rounding errors separate two solutions."""
+    is_exact = abs(abs(float(terms.value(value))) - 1) <= EXACT_STRUCTURE
+    return ZERO if is_exact else MEETING_SOLUTIONS
