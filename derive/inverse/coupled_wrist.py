@@ -70,14 +70,14 @@ def _solve(sense: int, work: Work, lines: Lines, target: Target) -> None:
 
     # 1 to 3. The wrist joints do not move the wrist center.
     arm = _arm(lines)
-    centre = lines.meeting(_WRIST[3], _WRIST[2])
-    W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
+    center = lines.meeting(_WRIST[3], _WRIST[2])
+    W = work.name_vector(("W", "V"), "the wrist's center", target.point(terms, center))
     case = three_joints.case_of(arm)
     assert case is not None
-    case.solve(work, arm, centre, W)
+    case.solve(work, arm, center, W)
     wanted = target.turned(terms, a7.h)
     pair = CoupledPair(a4.h, a5.h, a6.h, a7.h, sense)
-    with_angle_to_axis(work, lines, centre, W, (wanted, pair.middle(terms)), sp.Integer(1))
+    with_angle_to_axis(work, lines, center, W, (wanted, pair.middle(terms)), sp.Integer(1))
 
     # 4, 5. The angle between axes 4 and 7.
     seen = turned_back(work, lines, _WRIST[0], wanted)

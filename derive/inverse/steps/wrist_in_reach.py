@@ -43,13 +43,13 @@ def with_wrist_in_reach(
         wanted = target.turned(terms, a6.h)
         cosine = terms.let(dot(terms, a4.h, a5.h) * dot(terms, a5.h, a6.h))
         sign = sp.Integer(1)
-    with_angle_to_axis(work, lines, centre, position, (wanted, cosine), sign)
+    with_angle_to_axis(work, lines, center, position, (wanted, cosine), sign)
 
 
 def with_angle_to_axis(
     work: Work,
     lines: Lines,
-    centre: Vector,
+    center: Vector,
     position: Vector,
     best: tuple[Vector, sp.Expr],
     sign: sp.Expr,
@@ -59,7 +59,7 @@ def with_angle_to_axis(
     Args:
         work: Record of the solution with joints 1 to 3.
         lines: The chain; axis 4 is the first axis of the wrist.
-        centre: The wrist center in the home pose.
+        center: The wrist center in the home pose.
         position: The target position of the wrist center.
         best: The target direction, and the preferred cosine of its angle to axis 4.
         sign: Selects one of two angles.
