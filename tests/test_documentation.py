@@ -131,7 +131,7 @@ def test_loops_page_examples_run():
 
 def test_conventions_page_examples_run():
     names = run("reference/conventions.md")
-    assert {joint.convention.name for joint in names["distal"].joints} == {"dh"}
+    assert {joint.convention.name for joint in names["standard"].joints} == {"dh"}
 
 
 def test_platforms_page_examples_run():

@@ -7,8 +7,8 @@ of all axes:
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)
 
-Row k of a proximal (Craig) table has a and alpha of step k-1, and the rotation and shift of step k.
-Row k of a distal table has all four values of step k. The poses of base and tool contain the
+Row k of a modified (Craig) table has a and alpha of step k-1, and the rotation and shift of step k.
+Row k of a standard table has all four values of step k. The poses of base and tool contain the
 remaining motions.
 """
 
@@ -178,16 +178,16 @@ def _screws(pairs: Sequence[Neighbours], home: Any) -> _Rows:
 
 
 def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention) -> _Rows:
-    """Returns the rows of a distal or proximal table."""
+    """Returns the rows of a standard or modified table."""
     steps, rest = axis_steps(pairs, home)
-    is_distal = convention is dh
-    across = steps[1:] if is_distal else steps[:-1]
+    is_standard = convention is dh
+    across = steps[1:] if is_standard else steps[:-1]
     fields = tuple(
         {"a": normal.a, "alpha": normal.alpha, "d": step.shift, "theta": step.turn}
         for step, normal in zip(steps[1:], across, strict=True)
     )
-    first = steps[0].along + (steps[0].across if is_distal else ())
-    last = rest if is_distal else steps[-1].across + rest
+    first = steps[0].along + (steps[0].across if is_standard else ())
+    last = rest if is_standard else steps[-1].across + rest
     base, tool = (xyz_rpy_of(pose_in_digits(placement, {})) for placement in (first, last))
     return _Rows(fields, base, tool)
 

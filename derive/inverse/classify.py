@@ -260,4 +260,4 @@ def _nearest_in_words(nearest: Attempt | None, lines: Lines) -> str:
     text = "; ".join(f"{r.text} (off by {r.in_units(lines.length)})" for r in finite)
     never = "; ".join(r.text for r in missed if not np.isfinite(r.deviation))
     parts = [part for part in (text, never) if part]
-    return f"nearest is {nearest.title}, which asks that {'; '.join(parts)}"
+    return f"the nearest structure is {nearest.title}, which requires that {'; '.join(parts)}"

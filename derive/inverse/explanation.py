@@ -31,7 +31,7 @@ from .structure.requirement import Requirement
 from .structure.words import listed
 from .tasks.task import Solved
 
-NEVER = "no small change of the arm would do"
+NEVER = "a small change of the arm does not suffice"
 MAX_LISTED = 12
 """Maximum number of structures in a table of structures, nearest first."""
 _GAP = 3
@@ -192,7 +192,11 @@ def explanation(
 def _structure(classification: Classification, is_general: bool) -> str:
     found = classification.found
     if found is None and is_general:
-        return f"No structure gives a closed form: {classification.missing}."
+        missing = classification.missing
+        return (
+            "No known structure fits the axes, so the general method below solves the arm. "
+            f"{missing[0].upper()}{missing[1:]}."
+        )
     if found is None:
         return f"No closed-form inverse: {classification.missing}."
     nearly = "" if classification.method == "exact" else "nearly "
@@ -200,7 +204,7 @@ def _structure(classification: Classification, is_general: bool) -> str:
     lines = [f"Structure: {nearly}{found.title}{added}{_with_fixed(found, classification)}."]
     lines += [f"  {_condition(r, classification)}" for r in found.requirements]
     if classification.method == "exact":
-        lines.append("Tier: exact; the closed form is that of the robot.")
+        lines.append("Tier: exact; the axes have this structure exactly.")
     else:
         lines.append(
             "Tier: snapped; ik_nominal is the closed form of a nominal robot, whose axes have the "
@@ -412,12 +416,12 @@ def _loops(h: SolvedLoops) -> list[str]:
 
 
 def _ways(h: SolvedLoops) -> list[str]:
-    lines = ["From the actuators:", *_steps(h, h.forward)]
+    lines = ["Joints from the actuators:", *_steps(h, h.forward)]
     if h.is_overdetermined:
         lines.append(f"  no joint: {len(h.q)} actuators for {len(h.q) - h.spare} freedoms")
     elif h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
-    lines += ["From the main chain:", *_steps(h, h.backward)]
+    lines += ["Joints from the main chain:", *_steps(h, h.backward)]
     if h.backward.open:
         lines.append(f"  {', '.join(h.backward.open)}: no closed form")
     return lines
@@ -425,7 +429,7 @@ def _ways(h: SolvedLoops) -> list[str]:
 
 def _steps(h: SolvedLoops, solution: Solution) -> Iterator[str]:
     for number, step in enumerate(solution.steps, 1):
-        side = f", the branch {step.branch}" if step.branch else ""
+        side = f"; branch: {step.branch}" if step.branch else ""
         loop = step.name(h.mechanism)
         of_loop = f"{loop}: " if loop else ""
         yield f"  {number}. {of_loop}{step.title}, for {', '.join(step.joints)}{side}"

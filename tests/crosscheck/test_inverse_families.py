@@ -207,13 +207,13 @@ def test_inner_revolute_joints_cannot_be_fixed():
         ("R/R/R/R/R/R", "pass through one point"),
         ("R/R/P/R/R/R", "off by"),
         ("R/R/R/R/R", "are parallel"),
-        ("P/R/P/R/P", "but j1, j3, j5 slide"),
+        ("P/R/P/R/P", "but j1, j3, j5 are prismatic"),
     ],
 )
 def test_arm_without_closed_form_names_missing_condition(chain, asked):
     classification = classify_of(chain)
     assert classification.found is None
-    assert "nearest is" in classification.missing
+    assert "the nearest structure is" in classification.missing
     assert asked in classification.missing or asked == "no structure"
 
 

@@ -108,7 +108,7 @@ def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
 
 
 def into_fields(found: Fitted) -> Fitted:
-    """Moves rotation and shift into the fields theta and d of a distal convention."""
+    """Moves rotation and shift into the fields theta and d of a standard convention."""
     return fitted({"theta": found.turn, "d": found.shift, **found.values})
 
 

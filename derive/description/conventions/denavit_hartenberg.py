@@ -1,4 +1,4 @@
-"""Denavit-Hartenberg parameters, distal and proximal.
+"""Denavit-Hartenberg parameters, standard and modified.
 
 Source:
     J. Denavit, R. S. Hartenberg, A kinematic notation for lower-pair mechanisms based on matrices,
@@ -22,7 +22,7 @@ _FIELDS = (
 )
 
 
-def _distal(line: AxisLine) -> Fitted:
+def _standard(line: AxisLine) -> Fitted:
     """Assigns all four fields to the joint of the preceding link."""
     return into_fields(common_normal(line))
 
@@ -35,12 +35,12 @@ dh = of_transform(
     + translation(a, sp.S.Zero, sp.S.Zero)
     + rotation("x", alpha),
     source="Denavit and Hartenberg 1955",
-    words="the distal Denavit--Hartenberg convention",
+    words="the standard Denavit--Hartenberg convention",
     turning="theta",
     sliding="d",
-    fit=_distal,
+    fit=_standard,
 )
-"""Distal Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+"""Standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 mdh = of_transform(
     "mdh",
     _FIELDS,
@@ -49,9 +49,9 @@ mdh = of_transform(
     + rotation("z", theta)
     + translation(sp.S.Zero, sp.S.Zero, d),
     source="Craig; Khalil and Kleinfinger 1986",
-    words="the proximal (modified) Denavit--Hartenberg convention",
+    words="the modified Denavit--Hartenberg convention",
     turning="theta",
     sliding="d",
     fit=common_normal,
 )
-"""Proximal (modified, Craig's) Denavit-Hartenberg: Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
+"""Modified (Craig's) Denavit-Hartenberg: Rx(alpha) Tx(a) Rz(theta) Tz(d)."""

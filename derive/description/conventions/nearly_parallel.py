@@ -17,7 +17,7 @@ from .axis_lines import fitted, tilts
 a, alpha, beta, theta = sp.symbols("a alpha beta theta", real=True)
 
 
-def _distal(line: AxisLine) -> Fitted | None:
+def _standard(line: AxisLine) -> Fitted | None:
     """Assigns the fitted fields to the preceding link's joint; d is not needed."""
     found = tilts(line)
     return found and fitted({"theta": found.turn, **found.values})
@@ -38,6 +38,6 @@ hayati = of_transform(
     source="Hayati and Mirmirani 1985",
     words="the convention of Hayati and Mirmirani",
     turning="theta",
-    fit=_distal,
+    fit=_standard,
 )
 """Rz(theta) Tx(a) Rx(alpha) Ry(beta); a prismatic joint moves along z after Rz(theta)."""

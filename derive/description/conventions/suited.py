@@ -1,6 +1,6 @@
 """Selects a suitable calibration convention per joint: complete, continuous, few parameters.
 
-For nonparallel consecutive axes, the proximal Denavit-Hartenberg parameters are complete and
+For nonparallel consecutive axes, the modified Denavit-Hartenberg parameters are complete and
 minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts are used,
 with one more parameter. For nearly coinciding axes, both of these conventions fail, so a full pose
 describes the joint.

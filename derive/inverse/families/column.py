@@ -32,7 +32,7 @@ from .family import Family
 def _requires(lines: Lines) -> list[Requirement]:
     slides = not lines.axes[1].turns and not lines.axes[2].turns
     return [
-        Requirement("joints 2 and 3 slide", 0.0 if slides else np.inf),
+        Requirement("joints 2 and 3 are prismatic", 0.0 if slides else np.inf),
         revolute(lines, (0, 3, 4, 5)),
         parallel(lines, 0, 3),
         meeting(lines, 4, 5),

@@ -21,7 +21,7 @@ def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k in range(1, ARM) if lines.axes[k].turns]
     sliding = [k for k in range(1, ARM) if not lines.axes[k].turns]
     fits = len(sliding) == 1
-    count = Requirement("of joints 2, 3 and 4 alone one slides", 0.0 if fits else np.inf)
+    count = Requirement("exactly one of joints 2, 3 and 4 is prismatic", 0.0 if fits else np.inf)
     ends = [revolute(lines, [k]) for k in (0, *range(ARM, len(lines.axes)))]
     if not fits or any(end.deviation for end in ends):
         return [count, *ends]

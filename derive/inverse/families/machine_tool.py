@@ -51,10 +51,12 @@ def _requires(lines: Lines) -> list[Requirement]:
     is_head = len(turning) == _MAX and turning[-1] - turning[0] < _MAX
     most = _MAX if is_head or len(sliding) == _MAX else _HEAD
     few = len(sliding) <= _MAX and len(turning) <= most
-    rule = "at most two joints turn, three in a row or of six"
+    rule = "at most two joints are revolute, or three in a row or of six"
     count = Requirement(rule, 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
-    run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
+    run = Requirement(
+        "no revolute joint is between the prismatic joints", 0.0 if one_run else np.inf
+    )
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
     center = [meeting(lines, *turning)] if is_head and len(sliding) < _MAX else []
     return [count, run, *center, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
@@ -63,7 +65,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 def _independent(lines: Lines, sliding: list[int]) -> Requirement:
     directions = np.array([lines.axes[k].direction for k in sliding])
     flat = np.linalg.svd(directions, compute_uv=False)[-1] < OBLIQUE_AXES
-    return Requirement("the slides have different directions", np.inf if flat else 0.0)
+    return Requirement("the prismatic joints have independent directions", np.inf if flat else 0.0)
 
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:

@@ -43,7 +43,9 @@ def _requires(lines: Lines) -> list[Requirement]:
         across_them = lines.axes.index(telescopic)
         others = [k for k in range(len(lines.axes)) if k != across_them]
         return [parallel(lines, *others), across(lines, across_them, turning[0])]
-    count = Requirement("two or three joints turn, and one slides at most", 0.0 if fits else np.inf)
+    count = Requirement(
+        "two or three joints are revolute, and at most one is prismatic", 0.0 if fits else np.inf
+    )
     return [count, parallel(lines, *turning, *sliding)] if fits else [count]
 
 

@@ -26,7 +26,9 @@ _ARM = (1, 2, 3)
 def _requires(lines: Lines) -> list[Requirement]:
     pair = [k for k in _ARM if lines.axes[k].turns]
     slides = [k for k in _ARM if k not in pair]
-    count = Requirement("one of joints 2, 3, 4 slides", 0.0 if len(slides) == 1 else np.inf)
+    count = Requirement(
+        "exactly one of joints 2, 3 and 4 is prismatic", 0.0 if len(slides) == 1 else np.inf
+    )
     others = [k for k in range(len(lines.axes)) if k not in slides]
     if len(slides) != 1:
         return [count]

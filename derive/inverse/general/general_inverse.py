@@ -216,10 +216,9 @@ def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:
         f"{suppressed}: with the half angle of {half} these are twelve equations. Their "
         "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
         f"to 16 real roots{', of which 8 may be solutions' if len(sliding) > 1 else ''}.",
-        f"{half}, {other}: from the vector that the twelve equations take to zero. {one}, {two}: "
-        "from the equations that were combined.",
-        f"{last}: from the orientation that the other joints leave. Newton steps on the pose "
-        "refine the result.",
+        f"{half}, {other}: from the null vector of the twelve equations. {one}, {two}: from the "
+        "equations that contain them.",
+        f"{last}: from the remaining rotation. Newton's method refines the result.",
         *_others(free, choice),
     )
     return (*_given(robot, choice.given, len(left)), *_tool_axis(free), *steps)
@@ -264,8 +263,8 @@ def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
     if not names:
         return ()
     return (
-        "Where roots or solutions run together, the same is done with other orders of the joints, "
-        f"for {' and '.join(names)} in the place of {first}.",
+        f"If roots or solutions nearly coincide, the steps are repeated with {listed(names)} in "
+        f"place of {first}.",
     )
 
 

@@ -247,7 +247,7 @@ def _two(
     length = terms.let(terms.let(lengths[row] - left) / terms.let(rates[row]))
     work.note_length(
         (along.name,),
-        "a line meets a plane",
+        "line-plane intersection",
         "the rest of the translation, behind the crank",
         FoundLength(length, LineAndPlane(rates[row], left - lengths[row])),
     )

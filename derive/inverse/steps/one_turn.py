@@ -132,7 +132,7 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
     terms = work.terms
     return work.slide(
         slide,
-        "a line meets a plane",
+        "line-plane intersection",
         f"{axis.name} does not move the center along its axis",
         slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal)),
     )

@@ -29,7 +29,7 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
     reach = subtracted(terms, hand, first.p)
     work.slide(
         slide,
-        "a line meets a plane",
+        "line-plane intersection",
         "the other joints do not move the tool along their axes",
         slide_to_plane(terms, first.h, slide.h, reach, dot(terms, first.h, position)),
     )

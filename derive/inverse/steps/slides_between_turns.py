@@ -40,7 +40,9 @@ def requires(lines: Lines) -> list[Requirement]:
     """Returns the conditions on the axes of the chain."""
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     few = len(turning) <= _MAX and 1 <= len(lines.axes) - len(turning) <= _MAX
-    count = Requirement("up to three joints turn, and up to three slide", 0.0 if few else np.inf)
+    count = Requirement(
+        "at most three joints are revolute, and at most three are prismatic", 0.0 if few else np.inf
+    )
     return [count, *(askew(lines, *pair) for pair in pairwise(turning))]
 
 
@@ -98,7 +100,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
         # moves the tool.
         length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
-        work.slide(axis, "a line meets a plane", reason, found)
+        work.slide(axis, "line-plane intersection", reason, found)
         moved = combination(terms, (length,), (axis.h,))
         displacement = subtracted(terms, displacement, moved)
 

@@ -209,7 +209,7 @@ def _parallel_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) ->
     # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a3,
-        "a line meets a plane",
+        "line-plane intersection",
         f"{a1.name} and {a2.name} do not move the center along their axes",
         slide_to_plane(terms, a1.h, a3.h, center, dot(terms, a1.h, W)),
     )
@@ -261,7 +261,7 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
         normal = axis.h if alone else _across(terms, axes[k - 2].h, axes[k - 1].h)
         work.slide(
             axis,
-            "a line meets a plane",
+            "line-plane intersection",
             f"it alone moves {carried} along its direction"
             if alone
             else f"the other slides move {carried} in a plane",
@@ -281,7 +281,7 @@ def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) ->
     # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a1,
-        "a line meets a plane",
+        "line-plane intersection",
         f"{a2.name} and {a3.name} do not move the center along their axes",
         slide_to_plane(terms, a2.h, a1.h, center, dot(terms, a2.h, W)),
     )
@@ -334,7 +334,7 @@ def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> N
         n = perpendicular(terms, other.h, axis.h)
         work.slide(
             axis,
-            "a line meets a plane",
+            "line-plane intersection",
             f"{other.name} does not move the point normal to its direction",
             slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, displacement)),
         )

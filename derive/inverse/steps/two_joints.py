@@ -104,7 +104,7 @@ def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vec
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:
         return work.slide(
             slide,
-            "a line meets a plane",
+            "line-plane intersection",
             f"{turning.name} does not move the point along its axis",
             slide_to_plane(terms, turning.h, slide.h, point, dot(terms, turning.h, other)),
         )

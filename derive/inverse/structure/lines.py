@@ -248,9 +248,12 @@ class Lines:
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest sine of the angles between the first axis and the other axes."""
-        first, *others = (self.axes[k].direction for k in indices)
-        return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
+        """Returns the largest sine of the angles between consecutive axes of the list.
+
+        These angles are the same in every configuration if the axes are consecutive in the arm.
+        """
+        directions = [self.axes[k].direction for k in indices]
+        return max(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(directions))
 
     def perpendicular(self, i: int, j: int) -> bool:
         """Whether the directions of two axes are perpendicular."""

@@ -12,6 +12,7 @@ from .lines import Lines
 SMALL_ANGLE = 0.1
 """Angles below this value (radian) are printed in milliradians, larger angles in degrees."""
 _MILLI = 1e3
+_PAIR = 2
 
 
 @dataclass(frozen=True)
@@ -39,22 +40,28 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """Formats a finite deviation in mm, mrad or degrees, for the arm length ``length`` [m]."""
+        """Formats a finite deviation in mm, mrad or degrees, for the arm length ``length`` [m].
+
+        The deviation of two axes that should intersect is printed as the distance between them.
+        """
+        several = "up to " if max(len(self.parallel), len(self.meeting)) > _PAIR else ""
         if self.is_length:
-            return f"{_MILLI * self.deviation * (length or 1.0):.3g} mm"
+            # The nearest point of two axes is in the middle between them.
+            sides = _PAIR if len(self.meeting) == _PAIR else 1
+            return f"{several}{_MILLI * sides * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))
         if angle < SMALL_ANGLE:
-            return f"{_MILLI * angle:.3g} mrad"
-        return f"{math.degrees(angle):.3g} deg"
+            return f"{several}{_MILLI * angle:.3g} mrad"
+        return f"{several}{math.degrees(angle):.3g} deg"
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
     """Requires revolute joints."""
     requested = tuple(indices)
     slides = [lines.axes[k].name for k in requested if not lines.axes[k].turns]
-    verb = "slides" if len(slides) == 1 else "slide"
+    verb = "is" if len(slides) == 1 else "are"
     text = f"{_joints(lines, requested)} revolute" + (
-        f", but {', '.join(slides)} {verb}" if slides else ""
+        f", but {', '.join(slides)} {verb} prismatic" if slides else ""
     )
     return Requirement(text, np.inf if slides else 0.0)
 

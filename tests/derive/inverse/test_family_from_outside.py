@@ -81,7 +81,7 @@ def to_position(work, lines, start, wanted):
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
     found = slide_to_plane(terms, column.h, lift.h, reach, height)
-    work.slide(lift, "a line meets a plane", "no other joint lifts the tool", found)
+    work.slide(lift, "line-plane intersection", "no other joint lifts the tool", found)
     A, p = (perpendicular(terms, column.h, v) for v in (V, reach))
     found = slide_to_sphere(terms, boom.h, p, dot(terms, A, A), work.sign())
     length = work.slide(boom, "a line meets a sphere", "the column keeps the reach", found)
@@ -201,7 +201,7 @@ def test_explanation_contains_text_of_custom_family():
     text = str(explain(ARM, families=(CYLINDRICAL, *FAMILIES)))
     assert f"Structure: {TITLE}." in text
     assert "joints 2 and 3 slide, the others turn: holds" in text
-    assert "lift, by a line meets a plane: no other joint lifts the tool." in text
+    assert "lift, by line-plane intersection: no other joint lifts the tool." in text
     assert "ik_position_yaw(x): at most 2 solutions" in text
 
 
