@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+import os
+
 from chasles import InputValueError, Robot
 from chasles.contract import requires
 
 from .differentiable_arm import DifferentiableArm
 
 
-def for_jax(robot: Robot) -> DifferentiableArm:
-    """Return the functions of a robot for JAX, on the processor (CPU).
+def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> DifferentiableArm:
+    """Return the functions of a robot for JAX.
 
     The functions support `jit`, `grad`, `vmap` and `jacrev`. Arrays are float64, or float32 without
-    `jax_enable_x64`. The C++ compiler of this machine builds a small library on first use.
+    `jax_enable_x64`. On the processor (CPU), the functions call the compiled C. The C++ compiler of
+    this machine builds a small library on first use.
 
     Args:
-        robot: A robot with `fk`, `jacobian_mixed` and `hessian_mixed`.
+        robot: A robot with `fk`, `jacobian_mixed`, `hessian_mixed` and `ik`.
+        folder: The folder that `chasles export jax` wrote for this robot, None for the processor
+            only. On other devices, such as a GPU, the functions are those of the folder.
 
     Raises:
         NotInstalledError: JAX is not installed.
-        InputValueError: The robot has no such function.
+        InputValueError: The robot or the folder has no such function.
     """
     with requires("chasles[jax]"):
         from . import jax_functions  # noqa: PLC0415
-    return jax_functions.arm(checked(robot))
+    return jax_functions.arm(checked(robot), folder)
 
 
 def for_torch(robot: Robot) -> DifferentiableArm:

@@ -6,10 +6,12 @@ import ctypes
 import os
 import shlex
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from hashlib import sha256
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import jax
@@ -17,10 +19,11 @@ import jax.numpy as jnp
 import numpy as np
 
 import chasles
-from chasles import ChaslesError, Robot
+from chasles import ChaslesError, InputValueError, Robot
 from chasles.contract import temporary_folder
 
 from .differentiable_arm import DifferentiableArm, Solutions, fixed_coordinates
+from .exported import exported
 from .tolerances import MAX_INVERSE, SOLVED
 
 _SOURCE = Path(__file__).with_name("_rows.cpp")
@@ -29,13 +32,32 @@ _FLAGS = ("-std=c++17", "-O2", "-fPIC", "-shared")
 _TARGET = "chasles_rows"
 
 
-def arm(robot: Robot) -> DifferentiableArm:
+def arm(robot: Robot, folder: str | os.PathLike[str] | None) -> DifferentiableArm:
     """Return the functions of a robot for JAX."""
     _register()
-    hessian = _raw(robot, "hessian_mixed")
-    jacobian = _jacobian(_raw(robot, "jacobian_mixed"), hessian)
-    fk = _fk(_raw(robot, "fk"), jacobian)
-    return DifferentiableArm(robot, fk, jacobian, hessian, _ik(robot, jacobian))
+    names = ("hessian_mixed", "jacobian_mixed", "fk", "ik")
+    module = None if folder is None else _module(exported(robot, folder, "_jax.py", "jax"), names)
+    raw = {name: _raw(robot, name, getattr(module, name, None)) for name in names}
+    jacobian = _jacobian(raw["jacobian_mixed"], raw["hessian_mixed"])
+    fk, ik = _fk(raw["fk"], jacobian), _ik(robot, raw["ik"], jacobian)
+    return DifferentiableArm(robot, fk, jacobian, raw["hessian_mixed"], ik)
+
+
+def _module(path: Path, names: Sequence[str]) -> ModuleType:
+    """Return an exported module.
+
+    Raises:
+        InputValueError: The module lacks a function.
+    """
+    spec = spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    missing = [name for name in names if not hasattr(module, name)]
+    if missing:
+        raise InputValueError(f"{path} has no {', '.join(missing)}")
+    return module
 
 
 @cache
@@ -76,8 +98,14 @@ def _cache() -> Path:
     return (Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache") / "chasles"
 
 
-def _raw(robot: Robot, name: str) -> Callable[..., Any]:
-    """Return a function without derivatives; it returns a tuple if it has several results."""
+def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callable[..., Any]:
+    """Return a function without derivatives; it returns a tuple if it has several results.
+
+    Args:
+        robot: The robot.
+        name: The name of the function.
+        printed: The function for devices other than the processor, or None.
+    """
     function = robot.functions[name]  # the closure keeps the kernel loaded
     address = _address(function.kernel)
 
@@ -92,10 +120,15 @@ def _raw(robot: Robot, name: str) -> Callable[..., Any]:
             for array, shape in zip(arrays, shapes, strict=True)
         ]
         results = [jax.ShapeDtypeStruct((*batch, *item.shape), kind) for item in function.outputs]
-        values = jax.ffi.ffi_call(_TARGET, results, vmap_method="broadcast_all")(
-            *rows, kernel=address
-        )
-        return tuple(values) if len(results) > 1 else values[0]
+
+        def compiled(*rows: Any) -> Any:
+            target = jax.ffi.ffi_call(_TARGET, results, vmap_method="broadcast_all")
+            values = target(*rows, kernel=address)
+            return tuple(values) if len(results) > 1 else values[0]
+
+        if printed is None:
+            return compiled(*rows)
+        return jax.lax.platform_dependent(*rows, cpu=compiled, default=printed)
 
     return call
 
@@ -133,8 +166,9 @@ def _fk(raw: Callable[..., Any], jacobian: Callable[..., Any]) -> Callable[..., 
     return fk
 
 
-def _ik(robot: Robot, jacobian: Callable[..., Any]) -> Callable[..., Solutions]:
-    raw = _raw(robot, "ik")
+def _ik(
+    robot: Robot, raw: Callable[..., Any], jacobian: Callable[..., Any]
+) -> Callable[..., Solutions]:
     fixed = fixed_coordinates(robot)
     free = [k for k in range(robot.n) if k not in fixed]
     order = jnp.argsort(jnp.array([*free, *fixed]))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chasles import InputValueError, Robot, ShapeError
+from chasles.autodiff.exported import exported
 from chasles.contract import requires
 
 from . import arrays
@@ -43,14 +42,8 @@ class Kernels:
         """
         with requires("chasles[cuda]"):
             from . import compiled  # noqa: PLC0415
-        path = Path(folder) / f"{robot.name}.cuh"
-        if not path.is_file() or _digest(path.parent) != robot.manifest.description_sha256:
-            raise InputValueError(
-                f"{path.parent} holds no CUDA source of this {robot.name}; "
-                f"run chasles export cuda {robot.name} --to {path.parent.parent}"
-            )
         self.robot = robot
-        source = compiled.read(path)
+        source = compiled.read(exported(robot, folder, ".cuh", "cuda"))
         self._entry: Callable[[str, str, int], Any] = cache(
             lambda name, real, device: _entry(source, robot.name, name, real, device)
         )
@@ -149,11 +142,3 @@ def _entry(source: Source, robot: str, name: str, real: str, device: int) -> Any
 
     image, entry = compiled.compiled(source, robot, name, real, compiled.architecture(device))
     return compiled.loaded(image, entry, device)
-
-
-def _digest(folder: Path) -> str:
-    """Return the digest of the description in an exported manifest, or "" without a manifest."""
-    path = folder / "manifest.json"
-    if not path.is_file():
-        return ""
-    return str(json.loads(path.read_text(encoding="utf-8")).get("description_sha256", ""))

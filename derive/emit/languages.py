@@ -11,6 +11,7 @@ from .c_float import language as c_float
 from .cpp import language as cpp
 from .cuda import language as cuda
 from .emitter import Emitter
+from .jax import language as jax
 from .mex import language as mex
 from .moveit import language as moveit
 from .rust import language as rust
@@ -31,6 +32,7 @@ ON_DEMAND = {
         Emitter("c_float", c_float.files),
         Emitter("rust", rust.files),
         Emitter("cuda", cuda.files),
+        Emitter("jax", jax.files),
         Emitter("moveit", moveit.files),
         Emitter("mex", mex.files),
     )

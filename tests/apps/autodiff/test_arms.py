@@ -8,8 +8,11 @@ import pytest
 import chasles
 from chasles import ChaslesError, InputValueError, NotInstalledError
 from chasles.autodiff import for_jax, for_torch
-from tests.support.pages import run
+from chasles.derive import write
+from tests.support.derivations import robot_of
+from tests.support.pages import examples
 
+PAGE = "how-to/jax-and-torch.md"
 NAMES = ["ur5e", "panda", "excavator"]
 """A serial arm, an arm with a fixed joint, and a robot with loops and four coordinates."""
 
@@ -214,7 +217,13 @@ def test_missing_package_names_its_command(language, package, monkeypatch):
         language(chasles.load("ur5e"))
 
 
-def test_examples_of_the_page_run(capsys):
-    jax(), torch()
-    run("how-to/jax-and-torch.md")
-    assert "\n8\n" in capsys.readouterr().out
+@pytest.mark.parametrize(("package", "count"), [(jax, 2), (torch, 1)])
+def test_examples_of_the_page_run(package, count, tmp_path, monkeypatch, capsys):
+    write(robot_of("ur5e"), tmp_path / "robots" / "ur5e", languages=["jax"])
+    monkeypatch.chdir(tmp_path)
+    name, names = package().__name__, {}
+    blocks = [block for block in examples(PAGE) if f"for_{name}" in block]
+    assert len(blocks) == count
+    for block in blocks:
+        exec(block, names)
+    assert package is torch or capsys.readouterr().out.endswith("\n8\n")

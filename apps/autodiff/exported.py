@@ -1,0 +1,33 @@
+"""The exported source of a robot in a folder."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from chasles import InputValueError, Robot
+
+
+def exported(robot: Robot, folder: str | os.PathLike[str], ending: str, language: str) -> Path:
+    """Return the path of a file that `chasles export` wrote for a robot.
+
+    Args:
+        robot: The robot.
+        folder: The folder of the export.
+        ending: The name of the file after the robot's name.
+        language: The language of the export.
+
+    Raises:
+        InputValueError: The folder holds no such file of this robot.
+    """
+    path = Path(folder) / f"{robot.name}{ending}"
+    manifest = path.with_name("manifest.json")
+    if path.is_file() and manifest.is_file():
+        content = json.loads(manifest.read_text(encoding="utf-8"))
+        if content.get("description_sha256") == robot.manifest.description_sha256:
+            return path
+    raise InputValueError(
+        f"{path.parent} holds no {language} source of this {robot.name}; "
+        f"run chasles export {language} {robot.name} --to {path.parent.parent}"
+    )

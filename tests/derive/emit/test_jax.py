@@ -1,0 +1,205 @@
+"""The module in JAX: values and solutions in both precisions, and special names."""
+
+import itertools
+from importlib.util import module_from_spec, spec_from_file_location
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import chasles
+from chasles.autodiff import for_jax
+from chasles.derive import write
+from chasles.derive.emit.c_float.evaluation import evaluate
+from chasles.derive.emit.jax.functions import definition, safe
+from chasles.derive.program.operations import (
+    LOGIC,
+    Compute,
+    Constant,
+    Input,
+    Operation,
+    Program,
+    Store,
+    Variable,
+)
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
+from tests.support.cuda_shim import SOLVED, TOLERANCE
+from tests.support.derivations import robot_of
+from tests.support.exports import (
+    apart,
+    configurations,
+    expected,
+    inputs_of,
+    inverse_of,
+    regular_slots,
+    right_angles,
+)
+
+jax = pytest.importorskip("jax")
+jax.config.update("jax_enable_x64", True)
+NAMES = ["ur5e", "panda", "puma560", "excavator"]
+FUNCTIONS = ["fk", "jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik", "chain"]
+"""The bound of an inverse is measured with the Jacobian."""
+KINDS = {"double": np.float64, "float": np.float32}
+SAMPLES = 10_000
+ONLY_ON_LANES = {Operation.RECIPROCAL_SQRT, Operation.SUPPLEMENT}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Returns a folder with the module of each robot."""
+    folder = tmp_path_factory.mktemp("jax")
+    for name in NAMES:
+        names = [info.name for info in functions_of(name)]
+        write(robot_of(name), folder / name, functions=names, languages=["jax"])
+    return folder
+
+
+def functions_of(name):
+    return [info for info in chasles.load(name).manifest.functions if info.name in FUNCTIONS]
+
+
+def module_of(path):
+    """Imports a module from its file."""
+    spec = spec_from_file_location(path.stem, path)
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def called(folder, name, info, kind, inputs):
+    """Returns the results of a function for rows of inputs, in one compiled call."""
+    function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
+    arrays = [
+        np.reshape(x, (len(x), *item.shape)).astype(KINDS[kind])
+        for x, item in zip(inputs, info.inputs, strict=True)
+    ]
+    found = jax.jit(function)(*arrays)
+    found = found if isinstance(found, tuple) else (found,)
+    assert {x.dtype for x in found} == {np.dtype(KINDS[kind])}
+    return list(map(np.asarray, found))
+
+
+def bounds(folder, name, info, kind):
+    """Returns the error bounds of the results, which the docstring states for float32."""
+    function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
+    lines = [line for line in function.__doc__.splitlines() if ", error " in line]
+    stated = [float(line.split(", error ")[1]) for line in lines]
+    return stated if kind == "float" else [TOLERANCE[kind]] * len(info.outputs)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_functions_equal_the_compiled_c(name, kind, folder):
+    robot, checked = chasles.load(name), 0
+    q = configurations(robot, SAMPLES)
+    for info in functions_of(name):
+        inputs = inputs_of(robot, info, q)
+        found, exact = called(folder, name, info, kind, inputs), expected(robot, info, inputs)
+        kept = slice(None)
+        if info.role.is_inverse:
+            kept = regular_slots(robot, info, *exact[:2])
+            assert kept.sum() >= len(q) // 2
+            assert (found[1][kept] <= SOLVED[kind]).all()
+        for x, y, bound in zip(found, exact, bounds(folder, name, info, kind), strict=True):
+            assert apart(x, y)[kept].max() <= bound, info.name
+        checked += 1
+    assert checked >= 4
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["ur5e", "panda", "puma560"])
+def test_inverse_is_complete_at_right_angle_poses(name, kind, folder):
+    robot = chasles.load(name)
+    info = inverse_of(robot)
+    inputs = inputs_of(robot, info, right_angles(robot, 2000))
+    exact = expected(robot, info, inputs)
+    q, residual, _ = called(folder, name, info, kind, inputs)
+    solved = exact[1] <= SOLVED["double"]
+    np.testing.assert_array_equal(residual <= SOLVED[kind], solved)
+    T = np.broadcast_to(inputs[0][:, None], (*solved.shape, 4, 4))[solved]
+    assert np.abs(robot.fk(q[solved].astype(float)) - T).max() <= SOLVED[kind]
+
+
+def test_leading_dimensions_are_batches(folder):
+    module = module_of(folder / "panda" / "panda_jax.py")
+    q = np.random.default_rng(0).uniform(-1, 1, (2, 3, 7))
+    T = module.fk(q)
+    assert T.shape == (2, 3, 4, 4)
+    assert module.fk(q[0, 0]).shape == (4, 4)
+    found, residual, margin = module.ik(T, q[..., 6])
+    assert found.shape == (2, 3, 8, 7)
+    assert residual.shape == margin.shape == (2, 3, 8)
+    with pytest.raises(ValueError, match=r"must have shape \(\.\.\., \(7,\)\), got \(2, 6\)"):
+        module.fk(q[0, :2, :6])
+
+
+def test_for_jax_calls_the_module_on_other_devices(tmp_path):
+    write(robot_of("ur5e"), tmp_path / "ur5e", languages=["jax"])
+    robot = chasles.load("ur5e")
+    arm, q = for_jax(robot, tmp_path / "ur5e"), configurations(robot, 20)
+    for function in (arm.fk, arm.ik):
+        argument = q if function is arm.fk else robot.fk(q)
+        lowered = jax.jit(function).trace(argument).lower(lowering_platforms=("cuda",)).as_text()
+        assert "chasles_rows" not in lowered
+        assert "chasles_rows" in jax.jit(function).lower(argument).as_text()
+    np.testing.assert_array_equal(arm.fk(q), robot.fk(q))
+    gradients = jax.vmap(jax.grad(lambda q: arm.fk(q)[2, 3]))(q)
+    np.testing.assert_allclose(gradients, robot.jacobian_mixed(q)[:, 2], atol=1e-15)
+
+
+def test_for_jax_refuses_a_folder_without_the_module(tmp_path, folder):
+    robot = chasles.load("ur5e")
+    with pytest.raises(chasles.InputValueError, match="run chasles export jax ur5e --to"):
+        for_jax(robot, tmp_path)
+    with pytest.raises(chasles.InputValueError, match="holds no jax source of this ur5e"):
+        for_jax(robot, folder / "panda")
+    with pytest.raises(chasles.InputValueError, match="has no hessian_mixed"):
+        for_jax(robot, folder / "ur5e")
+
+
+def test_module_names_functions_that_need_a_solver(tmp_path):
+    write(robot_of("jaco2"), tmp_path, functions=["fk", "ik"], languages=["jax"])
+    module = module_of(tmp_path / "jaco2_jax.py")
+    assert "Only in C, because of an iterative solver: ik." in module.__doc__
+    assert module.fk(np.zeros(6)).shape == (4, 4)
+    assert not hasattr(module, "ik")
+
+
+def test_each_operation_equals_its_meaning(folder, tmp_path):
+    operations = [operation for operation in Operation if operation not in ONLY_ON_LANES]
+    inputs = (Input(0, 0), Input(0, 1))
+    condition = Compute(Variable(0), Operation.LESS, inputs)
+    statements = [condition]
+    for k, operation in enumerate(operations):
+        first, second = Variable(1 + 2 * k), Variable(2 + 2 * k)
+        statement = Compute(first, operation, operands(operation, condition.result, inputs))
+        statements.append(statement)
+        if statement.is_condition:
+            values = (first, Constant(2.0), Constant(-3.0))
+            statements.append(Compute(second, Operation.SELECT, values))
+        statements.append(Store(0, k, second if statement.is_condition else first))
+    program = Program("all", ("lambda",), ("y",), inputs, tuple(statements))
+    y = Result("y", (), (len(operations),), "1", "results")
+    argument = Argument("lambda", sp.symbols("x_0 x_1"), (2,), "1", "numbers")
+    function = SymbolicFunction("everything", "", "", (argument,), (y,), terms=Terms({}))
+    head = (folder / "ur5e" / "ur5e_jax.py").read_text().split("\ndef fk(")[0]
+    path = tmp_path / "every.py"
+    path.write_text(f"{head}\n{definition(function, ['All.'], program)}")
+    numbers = [-2.5, -1.0, -0.0, 0.0, 0.3, 1.0, 4.0, np.nan]
+    x = np.array(list(itertools.product(numbers, numbers)))
+    (exact,) = evaluate(program, [x], np.float64)
+    np.testing.assert_allclose(module_of(path).everything(x), exact, rtol=1e-15, atol=0)
+    assert safe("q") == "q"
+
+
+def operands(operation, condition, inputs):
+    """Returns operands of an operation."""
+    if operation in LOGIC:
+        return (condition,) if operation is Operation.NOT else (condition, condition)
+    if operation is Operation.SELECT:
+        return (condition, *inputs)
+    two = {"ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "ATAN2", "MIN", "MAX"}
+    comparisons = {"LESS", "LESS_EQUAL", "EQUAL", "NOT_EQUAL"}
+    return inputs if operation.name in two | comparisons else inputs[:1]
