@@ -1,7 +1,7 @@
 """Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
 
-Gravity torques use the axes and links of the nominal arm at zero coordinates, as in the parametric
-functions. The runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
+The axes and links of the nominal arm at zero coordinates determine the gravity torques, as in the
+parametric functions. The runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
 """
 
 import json
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def springs_template(robot: Described) -> str:
-    """Returns the spring tables, or "" without compliance, or if a coordinate moves several joints.
+    """Returns the spring tables; empty without compliance, or if a coordinate moves several joints.
 
     Args:
         robot: The description.
@@ -48,7 +48,7 @@ def _lines(robot: SerialRobot) -> Iterator[str]:
 
 
 def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
-    """Returns the frames of moving joints and of the links that each joint carries, by name."""
+    """Returns the frames of moving joints, and the frames of links after each joint, by name."""
     T = _matrix(robot, robot.base)
     places: list[FloatArray] = []
     links: dict[str, dict[str, FloatArray]] = {}

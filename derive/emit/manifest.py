@@ -64,8 +64,8 @@ def manifest(
 
     Args:
         derivation: The derivation of the robot.
-        programs: The programs of the derived functions, for the operation counts.
-        files: The files of each language, by language name; the manifest lists their hashes.
+        programs: The programs of the derived functions, from which the operations are counted.
+        files: The files of each language, keyed by language name; the manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     found = Manifest(
@@ -110,7 +110,7 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
-    """Merges the files of all languages into one dictionary, by file name."""
+    """Merges the files of all languages into one dictionary, keyed by file name."""
     return {name: text for texts in files.values() for name, text in texts.items()}
 
 
@@ -138,7 +138,7 @@ def _kind(hybrid: SolvedLoops | None) -> str:
 
 
 def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
-    """Returns the cleaned values, and bounds of their effect on the tool pose."""
+    """Returns the cleaned values, and bounds for the effect of cleaning on the tool pose."""
     if not cleaning.numbers:
         return contract.Cleaning()
     numbers = (
@@ -148,7 +148,7 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
 
 
 def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
-    """Returns the parameters p; the result is empty for a robot without parametric functions."""
+    """Returns the geometry parameters p; empty for a robot without parametric functions."""
     if derivation.geometry is None:
         return ()
     return tuple(
@@ -165,7 +165,7 @@ def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
 
 
 def _robot_file(derivation: Derivation) -> str:
-    """Returns the robot file with placeholders for a different geometry."""
+    """Returns the robot file, with placeholders in place of the geometry."""
     if derivation.geometry is None:
         return ""
     loops = derivation.parametric_loops
@@ -179,12 +179,12 @@ def _inverse(inverse: Inverses) -> InverseFacts:
 
 
 def _loops(hybrid: SolvedLoops) -> LoopFacts:
-    """Describes a robot's loops: variables, reference configuration and solution method."""
+    """Describes the loops of a robot: variables, reference configuration and solution method."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
-    # The runtime reads iterated passive joints from the configuration.
+    # The runtime reads the passive joints of iterated loops from the function ``configuration``.
     passive = hybrid.passive if hybrid.forward.open else mechanism.passive
     return LoopFacts(
         chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
@@ -204,7 +204,7 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
 
 
 def _coupling(derivation: Derivation) -> LoopFacts:
-    """Returns the joints of a coupled serial robot and their map; empty without couplings."""
+    """Returns the joints of a coupled serial robot and their map; empty for other robots."""
     robot = derivation.robot
     if not isinstance(robot, SerialRobot) or not robot.couplings:
         return LoopFacts()
@@ -248,7 +248,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: NativeSolverFunction) -> FunctionInfo:
-    """Returns the entry of a handwritten function. Operation kinds vary with the pose."""
+    """Returns the manifest entry of a handwritten function. Operation kinds vary with the pose."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 
@@ -276,10 +276,10 @@ def _argument(value: Argument | Result) -> contract.Argument:
 
 
 def json_text(value: Any, depth: int = 0) -> str:
-    """Formats plain data as JSON; only values longer than a line are broken.
+    """Formats plain data as JSON; only a value that is longer than a line is broken into lines.
 
     Args:
-        value: Dictionaries, lists, texts, numbers, booleans and None.
+        value: Plain data: dictionaries, lists, texts, numbers, booleans and None.
         depth: Indentation in spaces.
     """
     line = json.dumps(value, ensure_ascii=False)
@@ -295,10 +295,10 @@ def json_text(value: Any, depth: int = 0) -> str:
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Returns the bodies as plain data in meters and radians; poses have three rows.
+    """Returns the bodies as plain data in meters and radians; each pose has three rows.
 
     Args:
-        found: The bodies with their shapes.
+        found: The bodies of the robot, with their shapes.
     """
     return SkeletonFacts(
         float(f"{found.size:.6g}"),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def filled(template: Path, values: Mapping[str, str]) -> str:
-    """Returns the text of a template with its placeholders, such as ``@robot@``, replaced."""
+    """Returns the text of a template whose placeholders, such as ``@robot@``, are replaced."""
     text = template.read_text(encoding="utf-8")
     for name, value in values.items():
         text = text.replace(f"@{name}@", value)

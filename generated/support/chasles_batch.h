@@ -2,8 +2,8 @@
  * chasles and is the same for every robot.
  *
  * The file is included for each instruction set, after chasles_lanes.h. Defines `lanes_run`, which
- * processes rows of any stride in tiles of LANES rows: it transposes rows to lanes, runs a compiled
- * function and transposes back.
+ * processes the rows in tiles of LANES rows: it transposes rows to lanes, runs a compiled function
+ * and transposes the results back.
  */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
@@ -11,24 +11,25 @@
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MAX_INPUTS 256  /* number of doubles in all inputs of a compiled function */
-#define LANES_MAX_OUTPUTS 512 /* number of doubles in all outputs of a compiled function */
-#define LANES_MAX_ARGUMENTS 8 /* maximum numbers of inputs and of outputs */
+#define LANES_MAX_INPUTS 256  /* total number of doubles in the inputs of a function */
+#define LANES_MAX_OUTPUTS 512 /* total number of doubles in the outputs of a function */
+#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
 #define LANES_LINE 8          /* number of doubles in a cache line */
-/* The work memory: inputs, outputs, and collected outputs with one extra cache line each. */
+/* The work memory contains inputs, outputs, and collected outputs with one extra cache line each.
+ */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
-/* Above this size [bytes], results bypass the caches, because the caches could not hold them. */
+/* Results above this size [bytes] bypass the caches, which could not hold them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
     int inputs, outputs;
-    const int *sizes; /* number of doubles of each input, then of each output */
+    const int *sizes; /* number of doubles in each input, then in each output */
 } lanes_shape;
 
-/* A result whose complete cache lines are written to memory. Rows of a result are collected after
- * the first cache line of `stage`. The last `held` doubles of this first line belong to earlier
- * rows and wait until the line at `to` is complete. The first `skipped` doubles at `to` are not
- * part of the result. */
+/* A result whose complete cache lines are written to memory. The rows of this result are collected
+ * after the first cache line of `stage`. The last `held` doubles of this first cache line belong to
+ * earlier rows; they wait until the cache line at `to` is complete. The first `skipped` doubles at
+ * `to` are not part of the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -40,7 +41,7 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- results that bypass the caches ---- */
 
-/* Writes all complete cache lines of collected doubles; the remaining doubles wait for the next
+/* Writes all complete cache lines of the collected doubles; the remaining doubles wait for the next
  * tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
@@ -80,13 +81,13 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* The memory is aligned to a page, because at other addresses storing and reloading may take
-     * twice as long.
-     */
+    /* The memory is aligned to a page, because storing and reloading at other addresses may take
+     * twice as long. */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* The arrays are contiguous: page-aligned arrays would compete for few cache lines. */
+    /* The arrays are contiguous, because page-aligned arrays would compete for a few cache lines.
+     */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

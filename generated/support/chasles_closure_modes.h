@@ -1,9 +1,10 @@
 /* Assembly modes of an inverse through iterated loops. This file is part of chasles and is the same
  * for every robot.
  *
- * The legs of a platform reach a pose with coordinates q; fk(q) is the pose on the reference branch
- * of the loops. The pose of the legs and the fk pose are equal unless they belong to two different
- * assembly modes. */
+ * The legs of a platform reach a pose with the coordinates q; fk(q) is the pose on the reference
+ * branch of the loops. The pose of the legs equals the pose of fk unless the two poses belong to
+ * different assembly modes.
+ */
 #ifndef CHASLES_CLOSURE_MODES_H
 #define CHASLES_CLOSURE_MODES_H
 
@@ -11,10 +12,10 @@
 
 #include "chasles_closure_tolerances.h"
 
-/* Returns the residual of a solution, the larger of the leg error `legs` and the deviation of its
- * fk pose `reached` from T. The residual is infinite if the pose belongs to another assembly mode,
- * or NaN if the forward kinematics fails. Two modes are compared with lengths relative to the robot
- * size. */
+/* Returns the residual of a solution: the larger of the leg error `legs` and the deviation of its
+ * fk pose `reached` from T. The residual is infinite if the fk pose belongs to another assembly
+ * mode, or NaN if the forward kinematics fails. Two modes are compared with lengths relative to the
+ * robot size. */
 static inline double chasles_mode_residual(const double T[16], const double reached[16],
                                            double legs, double size)
 {

@@ -1,18 +1,17 @@
 /* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
- * Two rods that share a joint constrain it to a circle about the line through their other ends, P_i
+ * Two rods that share a joint constrain it to a circle about the line through their other ends: P_i
  * = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are known:
- *
- *     |P_i - P_k|^2 = |b_i - b_k|^2,     bilinear in the cosines and sines of t_i and t_k
+ * |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and t_k.
  *
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
- * = Delta_i. The product of this expression over the four sign combinations has no square roots.
- * Multiplied by its denominators, this equation is a trigonometric polynomial of degree 8 in t_1,
- * with up to sixteen poses. If the axes of all circles are coplanar, as with three double joints on
- * both sides, all sines of angles from that plane cancel. The polynomial then has degree 8 in
- * cos(t_1), and poses come in mirrored pairs.
+ * = Delta_i. The product of this expression over the four combinations of signs contains no square
+ * roots. Multiplied by its denominators, this product is a trigonometric polynomial of degree 8 in
+ * t_1 and has up to sixteen poses. If the axes of all circles are coplanar, as with three double
+ * joints on both sides, the sines of all angles from this plane cancel. The polynomial then has
+ * degree 8 in cos(t_1), and the poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,
@@ -28,10 +27,10 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Number of samples that determine the polynomial's coefficients: a divisor of the cell count, and
- * more than twice the degree. */
+/* Number of samples that determine the coefficients of the polynomial; it divides the cell count
+ * and is more than twice the degree. */
 #define CHASLES_JOINT_SAMPLES 24
-/* Maximum number of Newton steps for the three distances. */
+/* Maximum number of Newton steps for the three distance equations. */
 #define CHASLES_JOINT_STEPS 12
 
 /* The circles of three joints, and the coefficients of their distances, indexed by (1, cos, sin) of
@@ -53,7 +52,7 @@ static void chasles_joint_cross(const double *x, const double *y, double *z)
     z[2] = x[0] * y[1] - x[1] * y[0];
 }
 
-/* Normalizes x; returns its original length. */
+/* Normalizes the vector x and returns its original length. */
 static double chasles_joint_normal(double *x)
 {
     const double length = sqrt(chasles_joint_dot(x, x));
@@ -88,8 +87,8 @@ static double chasles_joint_circle(const double (*a)[3], const double *l, double
     return apart > CHASLES_JOINTS_APART ? square : NAN;
 }
 
-/* Computes the coefficients of the squared distance of two joints, minus the true squared distance.
- */
+/* Computes the coefficients of the squared distance of two joints, minus the known squared
+ * distance. */
 static void chasles_joint_distance(const chasles_double_joints *joints, int i, int k, double square,
                                    double (*Q)[3])
 {
@@ -107,8 +106,8 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* Computes the zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin, in the form m + w n with w^2 =
- * Delta. `square` is the squared norm of (g[1], g[2]). */
+/* Computes the zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin as m + w n, where w^2 = Delta.
+ * `square` is the squared norm of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -122,7 +121,7 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Computes the solutions for the two other joints at an angle of the first joint. */
+/* Computes the solutions for the two other joints at a given angle of the first joint. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {
@@ -172,7 +171,7 @@ static double chasles_joint_sample(const chasles_double_joints *joints, double c
     return s * s * (P * P - Q * Q * d3);
 }
 
-/* Computes the polynomial. Returns 0 if the value is not finite or vanishes. */
+/* Computes the polynomial. Returns 0 if the value of the polynomial is not finite or vanishes. */
 static int chasles_joint_series(const chasles_double_joints *joints, chasles_circle_series *series)
 {
     const int every = CHASLES_CELLS / CHASLES_JOINT_SAMPLES;
@@ -200,7 +199,7 @@ static int chasles_joint_series(const chasles_double_joints *joints, chasles_cir
 }
 
 /* Solves the three distance equations by Newton's iteration. Returns the largest residual, relative
- * to its summands. */
+ * to the summands of its equation. */
 static double chasles_joint_polished(const chasles_double_joints *joints, double (*x)[3])
 {
     double left = HUGE_VAL;
@@ -239,8 +238,8 @@ static double chasles_joint_polished(const chasles_double_joints *joints, double
     return left;
 }
 
-/* Computes the axes of a triangle as rows. Returns the sine of the angle at the first corner of the
- * triangle. */
+/* Computes the axes of a triangle, as the rows of a matrix. Returns the sine of the angle at the
+ * first corner of the triangle. */
 static double chasles_joint_axes(const double (*corners)[3], double (*axes)[3])
 {
     double side[3];
@@ -277,7 +276,7 @@ static void chasles_joint_quaternion(const double (*R)[3], double *e)
         e[n] /= size;
 }
 
-/* Computes the pose, a quaternion and a position, that moves the joints from b to their circle
+/* Computes the pose (a quaternion and a position) that moves the joints from b to their circle
  * points. */
 static void chasles_joint_pose(const chasles_double_joints *joints, const double (*b)[3],
                                const double (*x)[3], double *pose)
@@ -298,8 +297,8 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
         pose[4 + i] = at[0][i] - chasles_joint_dot(R[i], b[0]);
 }
 
-/* Computes the real pose at a zero of the polynomial (angle of the first joint). Returns whether
- * this pose exists. */
+/* Computes the real pose for a zero of the polynomial, which is the angle of the first joint.
+ * Returns whether this pose exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];
@@ -328,7 +327,7 @@ static int chasles_joint_real(const chasles_double_joints *joints, double angle,
            fabs(x[0][2] * cosine - x[0][1] * sine) < CHASLES_JOINT_TURN;
 }
 
-/* Computes all poses, with the angle of the first joint as unknown. Returns the number of poses, or
+/* Computes all poses; the unknown is the angle of the first joint. Returns the number of poses, or
  * -1 if the number is uncertain. */
 static int chasles_joint_poses(const chasles_double_joints *joints, const double (*b)[3],
                                double (*poses)[7])
@@ -354,7 +353,7 @@ static int chasles_joint_poses(const chasles_double_joints *joints, const double
     return roots.count;
 }
 
-/* Computes all poses of a body whose three points b are on rods of lengths l from six points a, two
+/* Computes all poses of a body: its three points b are on rods of lengths l from six points a, two
  * rods per point. Returns the number of poses, or -1 if the number is uncertain. */
 static int chasles_double_joint_poses(const double (*a)[3], const double *l, const double (*b)[3],
                                       double (*poses)[7])

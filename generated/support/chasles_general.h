@@ -1,4 +1,4 @@
-/* Inverse kinematics of an arm with general geometry, with six unknown joints; all other joints are
+/* Inverse kinematics of an arm with general geometry and six unknown joints; all other joints are
  * fixed. This file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_H
@@ -11,20 +11,19 @@
 #include "chasles_general_back.h"
 
 #define CHASLES_SLOTS 16
-/* The solutions of a pose count as complete if this number of nearby poses has certainly complete
- * solutions.
- */
+/* The solutions of a pose count as complete if this number of nearby poses have certainly complete
+ * solutions. */
 #define CHASLES_AGREED 4
 
 /* The solutions found so far, without duplicates. */
 typedef struct {
     int count;
-    int open; /* number of iterations that ended near a possible solution */
+    int open; /* number of iterations that ended near a solution */
     double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
 } chasles_general_found;
 
-/* Returns the index of the most singular solution, which an isolated solution replaces. Returns -1
- * if the new solution is more singular than all stored solutions. */
+/* Returns the index of the most singular solution, which may be replaced by an isolated solution.
+ * Returns -1 if the new solution is more singular than all stored solutions. */
 static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *J)
 {
@@ -38,7 +37,7 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* Returns the first index at or after `from` with the same solution as q, or the solution count. */
+/* Returns the first index from `from` on whose solution equals q, or the solution count. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {
@@ -54,15 +53,15 @@ static int chasles_general_same(const chasles_general_six *six, const chasles_ge
     return found->count;
 }
 
-/* Stores a solution. Returns the index of the stored solution, or -1 if the configuration is not a
- * solution. */
+/* Stores a solution. Returns the index at which the solution is stored, or -1 if the configuration
+ * is not a solution. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_iterate *iterate)
 {
     if (!(iterate->left <= CHASLES_SOLVED))
         return -1;
     int own = chasles_general_same(six, found, iterate->q, 0);
-    /* In a continuum of solutions, a refined solution may be the same as two stored solutions. */
+    /* In a continuum of solutions, a refined solution may equal two stored solutions. */
     if (own < found->count &&
         (found->residual[own] <= iterate->left ||
          chasles_general_same(six, found, iterate->q, own + 1) < found->count))
@@ -78,8 +77,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     return own;
 }
 
-/* Computes the joint direction with the smallest pose change under J, by one step of inverse
- * iteration. */
+/* Computes, by one step of inverse iteration, the joint direction with the smallest pose change
+ * under J. */
 static void chasles_general_least(const double *J, double length, double *direction)
 {
     double a[6][7], norm = 0.0;
@@ -101,8 +100,8 @@ static void chasles_general_least(const double *J, double length, double *direct
         direction[k] /= norm;
 }
 
-/* Iterates a configuration to convergence and stores the solution. Returns a bit mask with the
- * index of the solution. */
+/* Iterates a configuration to convergence and stores the solution. Returns a bit mask that contains
+ * the index of the solution. */
 static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
                                        chasles_general_iterate *iterate,
                                        chasles_general_found *found)
@@ -117,7 +116,7 @@ static unsigned chasles_general_finish(const chasles_general_six *six, const dou
     return own < 0 ? 0 : 1u << own;
 }
 
-/* Starts the iteration on both sides of a configuration at a double root. */
+/* Starts the iteration from two configurations, on both sides of a double root. */
 static void chasles_general_sides(const chasles_general_six *six, const double *T,
                                   const chasles_general_start *start,
                                   chasles_general_iterate *iterates)
@@ -141,8 +140,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Returns whether solutions may be missing near a root. As many solutions as real roots must lie
- * near a root; an even number of further solutions is possible. */
+/* Returns whether solutions may be missing near a root of the determinant. As many solutions as
+ * real roots must lie near a root; any further solutions near it come in pairs. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_general_start *starts, int count,
@@ -162,8 +161,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* Finds solutions at pairs of close roots of the determinant, where both null vectors of the matrix
- * are starts of Newton's iteration. Returns the indices of the solutions as a bit mask. */
+/* Finds solutions at pairs of close roots of the determinant; Newton's iteration starts from both
+ * null vectors of the matrix. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_order *order,
                                          const chasles_general_system *system,
@@ -182,9 +181,8 @@ static unsigned chasles_general_by_twins(const chasles_general_six *six, const d
     return places;
 }
 
-/* Finds the solutions that Newton's iteration reaches from the starts. Returns the indices of the
- * solutions as a bit mask.
- */
+/* Finds the solutions that Newton's iteration reaches from the given starts. Returns the indices of
+ * the solutions as a bit mask. */
 static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
                                           const chasles_general_start *starts, int count,
                                           chasles_general_found *found)
@@ -226,13 +224,14 @@ static int chasles_general_by_roots(const chasles_general_six *six, const double
     certain = certain && found->open == 0;
     for (int k = 0; k < count; k++)
         certain = certain && !chasles_general_is_short(six, order, starts, count, found, k);
-    /* Solutions come in pairs. An elimination order that misses a known solution is unreliable. */
+    /* The solutions of a pose come in pairs. An elimination order that misses a known solution is
+     * unreliable. */
     const int own = chasles_general_bits(places);
     return certain && own == found->count && own % 2 == 0;
 }
 
-/* Finds the solutions by one elimination order. Returns whether the solutions are certainly
- * complete. */
+/* Finds the solutions by one elimination order of the joints. Returns whether the solutions are
+ * certainly complete. */
 static int chasles_general_by_order(const chasles_general_six *six, const double *T,
                                     const chasles_general_order *order,
                                     chasles_general_found *found)
@@ -244,13 +243,13 @@ static int chasles_general_by_order(const chasles_general_six *six, const double
     return chasles_general_by_roots(six, T, order, &system, &roots, found) && certain;
 }
 
-/* Offsets of nearby poses (rad, or relative to the arm length). */
+/* Offsets of the nearby poses (rad, or relative to the arm length). */
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* Returns a slightly rotated and shifted pose; the direction of the change differs for each number.
- * Every offset has an opposite offset, because the pose may be at the boundary of the reachable
- * set. */
+/* Returns a slightly rotated and shifted pose; each number gives a different direction of the
+ * change. Every offset has an opposite offset, because the pose may be at the boundary of the
+ * reachable set. */
 static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)
 {
@@ -280,7 +279,7 @@ static void chasles_general_nudged(const double *T, double length, double size, 
 }
 
 /* Tries elimination orders until one certainly finds all solutions. Returns whether one order found
- * all solutions. If two elimination orders find no solution, the pose counts as out of reach. */
+ * all solutions. If two elimination orders find no solution, the pose counts as unreachable. */
 static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
@@ -293,7 +292,7 @@ static int chasles_general_by_orders(const chasles_general_six *six, const doubl
     return 0;
 }
 
-/* Adds solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
+/* Adds the solutions that Newton's iteration reaches from the solutions of nearby poses. Returns
  * whether enough nearby poses have certainly complete solutions. */
 static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
@@ -313,8 +312,8 @@ static int chasles_general_by_nearby(const chasles_general_six *six, const doubl
     return certain >= CHASLES_AGREED;
 }
 
-/* Finds all solutions of a pose. If roots coincide or the equations fail, starts from the complete
- * solutions of nearby poses. */
+/* Finds all solutions of a pose. If roots coincide or the equations fail, starts Newton's iteration
+ * from the complete solutions of nearby poses. */
 static void chasles_general_search_all(const chasles_general_six *six, const double *T,
                                        chasles_general_found *found)
 {
@@ -328,9 +327,9 @@ typedef struct {
     double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
 } chasles_general_rest;
 
-/* Finds the configurations with the smallest residuals from many starts, if no solution is known.
- * If no solution is known, the pose is out of reach, or several solutions coincide and convergence
- * is slow. */
+/* If no solution is known, finds the configurations with the smallest residuals from many starts.
+ * Without a known solution, either the pose is unreachable, or several solutions coincide and
+ * convergence is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
@@ -381,8 +380,8 @@ static void chasles_general_by_curve(const chasles_general_six *six, const doubl
     }
 }
 
-/* Searches for solutions on the self-motion curves near the solutions of nearby poses, until some
- * are found. */
+/* Searches for solutions on the self-motion curves near the solutions of nearby poses until
+ * solutions are found. */
 static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
                                            chasles_general_found *found)
 {
@@ -396,7 +395,7 @@ static void chasles_general_by_self_motion(const chasles_general_six *six, const
     }
 }
 
-/* Writes one configuration that is not a solution to all solution slots. */
+/* Writes to all solution slots a configuration that is not a solution. */
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
 {
@@ -415,8 +414,8 @@ static void chasles_general_none(const chasles_general_six *six, const double *T
 
 /* Writes the solutions of a pose to sixteen solution slots. The solutions come first, sorted by the
  * suppressed joint of the first elimination order. Without solutions, the slots contain the
- * configurations with the smallest residuals; otherwise the remaining slots contain a configuration
- * that is not a solution. */
+ * configurations with the smallest residuals; otherwise, unused slots contain a configuration that
+ * is not a solution. */
 static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
                                          const double *T, double *q, double *residual,
                                          double *margin)
@@ -462,8 +461,8 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     }
 }
 
-/* Writes the solutions of a pose to sixteen solution slots, with the other joints fixed at `value`
- * (rad or m; NULL if no joint is fixed). */
+/* Writes the solutions of a pose to sixteen solution slots. The other joints are fixed at `value`
+ * (rad or m), or `value` is NULL if no joint is fixed. */
 static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
                                       const double *value, double *q, double *residual,
                                       double *margin)

@@ -1,6 +1,6 @@
 /* Back-substitution: computes the other joints at each root of the suppressed joint. This file is
  * part of chasles and is the same for every robot. For a prismatic joint, c and s are the
- * displacement and the squared displacement.
+ * displacement and its square.
  */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
@@ -23,7 +23,7 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
     *s = chasles_vector_chosen(is_there, y / size, zero);
 }
 
-/* Computes cos and sin of the two joints after the suppressed joint, from the null vector of M.
+/* Computes cos and sin of the two joints after the suppressed joint from the null vector of M.
  * Index 0 is the half-angle joint; index 1 is the other joint, which may be prismatic. */
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
@@ -57,8 +57,8 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* Computes cos and sin of a joint of the pair, from the entries of y that contain only this joint.
- */
+/* Computes cos and sin of one joint of the pair, from the entries of y that contain only this
+ * joint. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -69,7 +69,7 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
 }
 
 /* Computes cos and sin of both joints of the pair, from the cosines and sines of the three joints
- * after the pair. Returns the residual of the equations with zero pivots: three products are absent
+ * after it. Returns the residual of the equations whose pivots are zero; three products are absent
  * if both pair joints are prismatic. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
@@ -95,8 +95,8 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
     return left;
 }
 
-/* Computes cos and sin of the last joint: all other joints rotate the x axis by the negative angle
- * of this joint. */
+/* Computes cos and sin of the last joint; all other joints rotate the x axis by the negative angle
+ * of the last joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -114,7 +114,8 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
     c[5] = turned[0], s[5] = -turned[1];
 }
 
-/* Computes all joints of at most CHASLES_VECTOR_LANES starts from their null vectors. */
+/* Computes all joints of at most CHASLES_VECTOR_LANES starts, from the null vectors of the starts.
+ */
 static void chasles_general_all(const chasles_general_six *six, const chasles_general_order *order,
                                 const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
@@ -146,8 +147,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     }
 }
 
-/* Computes the two smallest singular vectors of a triangular matrix by simultaneous inverse
- * iteration. */
+/* Computes the two smallest singular vectors of a triangular matrix by inverse iteration of both
+ * vectors. */
 static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 {
     for (int k = 0; k < 6; k++)
@@ -181,8 +182,8 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
     }
 }
 
-/* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b, the vectors a + z b
- * with parallel rows. Returns 0 if the span contains no such products. */
+/* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b; these are vectors a + z
+ * b whose rows are parallel. Returns 0 if the span contains no such products. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -216,7 +217,7 @@ static int chasles_general_products(const double (*n)[6], double (*product)[6])
     return 1;
 }
 
-/* The triangular matrices, one per SIMD lane; each is singular at its root. */
+/* The triangular matrices, one per SIMD lane; each matrix is singular at its root. */
 static void chasles_general_triangles(const chasles_general_system *system,
                                       const chasles_general_start *const *starts, int count,
                                       chasles_vector (*R)[6])
@@ -232,9 +233,9 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Returns whether A determines the pair of joints at this pose. With a prismatic pair joint and
- * round dimensions, A is often singular at right angles; several pair solutions then belong to one
- * solution of the other joints. */
+/* Returns whether A determines the pair of joints at the given pose. With a prismatic pair joint
+ * and round dimensions, A is often singular at right angles; several solutions of the pair then
+ * belong to one solution of the other joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;
@@ -251,8 +252,8 @@ static int chasles_general_tells_pair(const chasles_general_system *system)
     return least > CHASLES_TELLS * most;
 }
 
-/* Isolates the real roots of the determinant. Returns whether certainly no root is hidden by
- * rounding. */
+/* Isolates the real roots of the determinant. Returns whether it is certain that no root is hidden
+ * by rounding. */
 static int chasles_general_isolated(const chasles_general_system *system,
                                     chasles_circle_roots *roots)
 {
@@ -267,7 +268,7 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* Removes starts that solve the six equations but not the other eight: if both joints of the pair
+/* Removes starts that solve the six equations but not the other eight; if both joints of the pair
  * are prismatic, half of the roots belong to such starts. Returns the number of remaining starts.
  */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
@@ -283,7 +284,7 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
     return kept;
 }
 
-/* Computes starts for Newton's iteration: one per real root, and one per nearly double root.
+/* Computes starts for Newton's iteration: one start per real root, and one per nearly double root.
  * Returns the number of starts; `certain` becomes 1 if no three roots are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_order *order,
@@ -302,7 +303,7 @@ static int chasles_general_starts(const chasles_general_six *six,
             before += i < k && apart < CHASLES_TWINS;
         }
         *certain = *certain && near < 2;
-        /* Solutions at three or more close roots are found from nearby poses. */
+        /* The solutions at three or more close roots are found from nearby poses. */
         if (near > 1 && before > 0)
             continue;
         along[count] = starts[count].along = roots->angle[k];
@@ -329,9 +330,8 @@ static int chasles_general_starts(const chasles_general_six *six,
     return chasles_general_kept(system, starts, count);
 }
 
-/* Adds two starts for each root near another root, one per null vector. Returns the number of
- * starts.
- */
+/* Adds two starts for each root that is near another root, one start per null vector. Returns the
+ * number of starts. */
 static int chasles_general_twins(const chasles_general_six *six, const chasles_general_order *order,
                                  const chasles_general_system *system,
                                  const chasles_general_start *starts, int count,

@@ -1,22 +1,22 @@
 /* The equations of Raghavan and Roth for a six-joint arm at one pose. This file is part of chasles
  * and is the same for every robot.
  *
- * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations A y =
- * B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair), and
- * x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another joint,
- * the suppressed joint. The target pose may be part of any constant transform of the loop. Six row
- * combinations are free of y. With the half angle of v, they become twelve equations M(s) u = 0 in
- * twelve unknowns. det M is a trigonometric polynomial of degree 8 in s. Samples of det M give its
- * real roots (chasles_general_roots.h), and each root gives the other joints
- * (chasles_general_back.h). Newton's iteration on the pose refines them (chasles_general_newton.h).
- * Such an order of the joints is an elimination order (type chasles_general_order). If one order
- * fails, other elimination orders and nearby poses are tried (chasles_general.h). All computations
- * use vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has
- * no state and depends only on libm.
+ * The loop of arm and tool, numbered from any joint in either direction, gives fourteen equations A
+ * y = B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair),
+ * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another
+ * joint, the suppressed joint. The target pose may be part of any constant transform of the loop.
+ * Six linear combinations of the rows do not contain y. With the half angle of v, they become
+ * twelve equations M(s) u = 0 in twelve unknowns. det M is a trigonometric polynomial of degree 8
+ * in s. Samples of det M give its real roots (chasles_general_roots.h), and each root gives the
+ * other joints (chasles_general_back.h). Newton's iteration on the pose refines the joints
+ * (chasles_general_newton.h). The order in which the joints are numbered is an elimination order
+ * (type chasles_general_order). If one order fails, other elimination orders and nearby poses are
+ * tried (chasles_general.h). All computations use vectors of samples, roots or solutions
+ * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
- * joint belongs to the pair, or is the joint of v and w without a half angle. If both pair joints
- * are prismatic, half of the roots are not solutions.
+ * joint either belongs to the pair, or is the one of the joints v and w without a half angle. If
+ * both joints of the pair are prismatic, half of the roots are not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -29,41 +29,44 @@
 
 /* Largest residual of a solution [m, rad], as in the runtime. */
 #define CHASLES_SOLVED 1e-9
-/* Residual [m, rad] at which Newton's iteration ends, ten times the rounding error of forward
- * kinematics. */
+/* Residual [m, rad] at which Newton's iteration ends, which is ten times the rounding error of
+ * forward kinematics. */
 #define CHASLES_CLOSED 1e-14
-/* Below this residual [m, rad], a step without improvement ends the iteration, because rounding may
- * dominate. */
+/* If the residual [m, rad] is below this value, a step without improvement ends the iteration,
+ * because rounding may dominate. */
 #define CHASLES_NEARLY_CLOSED 1e-12
-/* Below this coordinate difference (rad, or relative to the arm length), two solutions are equal.
- * Computed copies of a double solution differ by about 1e-8. */
+/* Two solutions are equal if their coordinates differ by less than this value (rad, or relative to
+ * the arm length). Computed copies of a double solution differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
-/* Residual [m, rad] above which a pose may be out of reach, so that slow iterations are abandoned.
- */
+/* If the residual [m, rad] is above this value, the pose may be unreachable, and slow iterations
+ * are abandoned. */
 #define CHASLES_NEAR 1e-4
-/* This value is added to pivots that may be 0. Matrix rows are of order 1, rounding errors about
- * 1e-16.
- */
+/* This value is added to pivots that may be zero. The rows of the matrix are of order 1, and
+ * rounding errors are about 1e-16. */
 #define CHASLES_PIVOT_FLOOR 1e-30
-/* Maximum error of the determinant relative to its largest coefficient, so that six digits are
+/* Maximum error of the determinant relative to its largest coefficient; six digits are then
  * correct. */
 #define CHASLES_NOISE 1e-6
-/* If its largest coefficient is below this value, the determinant (of entries of order 1) may be a
- * zero polynomial with rounding errors. The polynomial is accepted if its relative error is below
- * CHASLES_CLEAN. For some axis structures, the determinant is zero. For an arm within 1e-3 of such
- * a structure, the determinant may be 1e-20 and still have twelve valid digits. */
+/* If the largest coefficient of the determinant is below this value, with matrix entries of order
+ * 1, the determinant may be a zero polynomial with rounding errors. The polynomial is accepted if
+ * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
+ * everywhere. For an arm within 1e-3 of such a structure, the determinant may be 1e-20 and still
+ * have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* Largest residual of the eight other equations at a root that is a solution, relative to the
- * length or its square. Simple solutions have a residual of 1e-8, spurious roots 0.01 and more. */
+/* Largest residual of the eight other equations at a root that belongs to a solution, relative to
+ * the length or its square. Simple solutions have a residual of 1e-8, and spurious roots a residual
+ * of 0.01 or more. */
 #define CHASLES_SOLVES_ALL 1e-4
-/* Smallest pivot ratio of regular equations for the pair; rounding alone gives 1e-16. */
+/* Smallest pivot ratio at which the equations for the pair count as regular; rounding alone gives
+ * 1e-16. */
 #define CHASLES_TELLS 1e-9
-/* Below this squared angle [rad^2], a series of third order is exact to rounding. */
+/* If the squared angle [rad^2] is below this value, a series of third order is exact to rounding.
+ */
 #define CHASLES_SMALL_TURN 1e-7
-/* Damping of Newton's steps relative to the squared entries of J: initial values far from and near
- * a solution, the value below which the damping becomes zero, and the value at which the iteration
- * is abandoned. */
+/* Damping of Newton's steps relative to the squared entries of J, as four values: the initial
+ * damping far from a solution and near a solution, the value below which damping becomes zero, and
+ * the value at which the iteration is abandoned. */
 #define CHASLES_DAMPING_FAR 1e-5
 #define CHASLES_DAMPING_NEAR 1e-14
 #define CHASLES_DAMPING_DROPPED 1e-13
@@ -79,10 +82,10 @@
 #define CHASLES_ORDERS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* Origin of the half angle [rad]; it differs from the right angles that are common in arms. */
+/* Origin of the half angle [rad], different from the right angles that are common in arms. */
 #define CHASLES_HALF_FROM 0.61
 
-/* An elimination order: the order of the joints in the equations. */
+/* An elimination order, which is the order of the joints in the equations. */
 typedef struct {
     int joint[6]; /* indices of the pair, the suppressed joint, v and w, and the last joint */
     int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
@@ -95,22 +98,22 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* An arm with six unknown joints; all other joints are fixed. An arm with five unknown joints has
- * an additional sixth joint, which rotates the tool. */
+/* An arm with six unknown joints; all other joints are fixed. If five joints of the arm are
+ * unknown, an added sixth joint rotates the tool. */
 typedef struct {
-    /* The robot's forward kinematics and mixed Jacobian. */
+    /* Function that computes the robot's forward kinematics and mixed Jacobian. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
     int joints;
     int kind[CHASLES_CHAIN_MAX_JOINTS];
-    double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of a joint's motion about or along z */
-    double length; /* size of the arm (m), which converts radians to meters */
+    double direction[CHASLES_CHAIN_MAX_JOINTS]; /* sign of the motion of a joint about or along z */
+    double length; /* size of the arm (m), by which radians are converted to meters */
     double placed[CHASLES_CHAIN_MAX_JOINTS + 1][12]; /* constant transforms (3, 4) */
     int orders;
     chasles_general_order order[CHASLES_ORDERS]; /* best first */
 } chasles_general_arm;
 
-/* The arm with its fixed joints at given values. Lengths are relative to the arm length, including
- * the coordinates of prismatic unknown joints. */
+/* The arm with its fixed joints at the given values. Lengths are relative to the arm length,
+ * including the coordinates of prismatic unknown joints. */
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_CHAIN_MAX_GIVEN]; /* values of the fixed joints (rad or m) */
@@ -123,13 +126,13 @@ typedef struct {
 
 /* The equations of an elimination order at a pose. */
 typedef struct {
-    double loop[6][12];   /* C_1 ... C_6 */
-    int slides[6];        /* whether each joint of the elimination order is prismatic */
-    double factor[8][8];  /* triangular factor of the matrix A */
-    double head[3][8][9]; /* the rows of B that correspond to A's factor */
-    double rest[3][6][9]; /* equations without y: factors of 1, cos, sin of the suppressed angle */
-    double form[3][3][6][3]; /* equations without y: factors of 1, cos, sin of the half angle;
-    indices (1, cos, sin), (A, B, C) */
+    double loop[6][12];      /* C_1 ... C_6 */
+    int slides[6];           /* whether each joint of the elimination order is prismatic */
+    double factor[8][8];     /* triangular factor of the matrix A */
+    double head[3][8][9];    /* the rows of B that belong to the factor of A */
+    double rest[3][6][9];    /* factors of 1, cos, sin of the suppressed angle, without y */
+    double form[3][3][6][3]; /* factors of 1, cos, sin of the half angle, in equations without y;
+                                indices (1, cos, sin), (A, B, C) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -174,7 +177,7 @@ static int chasles_general_given(const chasles_general_arm *arm)
     return given;
 }
 
-/* Computes the transform after a fixed joint from the transform before the joint. */
+/* Computes the transform after a fixed joint from the transform before this joint. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
 {
@@ -188,7 +191,7 @@ static void chasles_general_fixed(const chasles_general_arm *arm, int joint, dou
     chasles_general_product(moved, arm->placed[joint + 1], placed);
 }
 
-/* Computes the arm with its fixed joints at their values. */
+/* Computes the arm with its fixed joints at the given values. */
 static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {
@@ -223,13 +226,13 @@ static double chasles_general_direction(const chasles_general_six *six, int join
     return six->arm->direction[six->own[joint]];
 }
 
-/* Returns a coordinate reduced by full turns. */
+/* Returns a coordinate that is reduced by full turns. */
 static double chasles_general_wrapped(const chasles_general_six *six, int joint, double value)
 {
     return six->slides[joint] ? value : chasles_circle_wrapped(value);
 }
 
-/* Computes the constant transforms C_1 ... C_6 of the loop of arm and tool, in the elimination
+/* Computes the constant transforms C_1 to C_6 in the loop of arm and tool, in the elimination
  * order. */
 static void chasles_general_loop(const chasles_general_six *six, const chasles_general_order *order,
                                  const double *T, double (*C)[12])
@@ -266,7 +269,7 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* Computes the quantities of a moved line, which are linear in the original quantities. */
+/* Computes the quantities of a moved line as linear functions of the original quantities. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -291,8 +294,8 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Computes the coefficients of 1, cos and sin in the quantities of a line that is rotated by sign *
- * angle about z. */
+/* Computes the coefficients of 1, cos and sin in the quantities of a line; the line is rotated by
+ * sign * angle about z. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -306,9 +309,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Computes the coefficients of 1, d and d^2 in the quantities of a line that is translated by sign
- * * d along z.
- */
+/* Computes the coefficients of 1, d and d^2 in the quantities of a line; the line is translated by
+ * sign * d along z. */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);
@@ -324,7 +326,7 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* A joint moves a line; computes the coefficients of the line's quantities. */
+/* Computes the coefficients of the quantities of a line that a joint moves. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)
@@ -333,8 +335,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* Computes the fourteen equations: the columns of A, then the columns of B. The first column of B
- * includes the constants of the left side. `slides` marks the prismatic joints. */
+/* Computes the fourteen equations: first the columns of A, then the columns of B. The first column
+ * of B includes the constant terms of the left side. `slides` marks the prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];

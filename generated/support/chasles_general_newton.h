@@ -1,5 +1,5 @@
-/* Newton's iteration of a six-joint arm to a pose; steps without improvement are damped. This file
- * is part of chasles and is the same for every robot.
+/* Newton's iteration of a six-joint arm towards a pose; a step without improvement is damped. This
+ * file is part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
@@ -15,9 +15,9 @@ typedef struct {
     double q[6];
     double n[6];      /* the null vector of M */
     double along;     /* the suppressed angle */
-    double c, s;      /* cos and sin of this angle */
+    double c, s;      /* cos and sin of the suppressed angle */
     double imaginary; /* imaginary part of the suppressed angle, or 0 for a real root */
-    int has_twin;     /* whether another root is near this root */
+    int has_twin;     /* whether another root is close to this root */
     double left;      /* residual of the eight equations that M does not contain */
 } chasles_general_start;
 
@@ -25,15 +25,15 @@ typedef struct {
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
-    double left;    /* larger norm of the twist (meter or radian) */
+    double left;    /* larger norm of the twist's two parts (m or rad) */
     double cost;    /* sum of squared errors, which each step decreases */
     double damping; /* damping of the next step, or 0 for a Newton step */
     int steps;      /* number of steps so far */
-    int is_over;    /* whether no further step can improve the iterate */
+    int is_over;    /* whether no further step can improve the result */
 } chasles_general_iterate;
 
-/* Computes all joints of the robot (rad, m) from the unknown joints, whose prismatic coordinates
- * are relative to a length (m). */
+/* Computes all joints of the robot (rad, m) from the unknown joints; the prismatic coordinates are
+ * relative to a length (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -53,8 +53,8 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
     chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
-/* Computes the pose and the Jacobian columns of five joints and of a sixth joint, which rotates the
- * tool about a tool axis. */
+/* Computes the pose and the Jacobian columns of five joints and an added sixth joint, which rotates
+ * the tool about a tool axis. */
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
@@ -86,7 +86,8 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
     }
 }
 
-/* Computes the robot's forward kinematics and the Jacobian columns of the six unknown joints. */
+/* Computes the forward kinematics of the robot and the Jacobian columns of its six unknown joints.
+ */
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
@@ -111,9 +112,9 @@ static void chasles_general_forward(const chasles_general_six *six, const double
     }
 }
 
-/* Computes the twist at the tool from one pose to another (meter, radian). Returns the larger of
- * the distance and the angle between two poses. The angle depends on all matrix entries, so that it
- * is large for a matrix that is not a rotation. */
+/* Computes the tool twist from one pose to another (meter, radian). Returns the larger of the
+ * distance and the angle between two poses. The angle depends on all matrix entries, so that it is
+ * large for a matrix that is not a rotation. */
 static double chasles_general_error(const double *T, const double *at, double *e)
 {
     double w[3] = {0.0}, trace = 0.0, position = 0.0, turned = 0.0;
@@ -130,9 +131,8 @@ static double chasles_general_error(const double *T, const double *at, double *e
         position += e[k] * e[k];
     }
     const double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    /* The ratio of the angle to its sine; for small angles, a series with error 1e-13 replaces the
-     * arc tangent.
-     */
+    /* Ratio of the angle to its sine; for small angles, a series with an error of 1e-13 replaces
+     * the arc tangent. */
     const double factor = turned < CHASLES_SMALL_TURN ? 1.0 + sine * sine / 6.0
                           : sine > 0.0                ? atan2(sine, 0.5 * (trace - 1.0)) / sine
                                                       : 1.0;
@@ -185,8 +185,8 @@ static void chasles_general_begin(const chasles_general_six *six, const double *
     iterate->is_over = iterate->left <= CHASLES_CLOSED;
 }
 
-/* Takes a step of at most half a radian or half the arm length if the error decreases; otherwise
- * increases the damping of the next step. */
+/* Takes a step of at most half a radian or half the arm length if the step decreases the error;
+ * otherwise, increases the damping of the next step. */
 static void chasles_general_advance(const chasles_general_six *six, const double *T,
                                     const double *step, chasles_general_iterate *iterate)
 {
@@ -248,7 +248,7 @@ static void chasles_general_newton(const chasles_general_six *six, const double 
     }
 }
 
-/* Computes a damped step. */
+/* Computes a damped step towards the pose. */
 static void chasles_general_step_damped(const chasles_general_six *six, const double *T,
                                         chasles_general_iterate *iterate)
 {
@@ -295,8 +295,8 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         iterate->q[i] = chasles_general_wrapped(six, i, iterate->q[i]);
 }
 
-/* Computes the ratio of |det J| to the product of the column norms, for many J: at most 1, and 0
- * for a singular J. */
+/* Computes the ratio of |det J| to the product of the column norms, for many matrices J: at most 1,
+ * and 0 for a singular J. */
 static void chasles_general_margins(const double (*J)[36], int count, double length, double *margin)
 {
     double rows[6][6][CHASLES_VECTOR_LANES];
@@ -328,20 +328,21 @@ static void chasles_general_margins(const double (*J)[36], int count, double len
 /* Distance (rad, or relative to the arm length) between successive points on a self-motion curve.
  */
 #define CHASLES_WALK_STEP 0.1
-/* Maximum number of points on a self-motion curve in one direction: about one revolution of two
+/* Maximum number of points on a self-motion curve in one direction, about one revolution of two
  * joints. */
 #define CHASLES_WALK_POINTS 100
-/* Maximum number of corrector steps onto a self-motion curve. */
+/* Maximum number of corrector steps from a point onto the self-motion curve. */
 #define CHASLES_WALK_CORRECTIONS 8
 
 /* A point on a self-motion curve. */
 typedef struct {
     chasles_general_iterate iterate;
     double v[6], u[6];
-    double left; /* u . e: the error that no joint can remove */
+    double left; /* u . e, the error that no joint can remove */
 } chasles_general_walk_point;
 
-/* Solves (J + u v^T) x = b, or with its transpose. Returns whether x is finite. */
+/* Solves (J + u v^T) x = b, or the system with the transposed matrix. Returns whether x is finite.
+ */
 static int chasles_general_bordered(const chasles_general_walk_point *point, double length,
                                     int transposed, const double *b, double *x)
 {
@@ -419,9 +420,9 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Follows the self-motion curve in one direction and stores starts for Newton's iteration, the
- * points where the remaining error changes its sign or has a minimum. Returns the number of starts.
- */
+/* Follows the self-motion curve in one direction. Stores the points where the remaining error
+ * changes its sign or has a minimum, as starts for Newton's iteration. Returns the number of
+ * starts. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_iterate *iterates, int most)

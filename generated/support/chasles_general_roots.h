@@ -1,13 +1,10 @@
 /* Computes the determinant of M for many suppressed angles at once (one per SIMD lane), its real
  * roots, and the null vector of M. This file is part of chasles and is the same for every robot.
  *
- * With sine s and cosine c of the half angle, each of the six equations without y is (A s^2 + B s c
- * + C c^2) x = 0. Multiplied by s and by c, these equations are
- *
- *     [A B C 0]                                  [A B]         [A B]   orthogonal complements of
- *     [0 A B C] (s^3 x, s^2 c x, s c^2 x, c^3 x),                      A (above) and of C (below)
- *
- * Reflections of A and of C reduce them to a 6 x 6 matrix for (s^2 c x, s c^2 x).
+ * With sine s and cosine c of the half angle, each of the six equations without y has the form (A
+ * s^2 + B s c + C c^2) x = 0. Multiplied by s and by c, these equations have the rows [A B C 0] and
+ * [0 A B C] for the unknowns (s^3 x, s^2 c x, s c^2 x, c^3 x). Householder reflections of A (upper
+ * row) and of C (lower row) reduce the equations to a 6 x 6 matrix for (s^2 c x, s c^2 x).
  */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
@@ -19,14 +16,14 @@
 #include "chasles_general_equations.h"
 #include "chasles_vectors.h"
 
-/* Minimax polynomial on |t| <= 1/2 with z = t^2: atan t = t + t z P(z) to 2^-57; highest power
- * first. */
+/* Minimax polynomial on |t| <= 1/2 with z = t^2, highest power first: atan t = t + t z P(z) to
+ * 2^-57. */
 static const double chasles_general_arctangent[] = {
     0.010117105953140847, -0.02743532082961043, 0.04186527516045578, -0.051220140523104356,
     0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
     0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
 
-/* Computes the angles of points (x, y) as the angle of the nearest axis or diagonal plus a
+/* Computes the angles of points (x, y); each is the angle of the nearest axis or diagonal plus a
  * remainder. */
 CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
 {
@@ -87,7 +84,7 @@ CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns
         chasles_general_reflected(a, j, columns, determinant);
 }
 
-/* Solves R x = b in place, or with R transposed. */
+/* Solves R x = b in place, or the system with the transposed R. */
 static void chasles_general_upper(chasles_vector (*R)[6], chasles_vector *x)
 {
     for (int j = 5; j >= 0; j--) {
@@ -106,13 +103,14 @@ static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
     }
 }
 
-/* Computes the 6 x 6 triangular matrix by columns, which is singular if M is singular, and det M.
- */
+/* Computes, column by column, the 6 x 6 triangular matrix, which is singular if M is singular, and
+ * det M. */
 static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
                                      const chasles_vector *s, chasles_vector (*R)[6],
                                      chasles_vector *determinant)
 {
-    /* First the columns of A, B and C (factor s), then the columns of C, B and A (factor c). */
+    /* First the columns of A, B and C (factor s) are reduced, then the columns of C, B and A
+     * (factor c). */
     const chasles_vector zero = {0.0};
     chasles_vector high[9][6], low[9][6];
     for (int f = 0; f < 3; f++) {
@@ -127,8 +125,8 @@ static void chasles_general_factored(const chasles_general_system *system, const
     memcpy(low + 3, high + 3, 3 * sizeof *low);
     memcpy(low + 6, high, 3 * sizeof *low);
     *determinant = zero + 1.0;
-    /* The two factorizations are interleaved, because each waits for its square roots and
-     * quotients. */
+    /* The two factorizations are interleaved, because each factorization waits for its square roots
+     * and quotients. */
     CHASLES_UNROLL
     for (int j = 0; j < 3; j++) {
         chasles_general_reflected(high, j, 9, determinant);
@@ -172,10 +170,10 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)
-/* Number of samples per cell, at Chebyshev nodes. */
+/* Number of samples per cell, which are taken at Chebyshev nodes. */
 #define CHASLES_NODES 12
 
-/* Computes the trigonometric polynomial from samples of the determinant. */
+/* Computes the coefficients of the trigonometric polynomial from samples of the determinant. */
 static void chasles_general_interpolated(const chasles_general_system *system,
                                          chasles_circle_series *series)
 {
@@ -217,8 +215,8 @@ static void chasles_general_interpolated(const chasles_general_system *system,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Computes the polynomial on a cell from samples in this cell. If several close roots make the
- * polynomial small throughout the cell, these samples give more digits than samples around the
+/* Computes the polynomial on one cell from samples in this cell. If several close roots make the
+ * polynomial small in the whole cell, these samples give more digits than samples around the
  * circle. */
 static void chasles_general_sampled(const void *source, chasles_circle_part *part)
 {
@@ -235,7 +233,7 @@ static void chasles_general_sampled(const void *source, chasles_circle_part *par
         chasles_general_factored(system, &c, &s, R, &determinant);
         memcpy(values + from, &determinant, sizeof determinant);
     }
-    /* First Chebyshev polynomials, then powers of z. */
+    /* The terms are first Chebyshev polynomials, then powers of z. */
     memset(part->t, 0, sizeof part->t);
     terms[0][0] = terms[1][1] = 1.0;
     part->noise = 0.0;

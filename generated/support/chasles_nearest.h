@@ -11,45 +11,46 @@
 #include "chasles_distance.h"
 
 #ifdef __TINYC__
-/* The compiler tcc accepts neither its own INFINITY nor a negated infinity in constant expressions;
- * without parentheses, -INFINITY is a product of finite constants. */
+/* The compiler tcc accepts neither its own INFINITY nor a negated infinity in constant expressions.
+ * Without parentheses, -INFINITY is a product of finite constants. */
 #undef INFINITY
 #define INFINITY 1e308 * 1e308
 #endif
 
 #define CHASLES_SOLVED 1e-9    /* largest residual of a valid solution [m, rad] */
-#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that is treated as rounding */
+#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* Negative results instead of a solution slot: the reason why there is no solution. */
+/* Negative results that state why no solution slot is returned. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
 
-/* Full turns in vectors of displacements. Adding and subtracting 1.5 * 2^52 rounds to an integer.
- */
+/* Number of full turns nearest to each displacement in a vector. Adding and subtracting 1.5 * 2^52
+ * rounds to an integer. */
 #define CHASLES_TURNS(apart) \
     (((apart) * (1 / CHASLES_FULL_TURN) + 6755399441055744.0) - 6755399441055744.0)
 
-/* Limits, weights and periods of the coordinates. */
+/* Limits, weights and periods of the coordinates of a robot. */
 typedef struct {
-    const double *lower, *upper; /* limits of a coordinate, infinite for no limit */
+    const double *lower, *upper; /* limits of a coordinate, infinite if there is no limit */
     const double *scale;         /* weight of a coordinate's displacement in the distance */
     const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, otherwise 0
                          */
 } chasles_moves;
 
-/* The solution slots of an inverse, one per row. */
+/* The solution slots of an inverse, with one solution per row. */
 typedef struct {
     int n, slots;
     const double *q, *residual, *margin;
     double tolerance; /* largest residual of a valid solution */
 } chasles_slots;
 
-/* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed
- * within the limits. Returns the distance from the seed, or INFINITY if a coordinate has no value
- * within its limits. A coordinate that violates a limit only by rounding is set to the limit. */
+/* Writes the coordinates of a solution; each is shifted by full turns to the value within its
+ * limits that is nearest to the seed. Returns the distance from the seed, or INFINITY if a
+ * coordinate has no value within its limits. A coordinate that violates a limit only by rounding is
+ * set to the limit. */
 static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
                                      const double *q_seed, double *q)
 {
@@ -75,8 +76,8 @@ static inline double chasles_limited(int n, const chasles_moves *moves, const do
     return distance;
 }
 
-/* Writes the coordinates of a solution, shifted by full turns to the values nearest to the seed.
- * Returns whether the shifted coordinates are within the limits. */
+/* Writes the coordinates of a solution; each is shifted by full turns to the value nearest to the
+ * seed. Returns whether the shifted coordinates are within the limits. */
 static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
                                     const double *q_seed, double *q)
 {
@@ -89,8 +90,8 @@ static inline int chasles_is_inside(int n, const chasles_moves *moves, const dou
     return inside;
 }
 
-/* Writes the distance of each solution from the seed without limits, a lower bound of its distance
- * with limits. */
+/* Writes the distance of each solution from the seed without limits, which is a lower bound of its
+ * distance with limits. */
 static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
                                      const double *q_seed, double *distance)
 {
@@ -102,8 +103,8 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
 }
 
 /* Returns the solution slot with the smallest distance, or -1 if all distances are infinite. If
- * distances differ only by rounding, the result is the lowest slot, because the slot number
- * replaces the rounding bits. */
+ * distances differ only by rounding, the lowest slot is returned, because the slot number replaces
+ * the rounding bits. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
@@ -114,7 +115,7 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Writes NaN to q, and the smallest residual with its margin. Returns the reason for the missing
+/* Writes NaN to q, and the smallest residual and its margin. Returns the reason why there is no
  * solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
@@ -141,8 +142,9 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* Computes chasles_nearest from the distances without limits. Tests the solutions in the order of
- * these distances, until no later solution can be nearer with limits. Changes the distances. */
+/* Returns the result of chasles_nearest, given the distances without limits. Tests the solutions in
+ * the order of these distances until no later solution can be nearer within its limits. Changes the
+ * distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -167,7 +169,7 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
  * solution, the lowest slot for equal distances. Without a solution, returns the reason, and writes
- * NaN and the smallest residual with its margin. q may be q_seed. */
+ * NaN to q, and the smallest residual and its margin. q may be q_seed. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {
@@ -184,9 +186,9 @@ static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *
     return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
 }
 
-/* Applies chasles_nearest to dense rows of solutions: the batch has `rows` poses, each with k
- * solution slots of n coordinates. The limits and weights are the arrays of chasles_moves; the
- * outputs are dense rows of q, residual and margin. */
+/* Applies chasles_nearest to rows of solutions: the batch has `rows` poses, each with k solution
+ * slots of n coordinates. The limits and weights are the arrays of chasles_moves; the outputs are
+ * dense rows of q, residual and margin. */
 static inline void chasles_nearest_slots(size_t rows, int n, int k, const double *const *slots,
                                          double tolerance, const double *const *moves,
                                          const double *q_seed, ptrdiff_t seed_step,

@@ -1,5 +1,5 @@
-/* Selects the solutions nearest to seed configurations for a batch of poses, while the solutions
- * are still in SIMD lanes. This file is part of chasles and is the same for every robot.
+/* Selects the solutions nearest to seed configurations for a batch of poses while the solutions are
+ * still in SIMD lanes. This file is part of chasles and is the same for every robot.
  *
  * Included after chasles_batch.h for each instruction set.
  */
@@ -8,7 +8,7 @@
 
 #include "chasles_nearest.h"
 
-/* The seed configurations of a batch, `step` doubles apart, with the distance metric and the
+/* The seed configurations of a batch, which are `step` doubles apart, the distance metric, and the
  * largest residual of a valid solution. */
 typedef struct {
     const double *q;
@@ -18,13 +18,14 @@ typedef struct {
 } chasles_seeds;
 #endif
 
-/* Selects in each SIMD lane the solution nearest to the seed without limits. `found` receives its n
- * coordinates, shifted by full turns to the values nearest to the seed, its residual and its
- * margin. `least` receives the distance of the solution, with the slot number in place of the
- * rounding bits. `is_inside` becomes 1 in lanes with a solution within the limits, otherwise 0.
+/* Selects in each SIMD lane the solution that is nearest to the seed without limits. `found`
+ * receives the n coordinates of this solution, shifted by full turns to the values nearest to the
+ * seed, its residual and its margin. `least` receives the distance of the solution, with the slot
+ * number in place of the rounding bits. `is_inside` becomes 1 in lanes whose solution is within the
+ * limits, otherwise 0.
  *
- * `slots` contains SIMD vectors: n coordinates of each of the k solution slots, k residuals and k
- * margins. */
+ * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals
+ * and k margins. */
 LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *slots,
                                                    const lanes *q_seed, const chasles_seeds *by,
                                                    lanes *least, lanes *is_inside, lanes *found)
@@ -64,7 +65,7 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
     *is_inside = LANES_NUMBER(holds);
 }
 
-/* Selects the solution of one SIMD lane with limits, by chasles_nearest. */
+/* Selects the solution of one SIMD lane within the limits by chasles_nearest. */
 static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nearest_lane)(
     int n, int k, const double *slots, const double *q_seed, const chasles_seeds *by, double *q,
     double *residual, double *margin)

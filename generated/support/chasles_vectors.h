@@ -1,5 +1,5 @@
-/* SIMD vectors with one sample or solution per lane. This file is part of chasles and is the same
- * for every robot.
+/* SIMD vectors with one sample or solution in each lane. This file is part of chasles and is the
+ * same for every robot.
  */
 #ifndef CHASLES_VECTORS_H
 #define CHASLES_VECTORS_H
@@ -26,11 +26,11 @@ typedef int64_t chasles_vector_mask __attribute__((vector_size(8 * CHASLES_VECTO
 #define CHASLES_ZERO {0.0}
 
 #define CHASLES_INLINE static inline __attribute__((always_inline))
-/* Loops are unrolled, because a matrix of vectors stays in registers if its indices are constants.
- */
+/* Loops are unrolled, because a matrix of vectors stays in registers only if its indices are
+ * constants. */
 #define CHASLES_UNROLL _Pragma("GCC unroll 16")
 
-/* Selects the bits of one value; the unselected value may be NaN. */
+/* Selects one of two values bit by bit; the unselected value may be NaN. */
 CHASLES_INLINE chasles_vector chasles_vector_chosen(chasles_vector_mask where, chasles_vector x,
                                                     chasles_vector y)
 {
@@ -49,7 +49,7 @@ CHASLES_INLINE chasles_vector chasles_vector_signed(chasles_vector x, chasles_ve
                             ((chasles_vector_mask)y & INT64_MIN));
 }
 #else
-/* Plain C code with vectors of one lane. */
+/* Plain C code that computes with vectors of one lane. */
 #define CHASLES_VECTOR_LANES 1
 typedef double chasles_vector;
 typedef int chasles_vector_mask;

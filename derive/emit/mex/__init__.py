@@ -1,1 +1,1 @@
-"""Functions for MATLAB, Octave and Simulink over the generated C."""
+"""Functions for MATLAB, Octave and Simulink that call the generated C."""

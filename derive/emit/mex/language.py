@@ -1,4 +1,4 @@
-"""Writes functions for MATLAB and Octave, an S-function of Simulink, and a build script."""
+"""Writes functions for MATLAB and Octave, an S-function for Simulink, and a build script."""
 
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +15,7 @@ SHARED = ("chasles_functions.h", "chasles_mex.h")
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the folder by path."""
+    """Returns the files of the folder, keyed by path."""
     name, listed = derivation.robot.name, functions(derivation)
     values = {
         "robot": name,

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as a table in C, and as functions of MATLAB."""
+"""Prints the functions of a robot as a C table, and as functions of MATLAB."""
 
 import math
 import textwrap
@@ -16,19 +16,20 @@ _KEYWORDS = (
     "persistent return spmd switch try while"
 )
 _RESERVED = frozenset(_KEYWORDS.split())
-"""Keywords of MATLAB; such a name gets a trailing underscore."""
+"""Keywords of MATLAB; a name in this list gets a trailing underscore."""
 
 
 @dataclass(frozen=True)
 class Array:
-    """An input or output of a function.
+    """An input or output of a function in the table.
 
     Attributes:
         name: Name in MATLAB.
-        meaning: Meaning with the unit.
+        meaning: Meaning of the input or output, with its unit.
         shape: Sizes in MATLAB.
-        has_columns: Whether C stores one solution per row, which is a column in MATLAB.
-        is_condition: Whether the entries are true or false.
+        has_columns: Whether C stores one solution per row; in MATLAB, each solution is then a
+            column.
+        is_condition: Whether the entries are truth values.
     """
 
     name: str
@@ -44,21 +45,21 @@ class Array:
 
     @property
     def sizes(self) -> str:
-        """The shape as text."""
+        """The shape of the array as text."""
         return " x ".join(map(str, self.shape))
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of MATLAB.
+    """A function as MATLAB calls it.
 
     Attributes:
-        name: Name in C without the prefix of the robot.
-        summary: Its meaning in lines.
+        name: Name of the C function without the prefix of the robot.
+        summary: Meaning of the function, as lines of text.
         inputs: The inputs.
         required: Number of inputs that a call needs.
         outputs: The outputs.
-        body: The C statements that read ``in`` and write ``out``.
+        body: The C statements that read the inputs ``in`` and write the outputs ``out``.
     """
 
     name: str
@@ -70,7 +71,7 @@ class Function:
 
 
 def functions(derivation: Derivation) -> list[Function]:
-    """Returns the functions of a robot: public ones, and all branches of its loops."""
+    """Returns the functions of a robot: public functions, and functions for all loop branches."""
     found = [
         f
         for f in (*derivation.functions, *derivation.written)
@@ -83,7 +84,7 @@ def functions(derivation: Derivation) -> list[Function]:
 
 
 def table(derivation: Derivation, listed: Sequence[Function]) -> str:
-    """Returns the C header with the table of the functions."""
+    """Returns the C header that contains the table of functions."""
     name = derivation.robot.name
     calls = [
         "\n".join(
@@ -119,7 +120,7 @@ def _array(array: Array) -> str:
 
 
 def help_file(derivation: Derivation, function: Function) -> str:
-    """Returns the MATLAB function with its help."""
+    """Returns the MATLAB file of a function, with its help text."""
     robot = derivation.robot.name
     name = f"{robot}_{function.name}"
     inputs = [array.name for array in function.inputs]
@@ -148,7 +149,7 @@ def _safe(name: str) -> str:
 
 
 def _of(value: Argument | Result, *, has_slots: bool = False) -> Array:
-    """Returns an input or output; a vector is a column."""
+    """Returns a table entry for an input or output; a vector is a column."""
     shape, meaning = value.shape or (1,), f"{value.meaning} ({value.unit})"
     if len(shape) == 1:
         return Array(_safe(value.name), meaning, (*shape, 1))

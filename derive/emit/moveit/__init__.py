@@ -1,1 +1,1 @@
-"""A package of ROS 2 with a kinematics plugin of MoveIt 2 over the generated C."""
+"""A ROS 2 package with a kinematics plugin for MoveIt 2 that calls the generated C."""

@@ -1,4 +1,4 @@
-"""Writes an ament package: the generated C, and a kinematics plugin of MoveIt 2."""
+"""Writes an ament package: the generated C, and a kinematics plugin for MoveIt 2."""
 
 from collections.abc import Collection, Sequence
 from importlib.metadata import version
@@ -27,14 +27,14 @@ TEMPLATES = {
 SHARED = ("robot_state.hpp", "samples.hpp", "solver.hpp", "solver.cpp", "solver_setup.cpp")
 """Files that are the same for every robot except for their namespace."""
 MAPS = ("chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain", "actuator_rates")
-"""Functions that convert between actuators and the joints of the chain."""
+"""Functions that convert between the actuators and the joints of the chain."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the package by path.
+    """Returns the files of the package, keyed by path.
 
     Raises:
-        InputValueError: A function that the plugin calls is missing.
+        InputValueError: A function that the plugin needs is missing.
     """
     name = derivation.robot.name
     inverse = _inverse(derivation)
@@ -69,7 +69,7 @@ def _chain(derivation: Derivation) -> Sequence[Joint]:
 
 
 def _joints(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the joints of the chain without joints that mimic others."""
+    """Returns the joints of the chain, except joints that mimic other joints."""
     robot = derivation.robot
     if isinstance(robot, Mechanism) or not robot.couplings:
         return _chain(derivation)
@@ -91,7 +91,7 @@ def _has_maps(derivation: Derivation) -> bool:
 
 
 def _inverse(derivation: Derivation) -> Signature:
-    """Returns the inverse of the plugin: the first for complete poses."""
+    """Returns the inverse that the plugin calls: the first inverse for complete poses."""
     found = (*derivation.functions, *derivation.written)
     inverse = next((f for f in found if f.role.is_inverse and f.role.domain == "pose"), None)
     needs_maps = list(_joints(derivation)) != list(derivation.robot.coordinates)
@@ -105,12 +105,12 @@ def _inverse(derivation: Derivation) -> Signature:
 
 
 def _map_files(derivation: Derivation, inverse: Signature) -> dict[str, str]:
-    """Returns the header that converts actuators and joints, and its example; {} without maps."""
+    """Returns the header that converts actuators and joints, with an example; {} without maps."""
     if not _has_maps(derivation):
         return {}
     robot, chain = derivation.robot, [joint.name for joint in _chain(derivation)]
     hybrid = derivation.hybrid
-    # The maps of couplings are linear: their rates do not depend on the positions.
+    # The maps of couplings are linear, so their rates do not depend on the positions.
     has_slope = hybrid is not None
     all_joints = [v.name for v in hybrid.variables] if hybrid else chain
     values = {

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot that the plugin calls."""
+"""Prints the calls of robot functions that the kinematics plugin contains."""
 
 from collections.abc import Sequence
 
@@ -11,18 +11,19 @@ from ...terms.symbolic_function import Signature
 def plugin_values(
     derivation: Derivation, inverse: Signature, joints: Sequence[Joint]
 ) -> dict[str, str]:
-    """Returns the values of the plugin's placeholders.
+    """Returns the values of the placeholders in the plugin.
 
-    The plugin works with the joints of the chain. In a robot with loops or couplings, the generated
-    C takes and returns actuated coordinates, which ``chain`` and ``actuators`` convert.
+    The plugin works with the joints of the chain. For a robot with loops or couplings, the
+    generated C uses actuated coordinates; ``chain`` and ``actuators`` convert between these
+    coordinates and the joints.
 
     Args:
-        derivation: The robot with its functions.
+        derivation: The derived robot with its functions.
         inverse: The inverse that the plugin calls.
         joints: The moving joints from the base to the tool.
 
     Raises:
-        InputValueError: An input of the inverse is neither a joint nor a swivel angle.
+        InputValueError: An input of the inverse is neither a joint value nor a swivel angle.
     """
     is_direct = list(joints) == list(derivation.robot.coordinates)
     inputs, at = _inputs(derivation, inverse, [joint.name for joint in joints], is_direct)
@@ -63,7 +64,7 @@ def _mapped(derivation: Derivation, inverse: Signature, m: int) -> dict[str, str
 
 
 def _periods(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
-    """Returns a full turn for each revolute joint that no other joint follows, and 0 for others."""
+    """Returns the period of each joint: a full turn, or 0 if prismatic or followed by a joint."""
     robot, alone = derivation.robot, {joint.name for joint in joints}
     if isinstance(robot, SerialRobot) and len(joints) < len(robot.moving):
         columns = zip(joints, range(len(joints)), strict=True)
@@ -77,7 +78,7 @@ def _periods(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
 
 
 def _reference(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
-    """Returns the joints at the reference of a robot with loops; [] without loops."""
+    """Returns the joint values at the reference of a robot with loops; empty without loops."""
     if derivation.hybrid is None:
         return []
     return [repr(round(derivation.hybrid.at_reference[joint.name], 9)) for joint in joints]
@@ -92,7 +93,7 @@ def _passed(inverse: Signature) -> str:
 def _inputs(
     derivation: Derivation, inverse: Signature, joints: Sequence[str], is_direct: bool
 ) -> tuple[list[int], list[str]]:
-    """Returns the joint of each input, -1 for a swivel angle, and the lines that compute it."""
+    """Returns the joint index of each input (-1: swivel angle), and lines that compute inputs."""
     robot, names = derivation.robot, [argument.name for argument in inverse.inputs[1:]]
     swivel = {f.name for f in derivation.functions if f.role.name == "redundancy"}
     if is_direct and len(names) == len(inverse.role.fixed):

@@ -1,1 +1,1 @@
-"""A crate in Rust without dependencies, which also compiles without Rust's standard library."""
+"""A Rust crate without dependencies, which also compiles without the standard library of Rust."""

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as Rust."""
+"""Prints the functions of a robot in Rust."""
 
 import textwrap
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ _KEYWORDS = (
     "where while yield"
 )
 CONSTANTS = ("N", "SOLVED", "COORDINATE_NAMES", "COORDINATE_UNITS", "COORDINATE_LIMITS")
-"""Constants of a crate."""
+"""Names of the constants that the crate defines."""
 RESERVED = frozenset([*_KEYWORDS.split(), *CONSTANTS])
-"""Names that an argument cannot have; such a name gets a trailing underscore."""
+"""Names that an argument cannot have in Rust; such a name gets a trailing underscore."""
 _TEMPLATES = {
     Operation.SIGN: "if {0} < 0.0 {{ -1.0 }} else if {0} > 0.0 {{ 1.0 }} else {{ {0} }}",
     Operation.SELECT: "if {0} {{ {1} }} else {{ {2} }}",
@@ -32,20 +32,20 @@ _CALLS = {
 
 
 def safe(name: str) -> str:
-    """Returns a name that an argument in Rust can have."""
+    """Returns a name that an argument can have in Rust."""
     return f"{name}_" if name in RESERVED else name
 
 
 def definition(function: Signature, described: Sequence[str], program: Program) -> str:
-    """Returns a function with its comment.
+    """Returns a Rust function with its comment.
 
     Args:
         function: The function.
-        described: The lines of the comment; the first line is the summary.
+        described: The lines of the comment; the first line is the summary of the function.
         program: The program of all branches of the function.
     """
     first, *others = described
-    # Markdown would read the products and indices of formulas as emphasis and links.
+    # Markdown would read the products and indices in formulas as emphasis and links.
     comment = [f"/// {first}", "///", "/// ```text", *(f"/// {line}" for line in others), "/// ```"]
     inputs = [f"{safe(a.name)}: &{kind(a)}" for a in function.inputs]
     outputs = [f"{safe(r.name)}: &mut {kind(r)}" for r in function.outputs]
@@ -57,9 +57,9 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
 
 
 def kind(value: Argument | Result) -> str:
-    """Returns the type of an argument: an array, or an array of arrays for solution slots.
+    """Returns the type of an argument: an array or, with solution slots, an array of arrays.
 
-    The slots of a residual or a margin are the entries of an array.
+    In an array of residuals or margins, each entry belongs to one slot.
     """
     if is_slots(value):
         slots, n = value.shape
@@ -95,7 +95,7 @@ def _statements(function: Signature, program: Program) -> list[str]:
 
 
 def _place(result: Result, entry: int) -> str:
-    """Returns the expression of an entry of a result."""
+    """Returns the expression for one entry of a result."""
     if is_slots(result):
         slot, k = divmod(entry, result.shape[1])
         return f"{safe(result.name)}[{slot}][{k}]"

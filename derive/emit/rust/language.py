@@ -1,4 +1,4 @@
-"""Writes a crate in Rust: the functions without an iterative solver, and an example."""
+"""Writes a Rust crate that contains the functions without an iterative solver, and an example."""
 
 import json
 import math
@@ -19,11 +19,11 @@ from .functions import definition
 
 SUPPORT = Path(__file__).parent / "support"
 _START = 0.4
-"""Value of a serial joint in the example (radian, meter), if its limits allow it."""
+"""Joint value of a serial robot in the example (radian, meter), if the limits allow it."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the crate by path."""
+    """Returns the files of the crate, keyed by path."""
     printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
     values = {
         "robot": derivation.robot.name,
@@ -62,14 +62,14 @@ def _library(
 
 
 def _missing(derivation: Derivation) -> str:
-    """Names the functions that the crate lacks, or returns ""."""
+    """Names the functions that the crate lacks, or returns an empty text."""
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
     return f"Only in C, because of an iterative solver: {names}." if names else ""
 
 
 def _constants(derivation: Derivation) -> str:
-    """Returns the constants of the robot's coordinates."""
+    """Returns the constants for the coordinates of the robot."""
     moved = derivation.robot.coordinates
     limits = [
         f"[{_bound(c.limits[0], 'f64::NEG_INFINITY')}, {_bound(c.limits[1], 'f64::INFINITY')}]"
@@ -106,7 +106,7 @@ def _bound(value: object, infinite: str) -> str:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves a pose, or that prints a pose, or {} without ``fk``."""
+    """Returns an example that solves or prints a pose; empty without ``fk``."""
     if not any(function.name == "fk" for function in printed):
         return {}
     values = values | {"start": ", ".join(map(number, _start(derivation)))}
@@ -123,7 +123,7 @@ def _example(
 
 
 def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can call an inverse: a pose and fixed joints are its inputs."""
+    """Whether the example can call an inverse; its inputs must be a pose and fixed joints."""
     robot = derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     joints = len(function.inputs) - 1
@@ -132,7 +132,7 @@ def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
 
 
 def _start(derivation: Derivation) -> list[float]:
-    """Returns coordinates with closed loops, or of a serial arm that is not stretched."""
+    """Returns example coordinates: loops are closed, and a serial arm is not stretched."""
     if derivation.hybrid is not None:
         return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
     limits = [coordinate.limits for coordinate in derivation.robot.coordinates]

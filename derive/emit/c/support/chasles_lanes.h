@@ -1,12 +1,12 @@
-/* Vector lanes: LANES values at once, one per pose or branch. This file is part of chasles and is
- * the same for every robot.
+/* Vector lanes: LANES values are computed at once, one per pose or branch. This file is part of
+ * chasles and is the same for every robot.
  *
  * The file is included at least once for each instruction set, with CHASLES_ISA 0 (baseline), 1
- * (AVX2) or 2 (AVX-512). Defines the type `lanes` with its functions, and conversions between rows
- * and lanes. Each lane has the result of scalar C, including NaN and infinities, except for the
- * last digits of transcendental functions. Angles of points have errors of at most 2 units in the
- * last place; cosine and sine with FMA, 1.5 units. Other functions come from libmvec, the vector
- * library of glibc, with at most 4 units.
+ * (AVX2) or 2 (AVX-512). The file defines the type `lanes` with its functions, and conversions
+ * between rows and lanes. Each lane has the same result as scalar C, including NaN and infinities,
+ * except for the last digits of transcendental functions. The angle of a point has an error of at
+ * most 2 units in the last place; the cosine and sine with FMA have an error of at most 1.5 units.
+ * Other functions come from libmvec, the vector library of glibc, with at most 4 units.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
@@ -18,8 +18,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Minimax polynomials on |y| <= pi/4 with z = y^2: sin y = y + y z P(z) to 2^-57, cos y = 1 - z/2 +
- * z^2 Q(z) to 2^-63; highest powers first. */
+/* Minimax polynomials on |y| <= pi/4 with z = y^2, highest powers first: sin y = y + y z P(z) to
+ * 2^-57, and cos y = 1 - z/2 + z^2 Q(z) to 2^-63. */
 static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-08,
                                     2.7557313621395764e-06, -0.00019841269829589612,
                                     0.008333333333322118,   -0.1666666666666663};
@@ -29,8 +29,8 @@ static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.087570083772344
 /* pi/2 as a sum of doubles. Each summand is rounded down, so that the reduced angle of -0 is -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
-#define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes larger angles */
-/* Minimax on |t| <= 1/2 with z = t^2: atan t = t + t z P(z) to 2^-57; lowest power first. */
+#define LANES_FARTHEST 1e5 /* maximum angle [rad]; for larger angles, libmvec is used */
+/* Minimax polynomial on |t| <= 1/2, z = t^2, lowest power first: atan t = t + t z P(z) to 2^-57. */
 static const double lanes_arctangent[] = {
     -0.3333333333333298,   0.19999999999903106, -0.14285714276386502, 0.11111110659684081,
     -0.09090896246194469,  0.07692073937540857, -0.0666381088370742,  0.05858300759286596,
@@ -38,8 +38,8 @@ static const double lanes_arctangent[] = {
 
 #define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* LANES_SCHEDULED: interleave two independent vectors. LANES_SPARING also spills fewer registers to
- * memory, for code with many sequential dependencies. */
+/* LANES_SCHEDULED interleaves the computation of two independent vectors. LANES_SPARING also spills
+ * fewer registers to memory, for code with many sequential dependencies. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -55,8 +55,8 @@ static const double lanes_arctangent[] = {
 
 /* Subtracting +0 preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions have the type `lanes_where`. Conditions select bits, so a NaN in an unselected value
- * has no effect. */
+/* Conditions have the vector type `lanes_where`. A condition selects bits, so a NaN in the
+ * unselected value has no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))
@@ -75,7 +75,7 @@ static const double lanes_arctangent[] = {
     lanes c, s;                \
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
-/* Functions have lane arguments by address, because the baseline ABI cannot pass wider vectors by
+/* These functions take lanes by address, because the baseline ABI cannot pass wider vectors by
  * value. Each function calls libmvec once per register of the instruction set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
@@ -89,7 +89,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* Fallback if libmvec does not contain this function. */
+/* Fallback if libmvec lacks this function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \
@@ -122,17 +122,17 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* All processors use GCC's tuning for Haswell: with GCC 12, two interleaved vectors then need the
- * smallest number of register spills. The tables for Skylake or Zen make the code a third slower.
+/* For all processors, GCC tunes the code for Haswell, because two interleaved vectors then spill
+ * the fewest registers (GCC 12). The tables for Skylake or Zen make the code a third slower.
  *
- * LANES_MAX and LANES_MIN return the second argument if one is NaN. LANES_MINUS is the sign bit in
- * lanes where a condition is true. */
+ * LANES_MAX and LANES_MIN return the second argument if one is NaN. LANES_MINUS contains the sign
+ * bit in lanes where a condition is true. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,tune=haswell")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-/* Explicit mask of all lanes: g++ 12 warns about the form without a mask. */
+/* The mask of all lanes is explicit, because g++ 12 warns about the form without a mask. */
 #define LANES_ALL (__mmask8) - 1
 #define LANES_SQRT(x) _mm512_maskz_sqrt_pd(LANES_ALL, x)
 #define LANES_MAX(x, y) ((lanes)_mm512_maskz_max_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
@@ -169,7 +169,7 @@ static const double lanes_arctangent[] = {
 #define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition matters */
+#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition is used */
 #define LANES_CHOICE(condition, x, y) \
     ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
 #define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
@@ -218,10 +218,10 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result is NaN if
- * x is negative or NaN. With AVX-512, the series of (1 - e)^(-1/2) refines a 14-bit estimate; e is
- * at most 2^-13, and the truncation error is 35/128 e^4. Other instruction sets compute the square
- * root and the quotient independently. */
+/* Computes 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result
+ * is NaN if x is negative or NaN. With AVX-512, a 14-bit estimate with the error e is refined by
+ * the series of (1 - e)^(-1/2); e is at most 2^-13, and the truncation error is 35/128 e^4. Other
+ * instruction sets compute the square root and the quotient independently. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
@@ -243,7 +243,7 @@ LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 }
 
 #if CHASLES_ISA > 0
-/* Fallback for lanes with large or non-finite angles. */
+/* Fallback for lanes whose angle is large or not finite. */
 static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_sin_far)(
     const lanes *x, const lanes_where *far, lanes *c, lanes *s)
 {
@@ -254,10 +254,10 @@ static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_si
     *s = LANES_CHOICE(*far, far_s, *s);
 }
 
-/* Cody-Waite reduction by n right angles, then two polynomials. */
+/* Subtracts n right angles by the method of Cody and Waite, then evaluates two polynomials. */
 static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
 {
-    const double units = 6755399441055744.0; /* adding 1.5 * 2^52 rounds to an integer */
+    const double units = 6755399441055744.0; /* the sum with 1.5 * 2^52 is rounded to an integer */
     const lanes shifted = LANES_FMA(*x, LANES_OF(0.63661977236758134), LANES_OF(units));
     const lanes n = shifted - units;
     lanes y = *x;
@@ -272,10 +272,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     }
     sine = LANES_FMA(y * z, sine, y);
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
-    /* Restores the sign of -0, which the sum lost. */
+    /* Restores the sign of -0, which the sum has lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
-    /* Each quarter turn swaps cosine and sine. The sine is negative in quarters 2 and 3, the cosine
-     * in 1 and 2. */
+    /* Each quarter turn swaps the cosine and the sine. The sine is negative in quarters 2 and 3,
+     * the cosine in 1 and 2. */
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
     *s = (lanes)(sine_bits ^ swapped ^ ((quarter << 62) & INT64_MIN));
@@ -295,9 +295,9 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* The angle of a point (y, x), from one quotient: the smaller of |x| and |y| over the larger, or
- * the tangent of the difference to pi/4. Only the sum in the quotient and the division cause
- * rounding errors. The angle is wrong if |x| and |y| differ and their sum overflows. */
+/* Computes the angle of a point (y, x) from one quotient: the smaller of |x| and |y| divided by the
+ * larger, or the tangent of the difference to pi/4. Only the sum in the quotient and the division
+ * cause rounding errors. The angle is wrong if |x| and |y| differ and their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -324,18 +324,18 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
     /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis. The angle is measured backwards if either the point is steep or x < 0. */
+     * axis. The angle is measured backwards if either the point is steep or x < 0, but not both. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
     const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
     const lanes curved = LANES_FMA(signed_t * z, LANES_FMA(z, odd, even), count * rest);
-    /* The products of an eighth of a turn with 0 to 4 are exact. */
+    /* The products of an eighth of a turn with the integers 0 to 4 are exact. */
     const lanes angle = LANES_FMA(count, LANES_OF(eighth), signed_t + curved);
     *value = (lanes)((lanes_mask)angle | ((lanes_mask)*y & INT64_MIN));
 }
 
-/* The angles of two points by one call; each point is the same in lanes 2 k and 2 k + 1. */
+/* Computes the angles of two points at once; each point is the same in lanes 2 k and 2 k + 1. */
 LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, const lanes *y2,
                                               const lanes *x2, lanes *value1, lanes *value2)
 {

@@ -1,9 +1,9 @@
-/* Selects the nearest solution of an inverse with one branch per SIMD lane; the distances are
+/* Selects the nearest solution of an inverse whose branches are in SIMD lanes; the distances are
  * computed in these lanes. This file is part of chasles and is the same for every robot. */
 #ifndef CHASLES_NEAREST_LANES_H
 #define CHASLES_NEAREST_LANES_H
 
-/* Computes the distance of each branch from the seed without limits, with the result of
+/* Computes the distance of each branch from the seed without limits; the results equal those of
  * chasles_distances. Each lane of a vector contains one branch: its n coordinates and its residual.
  */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
@@ -35,9 +35,10 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
 }
 
 /* Writes the solution nearest to the seed and returns its slot, if no limit shifts or excludes this
- * solution; otherwise returns a negative number.
+ * solution. Otherwise, returns a negative number.
  *
- * `branches` contains `width` SIMD vectors for each LANES_COUNT(slots) solution slots. */
+ * `branches` contains `width` SIMD vectors for each group of LANES solution slots;
+ * LANES_COUNT(slots) is the number of groups. */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

@@ -1,7 +1,7 @@
 /* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
  *
- * An inverse does not correct T: the residual is never smaller than the distance of T from a rigid
- * pose. First project poses that are in single precision or read from text:
+ * An inverse does not correct T, so the residual is never smaller than the distance of T from a
+ * rigid pose. First project poses that are in single precision or read from text:
  *
  *   double rigid[16];
  *   if (chasles_project(T, 1e-5, rigid)) robot_ik(rigid, q, residual, margin);
@@ -11,13 +11,14 @@
 
 #include <math.h>
 
-/* Writes the rigid pose nearest to T (4 x 4), with the nearest rotation in the Frobenius norm, and
- * returns 1; rigid may be T itself. Returns 0 and does not change rigid if T is not finite or
- * left-handed, or deviates by more than the tolerance (radian, at most 0.1). The deviation is |R^T
- * R - 1| / sqrt(8) of its rotation R, or the error of an entry in the last row.
+/* Writes the rigid pose nearest to T (4 x 4) and returns 1; rigid may be T itself. The rotation of
+ * this pose is nearest in the Frobenius norm. Returns 0 without changing rigid if T is not finite
+ * or is left-handed, or if T deviates by more than the tolerance (radian, at most 0.1). The
+ * deviation is |R^T R - 1| / sqrt(8) of the rotation part R, or the error of an entry in the last
+ * row.
  *
- * R <- R (3 - R^T R) / 2 squares the distance in each step and converges to the orthogonal factor
- * of R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
+ * The iteration R <- R (3 - R^T R) / 2 squares the distance in each step and converges to the
+ * orthogonal factor of R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
 static inline int chasles_project(const double *T, double tolerance, double *rigid)
 {
     double R[9], E[9], off2 = 0, sum = 0;

@@ -1,11 +1,12 @@
-/* Six linear equations and their determinant. This file is part of chasles and is the same for
- * every robot. */
+/* Solves six linear equations and computes their determinant. This file is part of chasles and is
+ * the same for every robot. */
 #ifndef CHASLES_SOLVE_SIX_H
 #define CHASLES_SOLVE_SIX_H
 
 #include <math.h>
 
-/* Solves a x = b in place for a 6 x 6 matrix a. Returns the determinant, 0 if a is singular. */
+/* Solves a x = b in place; a is a 6 x 6 matrix. Returns the determinant, which is 0 if a is
+ * singular. */
 static double chasles_solve_six(double (*a)[7], double *x)
 {
     double determinant = 1.0;

@@ -1,5 +1,5 @@
-/* Functions of single-precision kinematics. This file is part of chasles and is the same for every
- * robot.
+/* Defines the functions of kinematics in single precision. This file is part of chasles and is the
+ * same for every robot.
  *
  * To use a CORDIC unit or tables, write a header that defines some of the macros below, and compile
  * with -DCHASLES_FLOAT_HOOKS='"header.h"'.
@@ -7,7 +7,7 @@
 #ifndef CHASLES_FLOAT_H
 #define CHASLES_FLOAT_H
 
-#ifndef __CUDACC_RTC__ /* NVRTC has no headers; its mathematical functions are built in */
+#ifndef __CUDACC_RTC__ /* NVRTC has no headers; the mathematical functions are built in */
 #include <math.h>
 #endif
 
@@ -27,10 +27,10 @@
 #define CHASLES_ATAN2F(y, x) atan2f(y, x)
 #endif
 
-#define CHASLES_MAX_REDUCED 8192.0f /* maximum angle [rad] of the exact reduction */
+#define CHASLES_MAX_REDUCED 8192.0f /* maximum angle [rad] for the exact reduction of angles */
 
 /* Writes the cosine and the sine of an angle, each with an error of at most 1e-7. The angle is
- * reduced by multiples of pi/2 in three parts; the polynomials are those of the Cephes library. */
+ * reduced by multiples of pi/2 in three parts; the polynomials come from the Cephes library. */
 CHASLES_INLINE void chasles_cos_sin(float x, float *c, float *s)
 {
     if (x > -CHASLES_MAX_REDUCED && x < CHASLES_MAX_REDUCED) {
@@ -54,13 +54,13 @@ CHASLES_INLINE void chasles_cos_sin(float x, float *c, float *s)
     }
 }
 
-/* The smaller number; the other number if one is NaN. */
+/* Returns the smaller number, or the other number if one is NaN. */
 CHASLES_INLINE float chasles_least(float a, float b)
 {
     return a < b || b != b ? a : b;
 }
 
-/* The greater number; the other number if one is NaN. */
+/* Returns the greater number, or the other number if one is NaN. */
 CHASLES_INLINE float chasles_greatest(float a, float b)
 {
     return a > b || b != b ? a : b;

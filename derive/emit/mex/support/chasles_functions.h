@@ -1,5 +1,6 @@
-/* Functions of a robot as a table, for MATLAB, Octave and Simulink. The file is the same for every
- * robot of chasles. */
+/* Table of the functions of a robot, for MATLAB, Octave and Simulink. The file is the same for
+ * every robot of chasles.
+ */
 #ifndef CHASLES_FUNCTIONS_H
 #define CHASLES_FUNCTIONS_H
 
@@ -8,17 +9,18 @@
 #define CHASLES_MAX_ARRAYS 8 /* largest number of inputs, and of outputs */
 #define CHASLES_SOLVED 1e-9  /* largest residual of a solution (m or rad), as in the generated C */
 
-/* An input or output. In C, it is row-major; in MATLAB, it is column-major. */
+/* An input or output of a function in the table. The array is row-major in C and column-major in
+ * MATLAB. */
 typedef struct {
     const char *name;
-    int shape[3];     /* sizes in MATLAB; 1 for missing dimensions */
+    int shape[3];     /* sizes in MATLAB, with 1 for each missing dimension */
     int has_columns;  /* whether C has the order of MATLAB: one solution per column */
-    int is_condition; /* whether the entries are 0 or 1 */
+    int is_condition; /* whether each entry is 0 or 1 */
 } chasles_array;
 
 typedef struct {
     const char *name;
-    int inputs, required, outputs; /* inputs after the required ones may be NULL */
+    int inputs, required, outputs; /* inputs after the required inputs may be NULL */
     chasles_array in[CHASLES_MAX_ARRAYS], out[CHASLES_MAX_ARRAYS];
     void (*call)(const double *const *in, double *const *out);
 } chasles_function;
@@ -28,7 +30,7 @@ static size_t chasles_size(const chasles_array *array)
     return (size_t)array->shape[0] * (size_t)array->shape[1] * (size_t)array->shape[2];
 }
 
-/* Returns the offset in MATLAB of an entry of C. */
+/* Returns the offset in MATLAB of the entry that C stores at the offset `index`. */
 static size_t chasles_offset(const chasles_array *array, size_t index)
 {
     const size_t rows = (size_t)array->shape[0], columns = (size_t)array->shape[1];

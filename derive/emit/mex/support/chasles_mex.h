@@ -1,5 +1,6 @@
-/* Gateway of MATLAB and Octave: name(function, input, ...) for one or for many configurations. The
- * file is the same for every robot of chasles. */
+/* Gateway for MATLAB and Octave: name(function, input, ...) for one configuration or many
+ * configurations. The file is the same for every robot of chasles.
+ */
 #ifndef CHASLES_MEX_H
 #define CHASLES_MEX_H
 
@@ -24,7 +25,7 @@ static const chasles_function *chasles_found(const chasles_function *functions, 
     return NULL;
 }
 
-/* Returns the number of configurations in an input; one row counts as one column. */
+/* Returns the number of configurations in an input; a single row counts as one column. */
 static size_t chasles_count(const chasles_array *array, const mxArray *given)
 {
     const int is_matrix = array->shape[1] > 1;
@@ -74,7 +75,7 @@ static void chasles_store(const chasles_array *array, const double *c, mxArray *
     }
 }
 
-/* Allocates the arrays of one call. MATLAB frees them, also after an error. */
+/* Allocates the arrays that one call needs. MATLAB frees these arrays, also after an error. */
 static void chasles_allocate(const chasles_array *arrays, int count, double **buffers)
 {
     for (int k = 0; k < count; k++) {

@@ -1,36 +1,35 @@
 /* Solves loops without a closed form: Newton's iteration follows a path from a known configuration.
  * This file is part of chasles and is the same for every robot.
  *
- * A function through the loops first calls `at` or `seeded` for the variables w, then `factored`,
- * and then functions of chasles_closure_rates.h for derivatives.
+ * A function that goes through the loops first calls `at` or `seeded` for the variables w, then
+ * `factored`, and then functions of chasles_closure_rates.h for derivatives.
  *
- * Included once for each robot, which defines
+ * This file is included once for each robot, which defines the following macros and tables.
  *
- *   CLOSURE_NAME(name)         the names of its functions and tables
- *   CLOSURE_Q, CLOSURE_W       actuated coordinates; variables of the equations
- *   CLOSURE_U, CLOSURE_M       unknown variables; equations, at least as many
- *   CLOSURE_AT(s)              computes s->c and s->D, equations and their derivative,
- *                              M x W, at s->w
- *   CLOSURE_BEND(w, wd, D)     the rate of this derivative at rates wd
- *   tables actuated, ratio     the variable of each coordinate, and its advance per unit of it
- *          unknown             the unknown variables
- *          size_u, size_c      scales of unknowns and equations: a length (meter), or 1
- *          of_z                the variables' indices in z
- *          start_q, start_w    the reference configuration
- *          tangent             du/dq there
- *   CLOSURE_SENSE              the sign of det c_u there, 0 where c_u is not square
- *   CLOSURE_DETERMINANT        its magnitude
- *   CLOSURE_RESUMES            whether an inverse resumes the iteration from its last variables
+ *   CLOSURE_NAME(name)         is the name of a function or table of the robot.
+ *   CLOSURE_Q, CLOSURE_W       are the numbers of actuated coordinates and of loop variables.
+ *   CLOSURE_U, CLOSURE_M       are the numbers of unknown variables and of equations (M >= U).
+ *   CLOSURE_AT(s)              computes the equations s->c and their derivative s->D (M x W)
+ *                              at s->w.
+ *   CLOSURE_BEND(w, wd, D)     computes the rate D of this derivative at the rates wd.
+ *   Tables actuated, ratio     contain the variable of each coordinate, and the change of this
+ *                              variable per unit of the coordinate.
+ *   Table unknown              contains the indices of the unknown variables.
+ *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
+ *   Table of_z                 contains the index of each variable in z.
+ *   Tables start_q, start_w    contain the reference configuration.
+ *   Table tangent              contains the derivative du/dq at the reference configuration.
+ *   CLOSURE_SENSE              is the sign of det c_u at the reference, or 0 if c_u is not square.
+ *   CLOSURE_DETERMINANT        is the magnitude of det c_u at the reference configuration.
+ *   CLOSURE_RESUMES            states whether an inverse resumes from its last loop variables.
  *
- * From a known configuration, the actuated variables follow a straight line to their values, and
- * the unknown variables u follow:
+ * From a known configuration, the actuated variables a follow a straight line to their values. Each
+ * step of the unknown variables u solves c_u du = -c_a da along the tangent. Newton's iteration
+ * then solves c_u du = -c, in the least-squares sense if M > U, to return to closed loops.
  *
- *     c_u du = -c_a da           a step along the tangent
- *     c_u du = -c                Newton's iteration back onto the loops, least squares if M > U
- *
- * The first stride is the complete path. A stride is halved if the iteration does not contract or
- * the determinant changes its sign, so that u stays on its branch. The iteration ends at a
- * singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
+ * The first stride is the complete path. A stride along the path is halved if the iteration does
+ * not contract or the determinant changes its sign, so that u stays on its branch. The iteration
+ * ends at a singularity, where c_u is rank deficient, or after CLOSURE_MAX linear systems.
  *
  * Source: Deuflhard, Newton Methods for Nonlinear Problems, 2011, 2.1 and 5.1. The code allocates
  * nothing and has no state.
@@ -55,7 +54,7 @@ static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[
     CLOSURE_NAME(solve)(s, b, x);
 }
 
-/* Moves the configuration s->w to the coordinates q; the loops are nearly closed at the start.
+/* Moves the configuration s->w to the coordinates q; at the start, the loops must be nearly closed.
  * Returns 1 on success. */
 static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q], double sense,
                                 double tangent[CLOSURE_U])
@@ -123,9 +122,8 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 }
 
 #if CLOSURE_RESUMES
-/* Updates the variables w to coordinates q, starting from w, or from the reference configuration if
- * w is NaN or too far away.
- */
+/* Updates the variables w to the coordinates q; starts from w, or from the reference configuration
+ * if w is NaN or too far away. */
 static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                                   double w[CLOSURE_W])
 {

@@ -5,7 +5,7 @@
 
 #include "chasles_closure_tolerances.h"
 
-/* A configuration w with the values c of the equations, their derivative D, and D_u = Q R by
+/* A configuration w with the equation values c, their derivative D, and the factors D_u = Q R by
  * Householder reflections. Column k of `qr` contains R above the diagonal and the reflection vector
  * below. If the geometry is an input, `p` contains its parameters. */
 typedef struct {
@@ -18,7 +18,7 @@ typedef struct {
 #endif
 } CLOSURE_NAME(closed);
 
-/* Factors D_u = Q R. s->sense is the sign of det D_u, or 0 if D_u is not square. */
+/* Factors D_u = Q R. s->sense is the sign of det D_u, or 0 if D_u is not a square matrix. */
 static void CLOSURE_NAME(factored)(CLOSURE_NAME(closed) * s)
 {
     s->sense = CLOSURE_M == CLOSURE_U ? 1.0 : 0.0;
@@ -71,7 +71,7 @@ static void CLOSURE_NAME(solve)(const CLOSURE_NAME(closed) * s, double b[CLOSURE
     }
 }
 
-/* Takes a Newton step of the unknown variables. Returns the size of the step. */
+/* Takes a Newton step of the unknown loop variables. Returns the size of the Newton step. */
 static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
 {
     double x[CLOSURE_U], size = 0.0;
@@ -89,9 +89,9 @@ static double CLOSURE_NAME(step)(CLOSURE_NAME(closed) * s)
     return size;
 }
 
-/* Newton's iteration. Returns whether it converges within CLOSURE_STEPS while det D_u keeps its
- * sign `sense` (0 for the sign after the first step). At intermediate points of the path, the loops
- * need not be closed exactly. */
+/* Newton's iteration. Returns whether the iteration converges within CLOSURE_STEPS while det D_u
+ * keeps its sign `sense` (0: the sign after the first step). At intermediate points of the path,
+ * the loops need not be closed exactly. */
 static int CLOSURE_NAME(corrected)(CLOSURE_NAME(closed) * s, double sense, double contraction,
                                    int is_last)
 {
@@ -118,7 +118,7 @@ static int CLOSURE_NAME(is_closed)(CLOSURE_NAME(closed) * s)
     return is_closed;
 }
 
-/* Writes NaN if the configuration was not reached. */
+/* Writes NaN to w if the configuration was not reached. */
 static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
 {
     if (is_reached)
@@ -130,7 +130,7 @@ static void CLOSURE_NAME(reached)(CLOSURE_NAME(closed) * s, int is_reached)
 }
 
 /* Computes the configuration at q by Newton's iteration from a nearby configuration, without
- * intermediate points. This solves at most CLOSURE_STEPS linear systems. */
+ * intermediate points. This function solves at most CLOSURE_STEPS linear systems. */
 static void CLOSURE_NAME(near)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
 {
     s->count = 0;

@@ -1,26 +1,27 @@
-/* Loops with the geometry p as input. Newton's iteration from the nominal configuration closes
- * these loops; further functions compute derivatives of the tool pose through them. This file is
- * part of chasles and is the same for every robot.
+/* Solves loops whose geometry p is an input. Newton's iteration from the nominal configuration
+ * closes these loops; further functions compute derivatives of the tool pose. This file is part of
+ * chasles and is the same for every robot.
  *
- * Included once for each robot, which defines
+ * This file is included once for each robot, which defines the following macros and tables.
  *
- *   CLOSURE_NAME(name)         the names of its functions and tables
- *   CLOSURE_Q, CLOSURE_W       coordinates; variables w = (q, u) of the equations
- *   CLOSURE_U, CLOSURE_M       unknown variables u; equations, as many
- *   CLOSURE_P                  parameters of the geometry
- *   CLOSURE_AT(s)              computes s->c and s->D at s->w and s->p
- *   CLOSURE_Z                  entries of the nominal configuration z
- *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close
- *   tables actuated, ratio     the variable of each coordinate, and 1
- *          unknown, of_z       the unknown variables, and their indices in z
- *          size_u, size_c      scales of unknowns and equations: a length (meter), or 1
+ *   CLOSURE_NAME(name)         is the name of a function or table of the robot.
+ *   CLOSURE_Q, CLOSURE_W       are the numbers of coordinates q and of loop variables w = (q, u).
+ *   CLOSURE_U, CLOSURE_M       are the numbers of unknown variables u and of equations (M = U).
+ *   CLOSURE_P                  is the number of geometry parameters.
+ *   CLOSURE_AT(s)              computes the equations s->c and their derivative s->D at s->w
+ *                              and s->p.
+ *   CLOSURE_Z                  is the number of entries of the nominal configuration z.
+ *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close.
+ *   Tables actuated, ratio     contain the variable of each coordinate, and 1.
+ *   Tables unknown, of_z       contain the unknown variables, and their indices in z.
+ *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
  *
  * The code allocates nothing and has no state. */
 #include <string.h>
 
 #include "chasles_closure_newton.h"
 
-/* Computes the variables w at q with the geometry p. */
+/* Computes the loop variables w at q for the geometry p. */
 static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
                              const double p[CLOSURE_P], double w[CLOSURE_W])
 {

@@ -1,9 +1,10 @@
-/* Rates and derivatives of closed loops by the implicit function theorem. This file is part of
- * chasles and is the same for every robot. Included by chasles_closure.h.
+/* Computes rates and derivatives of closed loops by the implicit function theorem. This file is
+ * part of chasles and is the same for every robot. It is included by chasles_closure.h.
  *
- *     c_w w_q = 0,   c_w wd = 0,   c_w wdd = -(c_w)' wd,   c_w (w_q)' = -(c_w)' w_q
- *
- * with known actuated rows. D_u is factored only once, at the configuration with closed loops. */
+ * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and
+ * c_w (w_q)' = -(c_w)' w_q, where the actuated rows of the unknowns are given. D_u is factored only
+ * once, at the configuration where the loops are closed.
+ */
 
 /* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
@@ -30,7 +31,7 @@ static void CLOSURE_NAME(rates)(const CLOSURE_NAME(closed) * s, const double *qd
         wd[CLOSURE_NAME(actuated)[k]] = CLOSURE_NAME(ratio)[k] * qd[k];
 }
 
-/* Computes x = -c_u^+ bend v, the curvature term of a second derivative. */
+/* Computes x = -c_u^+ bend v, which is the curvature term of a second derivative. */
 static void CLOSURE_NAME(bent)(const CLOSURE_NAME(closed) * s, const double *bend, const double *v,
                                int step, double x[CLOSURE_U])
 {
@@ -82,8 +83,8 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* Returns the squared det c_u relative to its reference value: 0 at a singularity, NaN out of
- * reach. */
+/* Returns the squared det c_u relative to its value at the reference: 0 at a singularity, and NaN
+ * if the loops cannot be closed. */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

@@ -1,6 +1,6 @@
 /* Inverse kinematics of an arm with general geometry and five unknown joints; all other joints are
- * fixed. An additional sixth joint rotates the tool; its coordinate must be 0 in a solution. This
- * file is part of chasles and is the same for every robot.
+ * fixed. An added sixth joint rotates the tool; its coordinate is 0 in every solution. This file is
+ * part of chasles and is the same for every robot.
  */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
@@ -8,7 +8,7 @@
 #include "chasles_general.h"
 
 #define CHASLES_TOOL_STEPS 8
-/* Maximum number of damped steps from a distant start. */
+/* Maximum number of damped steps from a start far away from the pose. */
 #define CHASLES_TOOL_FAR_STEPS 60
 
 typedef chasles_general_arm chasles_general_tool_arm;
@@ -26,7 +26,7 @@ static void chasles_general_tool_forward(const chasles_general_six *six, const d
     }
 }
 
-/* Computes a Levenberg-Marquardt step of the five joints from J and the pose error. */
+/* Computes a Levenberg-Marquardt step of the five joints, from J and the pose error. */
 static void chasles_general_tool_step(double length, const double *J, const double *e,
                                       double damping, double *step)
 {
@@ -48,7 +48,8 @@ static void chasles_general_tool_step(double length, const double *J, const doub
     memcpy(step, found, 5 * sizeof *step);
 }
 
-/* Refines five joints that nearly reach a pose. Returns the residual (meter or radian). */
+/* Refines five joints that nearly reach a pose. Returns the residual after refinement (meter or
+ * radian). */
 static double chasles_general_tool_polish(const chasles_general_six *six, const double *T,
                                           double *q)
 {
@@ -69,7 +70,8 @@ static double chasles_general_tool_polish(const chasles_general_six *six, const 
     return left;
 }
 
-/* Takes damped steps of five joints from a distant start until they nearly reach the pose. */
+/* Takes damped steps of five joints from a distant start, until the joints nearly reach the pose.
+ */
 static void chasles_general_tool_descend(const chasles_general_six *six, const double *T, double *q)
 {
     double at[16], J[30], e[6], step[5], next[5], next_J[30], next_e[6], damping = 1e-3;
@@ -96,7 +98,7 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
     }
 }
 
-/* Iterates five joints towards a pose from quasi-random starts, multiples of square roots. If a
+/* Iterates five joints towards a pose from quasi-random starts (multiples of square roots). If a
  * prismatic joint moves in the plane of other joints, the solutions for six joints form a
  * continuum, and the roots of the determinant miss them. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
@@ -121,7 +123,7 @@ static int chasles_general_tool_is_solved(const double *left)
     return 0;
 }
 
-/* Returns whether two configurations of five joints are equal. */
+/* Returns whether two configurations of the five joints are equal. */
 static int chasles_general_tool_is_same(const chasles_general_six *six, const double *a,
                                         const double *b)
 {
@@ -134,8 +136,8 @@ static int chasles_general_tool_is_same(const chasles_general_six *six, const do
     return 1;
 }
 
-/* If no configuration is a solution, replaces the configurations by solutions from quasi-random
- * starts. */
+/* If no configuration is a solution, replaces the configurations by solutions found from
+ * quasi-random starts. */
 static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {
@@ -155,8 +157,8 @@ static void chasles_general_tool_search(const chasles_general_six *six, const do
     }
 }
 
-/* Writes the solutions of a pose to sixteen solution slots, solutions first, with the other joints
- * fixed at `value` (rad or m; NULL if no joint is fixed). */
+/* Writes the solutions of a pose to sixteen solution slots, valid solutions first. The other joints
+ * are fixed at `value` (rad or m), or `value` is NULL if no joint is fixed. */
 static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
                                     const double *value, double *q, double *residual,
                                     double *margin)
@@ -178,7 +180,7 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
-    /* If several slots converge to one solution, the first slot keeps this solution. */
+    /* If several slots converge to the same solution, the first of these slots keeps it. */
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
             if (left[i] <= CHASLES_SOLVED &&

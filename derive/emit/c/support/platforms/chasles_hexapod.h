@@ -1,9 +1,10 @@
 /* Finds every assembly mode of a platform on six rods. This file is part of chasles and is the same
  * for every robot.
  *
- * All complex poses are known for the start rods, in a table. Path tracking leads from these poses
- * to the complex poses for the current rods; the real poses are the assembly modes. If the rods end
- * in three double joints, the zeros of a polynomial are tried first.
+ * For the start rods, all complex poses are known and stored in a table. Path tracking leads from
+ * the complex poses for the start rods to the complex poses for the current rods; the real poses
+ * are the assembly modes. If the rods end in three double joints, the zeros of a polynomial are
+ * tried before path tracking.
  */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
@@ -19,18 +20,18 @@
 #define CHASLES_MODE_STEPS 40
 
 typedef struct {
-    /* Computes the rod ends on the actuated side, and the rod lengths, from the actuator
-     * coordinates. */
+    /* Computes the rod ends on the actuated side and the rod lengths from the actuator coordinates.
+     */
     void (*rods)(const double *q, double *a, double *l);
     double size;      /* size of the platform (meter) */
-    double origin[3]; /* centers of the ends a and b, relative to the size */
+    double origin[3]; /* centers of the rod ends a and b, relative to the size */
     double middle[3];
     int axis[3];    /* axes of the three rotation angles in theta, in order */
-    int moves;      /* whether the actuators move rod ends */
-    int paths;      /* number of complex poses, and of solution slots */
-    int joined;     /* side of the double joints: 0 none, 1 platform, 2 other side */
-    int pairs[6];   /* the rods, in pairs that share a joint */
-    double b[6][3]; /* rod ends on the platform; lengths are relative to the size */
+    int moves;      /* whether the actuators move the rod ends */
+    int paths;      /* number of complex poses, and number of solution slots */
+    int joined;     /* side of the double joints (0 none, 1 platform, 2 other side) */
+    int pairs[6];   /* the rods, in pairs whose rods share a joint */
+    double b[6][3]; /* rod ends on the platform, relative to the size */
     chasles_hexapod_number a[6][3], c[6];
     chasles_hexapod_number starts[CHASLES_MAX_PATHS][CHASLES_SOMA];
 } chasles_hexapod_platform;
@@ -40,7 +41,7 @@ typedef struct {
     double a[6][3], l[6];
 } chasles_hexapod_rods;
 
-/* A real pose: a unit quaternion and the position. */
+/* A real pose, given by a unit quaternion and the position. */
 typedef struct {
     double e[4], p[3], margin;
 } chasles_hexapod_mode;
@@ -63,7 +64,7 @@ static void chasles_hexapod_rotation(const double *e, double (*R)[3])
     R[2][1] = 2.0 * (y * z + w * x);
 }
 
-/* Computes 1 - |<x, y>|^2 for unit vectors without cancellation, optionally with y conjugated. */
+/* Computes 1 - |<x, y>|^2 for unit vectors without cancellation; optionally, y is conjugated. */
 static double chasles_hexapod_apart(const chasles_hexapod_number *x,
                                     const chasles_hexapod_number *y, int conjugate)
 {
@@ -92,14 +93,14 @@ static double chasles_hexapod_finite(const chasles_hexapod_number *x)
     return sqrt(re * re + im * im);
 }
 
-/* Returns whether a path reached its end, at a pose or at infinity. */
+/* Returns whether a path reached its end, which is a pose or a point at infinity. */
 static int chasles_hexapod_ended(const chasles_hexapod_end *end)
 {
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Marks the paths that must be repeated with smaller corrections: lost paths and paths with equal
- * ends. */
+/* Marks the paths that must be repeated with smaller corrections, which are lost paths and paths
+ * with equal ends. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -114,7 +115,7 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* Computes the real pose at the end of a path. Returns 0 if this end is far from real or at
+/* Computes the real pose at the end of a path. Returns 0 if this path end is far from real or at
  * infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {
@@ -135,7 +136,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* The tolerance is relative to the distance of the platform if this distance is large. */
+    /* The tolerance is relative to the distance of the platform, if the distance is large. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -148,7 +149,8 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Computes the rod length errors, and the rods as rows (n, r x n). Returns the largest error. */
+/* Computes the rod length errors, and the rods as rows (n, r x n) of the Jacobian. Returns the
+ * largest error. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
                                      const chasles_hexapod_mode *mode, double (*J)[7])
@@ -267,8 +269,8 @@ static void chasles_hexapod_theta(const chasles_hexapod_platform *platform,
     }
 }
 
-/* Counts the path ends without a complex conjugate path end. The polynomials are real, so path ends
- * should occur in conjugate pairs. */
+/* Counts the path ends that have no complex conjugate path end. The polynomials are real, so path
+ * ends should occur in conjugate pairs. */
 static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
 {
     int unpaired = 0;
@@ -281,7 +283,8 @@ static int chasles_hexapod_unpaired(const chasles_hexapod_end *ends, int count)
     return unpaired;
 }
 
-/* Computes the rods relative to the platform size. Returns 0 if a number is not finite. */
+/* Computes the rods relative to the platform size. Returns 0 if one of the numbers is not finite.
+ */
 static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const double *q,
                                  chasles_hexapod_rods *rods)
 {
@@ -298,7 +301,7 @@ static int chasles_hexapod_given(const chasles_hexapod_platform *platform, const
     return sum < DBL_MAX;
 }
 
-/* Creates the homotopy from the start rods to the current rods. */
+/* Creates the homotopy that leads from the start rods to the current rods. */
 static void chasles_hexapod_path_to(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_path *path)
 {
@@ -325,7 +328,8 @@ static void chasles_hexapod_path_to(const chasles_hexapod_platform *platform,
     path->moves = platform->moves;
 }
 
-/* Follows all paths to the current rods. Returns the number of doubtful path ends. */
+/* Follows all paths from the start rods to the current rods. Returns the number of doubtful path
+ * ends. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {
@@ -345,8 +349,8 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
-/* Inserts a new assembly mode; the mode with the highest platform is first. Returns the number of
- * modes. */
+/* Inserts a new assembly mode; modes are sorted by height, the highest platform first. Returns the
+ * number of assembly modes. */
 static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
                                  int count)
 {
@@ -361,9 +365,8 @@ static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexap
     return count + 1;
 }
 
-/* Finds the assembly modes of rods with double joints. Returns the number of modes, or -1 if the
- * number is uncertain.
- */
+/* Finds the assembly modes of a platform whose rods end in double joints. Returns the number of
+ * assembly modes, or -1 if the number is uncertain. */
 static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
                                   const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes)
 {
@@ -398,7 +401,7 @@ static int chasles_hexapod_joined(const chasles_hexapod_platform *platform,
     return found < 0 || count == found ? found : -1;
 }
 
-/* Finds the assembly modes at the path ends. Returns the number of modes. */
+/* Finds the assembly modes at the path ends. Returns the number of assembly modes. */
 static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
                                     const chasles_hexapod_rods *rods, chasles_hexapod_mode *modes,
                                     double *unsure)
@@ -415,8 +418,8 @@ static int chasles_hexapod_followed(const chasles_hexapod_platform *platform,
     return count;
 }
 
-/* Writes all assembly modes, the highest first, then NaN. Also writes the margin of each mode, and
- * the number of complex poses that were not certainly found. */
+/* Writes all assembly modes, the highest platform first, then NaN. Also writes the margin of each
+ * assembly mode, and the number of complex poses that were not certainly found. */
 static void chasles_hexapod_modes(const chasles_hexapod_platform *platform, const double *q,
                                   double *theta, double *margin, double *unsure)
 {

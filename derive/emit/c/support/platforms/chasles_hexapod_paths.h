@@ -1,8 +1,8 @@
-/* Follows paths of complex poses from the start rods, whose poses are all known, to the current
+/* Follows paths of complex poses from the start rods, for which all poses are known, to the current
  * rods. Part of chasles; the same for every platform on six rods.
  *
- * A step along a path is a Runge-Kutta step, followed by two Newton corrections. Each lane follows
- * one path with its own step size. When a path ends, its lane takes the next path.
+ * A step along a path consists of a Runge-Kutta step and two Newton corrections. Each SIMD lane
+ * follows one path with its own step size. When a path ends, its lane takes the next path.
  *
  * Source:
  *     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
@@ -20,7 +20,7 @@
 /* Maximum number of steps per path; typical paths need about thirty. */
 #define CHASLES_MAX_STEPS 1000
 
-/* A pose in Study coordinates, and the progress of its path. */
+/* A pose in Study coordinates, and the progress along its path. */
 typedef struct {
     chasles_hexapod_number x[CHASLES_SOMA];
     double t;
@@ -47,7 +47,7 @@ static void chasles_hexapod_normal(chasles_hexapod_lanes *x)
         x[k].re /= size, x[k].im /= size;
 }
 
-/* Computes x + factor y. */
+/* Computes x + factor y for vectors in every lane. */
 static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const chasles_vector *factor,
                                        const chasles_hexapod_lanes *y, chasles_hexapod_lanes *sum)
 {
@@ -57,7 +57,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the path tangent at x, orthogonal to `of`. */
+/* Computes the path tangent at x that is orthogonal to `of`. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -119,8 +119,9 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
     chasles_hexapod_normal(next);
 }
 
-/* Computes the factor for the next step size: a correction grows with the fifth power of the step.
- * Too large a change costs less than too small a change. */
+/* Computes the factor for the next step size; a correction grows with the fifth power of the step.
+ * The fourth root changes the step slightly more than necessary, because too small a change costs
+ * more. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);
@@ -128,7 +129,7 @@ static double chasles_hexapod_growth(double correction, double near)
     return factor < 0.25 ? 0.25 : factor > 2.0 ? 2.0 : factor;
 }
 
-/* Assigns the next path to a lane, or no path if no path remains. */
+/* Assigns the next path to a lane, or marks the lane as empty if no path remains. */
 static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
                                  const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                  const int *which, int count, int *from)
@@ -147,7 +148,7 @@ static void chasles_hexapod_next(chasles_hexapod_group *group, int lane,
     }
 }
 
-/* Follows the paths `which` of a homotopy; each ends at the current rods or is lost. */
+/* Follows the paths `which` of a homotopy; each path ends at the current rods or is lost. */
 static void chasles_hexapod_follow(const chasles_hexapod_path *path,
                                    const chasles_hexapod_number (*starts)[CHASLES_SOMA],
                                    const int *which, int count, double near,

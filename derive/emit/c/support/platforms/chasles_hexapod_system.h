@@ -1,16 +1,12 @@
-/* The equations of a platform on six rods in Study coordinates, for many poses at once, one per
- * lane. This file is part of chasles and is the same for every robot.
+/* The equations of a platform on six rods in Study coordinates, for many poses at once (one per
+ * lane). This file is part of chasles and is the same for every robot.
  *
  * Quaternions e and g = p e, with e.g = 0, represent the rotation b -> e b / e and the position p.
- * A rod of length l from a to b satisfies
- *
- *     |g + e b - a e|^2 = l^2 e.e     or, with M = R(b) - L(a), S = c + 2 L(a) R(b),
- *                                     c = |a|^2 + |b|^2 - l^2:
- *     g.g + 2 g.M e + e.S e = 0
- *
- * L and R are the matrices of left and right multiplication. Subtracting the last rod's equation
- * eliminates g.g from the others. For constant b, all coefficients are linear in a and c, and thus
- * in the path parameter t.
+ * A rod of length l from a to b satisfies |g + e b - a e|^2 = l^2 e.e. With the matrices L and R of
+ * left and right multiplication, let M = R(b) - L(a), c = |a|^2 + |b|^2 - l^2 and S = c + 2 L(a)
+ * R(b). The equation of the rod is then g.g + 2 g.M e + e.S e = 0. Subtracting the equation of the
+ * last rod eliminates g.g from the other equations. For constant b, all coefficients are linear in
+ * a and c, and thus in the path parameter t.
  *
  * Source:
  *     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -36,19 +32,19 @@ typedef struct {
     double re, im;
 } chasles_hexapod_number;
 
-/* Coefficients of the rods: the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
+/* Coefficients of the rods: six entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of the
  * antisymmetric matrix M, and the upper triangle of S. */
 typedef struct {
     chasles_hexapod_number M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_forms;
 
-/* The coefficients at the start of a path, and their change up to its end. */
+/* The coefficients at the start of a path, and their change from the start to the end. */
 typedef struct {
     chasles_hexapod_forms at, change;
-    int moves; /* whether not only the constants c change */
+    int moves; /* whether M and S change in addition to the constants c */
 } chasles_hexapod_path;
 
-/* The coefficients at each lane's path parameter. */
+/* The coefficients at the path parameter of each lane. */
 typedef struct {
     chasles_hexapod_lanes M[CHASLES_RODS][6], S[CHASLES_RODS][10];
 } chasles_hexapod_place;
@@ -73,7 +69,8 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
                                 chasles_hexapod_number c, chasles_hexapod_number *M,
                                 chasles_hexapod_number *S)
 {
-    /* Axis and sign of the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3) of L and R. */
+    /* Axis and sign of the entries (0, 1), (0, 2), (0, 3), (1, 2), (1, 3) and (2, 3) of the
+     * matrices L and R. */
     static const int axis[6] = {0, 1, 2, 2, 1, 0};
     static const double of_left[6] = {-1.0, -1.0, -1.0, -1.0, 1.0, -1.0};
     static const double of_right[6] = {-1.0, -1.0, -1.0, 1.0, -1.0, 1.0};
@@ -96,9 +93,8 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* Computes the coefficients of all rods; the last rod's coefficients are subtracted from those of
- * every other rod.
- */
+/* Computes the coefficients of all rods; the coefficients of the last rod are subtracted from those
+ * of every other rod. */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
 {
@@ -113,7 +109,7 @@ static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const
     }
 }
 
-/* Interpolates a value at the t of each lane. */
+/* Interpolates a value at the path parameter t of each lane. */
 static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
                                            const chasles_hexapod_number *change,
                                            const chasles_vector *t, chasles_hexapod_lanes *value)
@@ -145,7 +141,7 @@ static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasl
     }
 }
 
-/* Computes half the gradient of a rod's equation at (e, g), without the term g.g. */
+/* Computes half the gradient of a rod equation at (e, g), without the term g.g. */
 static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
                                             const chasles_hexapod_lanes *S,
                                             const chasles_hexapod_lanes *x,
@@ -169,7 +165,7 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Computes half of the Jacobian; the last column contains half of each negative equation value. The
+/* Computes half of the Jacobian; its last column contains half of each negative equation value. The
  * last row makes steps orthogonal to x, because only the direction of x matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -193,7 +189,7 @@ static void chasles_hexapod_newton(const chasles_hexapod_place *place,
     }
 }
 
-/* Writes half the negative rate of each equation along the path into the last column. */
+/* Writes half the negative rate of each equation along the path to the last column. */
 static void chasles_hexapod_along(const chasles_hexapod_path *path, const chasles_hexapod_lanes *x,
                                   chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])
 {
@@ -239,8 +235,8 @@ static inline void chasles_hexapod_square(const chasles_hexapod_lanes *x, chasle
     *square = x->re * x->re + x->im * x->im;
 }
 
-/* Solves eight linear equations by elimination with separate pivots in each lane; the last column
- * is the right side. */
+/* Solves eight linear equations by elimination, with separate pivots in each lane; the last column
+ * is the right-hand side. */
 static void chasles_hexapod_solve(chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1],
                                   chasles_hexapod_lanes *x)
 {

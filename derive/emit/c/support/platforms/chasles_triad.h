@@ -1,8 +1,8 @@
 /* Finds every assembly mode of a planar platform on three rods. This file is part of chasles and is
  * the same for every robot.
  *
- * The platform angles are the real roots of a trigonometric polynomial of degree 3. Each angle
- * gives a position, which Newton's iteration refines with the rod length equations.
+ * The platform angles are real roots of a trigonometric polynomial of degree 3. Each platform angle
+ * gives a position, which Newton's iteration refines by the rod length equations.
  */
 #ifndef CHASLES_TRIAD_H
 #define CHASLES_TRIAD_H
@@ -33,7 +33,7 @@ typedef struct {
     double x[3], margin;
 } chasles_triad_mode;
 
-/* Computes the cross products of the rows of J. Returns the determinant of J. */
+/* Computes the cross products of the rows of J. Returns the determinant of the matrix J. */
 static double chasles_triad_cofactors(const double *J, double (*C)[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -45,7 +45,7 @@ static double chasles_triad_cofactors(const double *J, double (*C)[3])
     return J[0] * C[0][0] + J[1] * C[0][1] + J[2] * C[0][2];
 }
 
-/* Returns the largest rod length error, infinite if an error is not finite. */
+/* Returns the largest rod length error, which is infinite if an error is not finite. */
 static double chasles_triad_excess(const chasles_triad_platform *platform, const double *q,
                                    const double *x, double *excess)
 {
@@ -58,8 +58,8 @@ static double chasles_triad_excess(const chasles_triad_platform *platform, const
     return most;
 }
 
-/* Solves the rod length equations by Newton's iteration. Returns 0 if it does not converge to an
- * assembly mode. */
+/* Solves the rod length equations by Newton's iteration. Returns 0 if the iteration does not
+ * converge to an assembly mode. */
 static int chasles_triad_polished(const chasles_triad_platform *platform, const double *q,
                                   chasles_triad_mode *mode)
 {
@@ -107,8 +107,8 @@ static int chasles_triad_same(const chasles_triad_platform *platform, const doub
            fabs(chasles_circle_wrapped(one[2] - other[2])) < CHASLES_TRIAD_SAME;
 }
 
-/* Iterates from a start and inserts a new assembly mode, sorted by phi. Returns the number of
- * modes. */
+/* Iterates from a start and inserts a new assembly mode; the modes are sorted by phi. Returns the
+ * number of assembly modes. */
 static int chasles_triad_added(const chasles_triad_platform *platform, const double *q,
                                const double *start, chasles_triad_mode *modes, int count)
 {
@@ -127,7 +127,7 @@ static int chasles_triad_added(const chasles_triad_platform *platform, const dou
     return count + 1;
 }
 
-/* Computes the polynomial. Returns 0 if the value is not finite or vanishes. */
+/* Computes the polynomial. Returns 0 if the value of the polynomial is not finite or vanishes. */
 static int chasles_triad_series(const chasles_triad_platform *platform, const double *q,
                                 chasles_circle_series *series)
 {
@@ -145,8 +145,8 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
     return series->most <= DBL_MAX;
 }
 
-/* Searches for assembly modes around a root near other roots, because rounding may hide roots
- * there. */
+/* Searches for assembly modes around a root that is near other roots, because rounding may hide
+ * roots there. */
 static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
                               double apart, chasles_triad_mode *modes, int count)
 {
@@ -161,8 +161,8 @@ static int chasles_triad_near(const chasles_triad_platform *platform, const doub
     return count;
 }
 
-/* Writes all assembly modes, sorted by phi, then NaN. Also writes the margin of each mode, and
- * whether a mode may be missing. */
+/* Writes all assembly modes, sorted by phi, then NaN. Also writes the margin of each assembly mode,
+ * and whether a mode may be missing. */
 static void chasles_triad_modes(const chasles_triad_platform *platform, const double *q,
                                 double *theta, double *margin, double *unsure)
 {
@@ -190,7 +190,7 @@ static void chasles_triad_modes(const chasles_triad_platform *platform, const do
             count = chasles_triad_added(platform, q, start, modes, count);
         }
     }
-    /* Roots hidden by rounding are next to visible roots. */
+    /* Roots that rounding hides are next to visible roots. */
     for (int k = 0; k < roots.count && roots.unresolved; k++) {
         for (double apart = CHASLES_TWINS; apart < CHASLES_TRIAD_SEARCHED; apart *= 2.0)
             count = chasles_triad_near(platform, q, roots.angle[k], apart, modes, count);

@@ -6,20 +6,20 @@
 
 /* Error of the polynomial's coefficients, which are sums of products of order 1. */
 #define CHASLES_TRIAD_NOISE 4e-15
-/* Maximum coefficient of a polynomial that is zero except for rounding: the rods can then stay
- * parallel.
- */
+/* Maximum coefficient at which the polynomial counts as zero; the rods can then stay parallel. */
 #define CHASLES_TRIAD_VANISHED 1e-12
 /* Maximum rod length error of an assembly mode, relative to the platform size. */
 #define CHASLES_TRIAD_CLOSED 1e-12
-/* Rod length error at which the iteration of an assembly mode ends. */
+/* Rod length error, relative to the platform size, at which the iteration of an assembly mode ends.
+ */
 #define CHASLES_TRIAD_POLISHED 1e-15
 /* Maximum rotation per step [rad]; a larger rotation may reach another assembly mode. */
 #define CHASLES_TRIAD_STEP 0.3
-/* Distance [rad] around a root in which other roots may be hidden by rounding. */
+/* Distance [rad] from a root within which rounding may hide other roots. */
 #define CHASLES_TRIAD_SEARCHED 2e-2
-/* Below this difference (relative to the platform size, and rad), two assembly modes are equal. At
- * a double root, rod lengths change with the squared distance and determine no more digits. */
+/* Two assembly modes are equal if they differ by less than this value (relative to the platform
+ * size, and rad). At a double root, rod lengths change with the squared distance, so they determine
+ * no more digits of the mode. */
 #define CHASLES_TRIAD_SAME 1e-7
 
 #endif

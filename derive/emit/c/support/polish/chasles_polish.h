@@ -1,41 +1,45 @@
-/* Inverse kinematics of a nearly structured arm: Newton's iteration refines every branch of the
- * nominal arm to the true arm. This file is part of chasles and is the same for every robot.
+/* Inverse kinematics of an arm close to a known structure: Newton's iteration refines every branch
+ * of the nominal arm to the true arm. This file is part of chasles and is the same for every robot.
  *
- * Included once for each robot, which defines
+ * This file is included once for each robot, which defines the following macros.
  *
- *   POLISH_NAME(name)          the names of its functions
- *   POLISH_N, POLISH_SLOTS     numbers of coordinates, and of solution slots of the nominal arm
- *   POLISH_RESULTS             number of these slots and of extra slots for additional solutions
- *   POLISH_INPUTS              number of doubles in all inputs: the pose, then the other inputs
- *   POLISH_NOMINAL(in, out)    the inverse of the nominal arm: q, residual and margin of each slot
- *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (meter, base axes), in SIMD lanes
- *   POLISH_FREE, POLISH_TURNS  for each coordinate: 1 if the iteration moves it; revolutions per
- *                              unit, 0 for a prismatic coordinate
- *   POLISH_MOVING              number of coordinates that the iteration moves
- *   POLISH_LENGTH              the arm's length (meter), which converts angles to lengths
- *   POLISH_DEVIATION           axis deviation of the two arms (radian, or relative to the length)
- *   POLISH_MEETS               whether three consecutive axes nearly intersect in a point
+ *   POLISH_NAME(name)          is the name of a function of the robot.
+ *   POLISH_N, POLISH_SLOTS     are the numbers of coordinates and of nominal solution slots.
+ *   POLISH_RESULTS             is the number of nominal slots and extra slots together.
+ *   POLISH_INPUTS              is the number of doubles in all inputs, of which the pose is first.
+ *   POLISH_NOMINAL(in, out)    computes q, residual and margin of each slot of the nominal arm.
+ *   POLISH_POSE(q, at)         computes the pose and the Jacobian of the true arm (meter, base
+ *                              axes), in SIMD lanes.
+ *   POLISH_FREE                is 1 for each coordinate that the iteration moves.
+ *   POLISH_TURNS               is the number of revolutions per unit of each coordinate, or 0 for a
+ *                              prismatic coordinate.
+ *   POLISH_MOVING              is the number of coordinates that the iteration moves.
+ *   POLISH_LENGTH              is the length of the arm (meter), which converts angles to lengths.
+ *   POLISH_DEVIATION           is the axis deviation of the two arms (radian, or relative to the
+ *                              length).
+ *   POLISH_MEETS               states whether three consecutive axes nearly intersect in a point.
  *
- *   POLISH_IS_GENERAL          whether POLISH_GENERAL defines the arm for the general solver
- *                              (chasles_general.h), which completes uncertain branches
- *   POLISH_IS_ASKED            whether the general solver runs at every pose, because the search at
- *                              fold points may miss solutions
- *   POLISH_IS_SEARCHED         whether to search near uncertain branches; not for robots with
- *                              loops, where the true loops may lack a nominal branch
- *   POLISH_IS_POSITION         whether the target is a position only
- *   POLISH_ON_LANES            whether chasles_lanes.h was included before: one branch per lane
- *   POLISH_SEEDS               number of variables of iterated loops, 0 for other robots; then
- *   POLISH_FROM_SEED(q, w, at) POLISH_POSE from nearby loop variables w, or from the reference if
- *                              w[0] is NaN; sets w to its values at q
- *   POLISH_REFERENCE           coordinates of that reference; angles stay within half a turn of
- *                              them, because loops may block full turns
+ *   POLISH_IS_GENERAL          states whether POLISH_GENERAL defines the arm for the general solver
+ *                              (chasles_general.h), which completes uncertain branches.
+ *   POLISH_IS_ASKED            states whether the general solver runs at every pose, because the
+ *                              search at fold points may miss solutions.
+ *   POLISH_IS_SEARCHED         states whether to search near uncertain branches, which is 0 for
+ *                              robots with loops, whose true loops may lack a nominal branch.
+ *   POLISH_IS_POSITION         states whether the target is a position only.
+ *   POLISH_ON_LANES            states whether chasles_lanes.h was included before, so that each
+ *                              lane computes one branch.
+ *   POLISH_SEEDS               is the number of variables of iterated loops, or 0.
+ *   POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from nearby loop variables w, or from the
+ *                              reference if w[0] is NaN, and sets w to the values at q.
+ *   POLISH_REFERENCE           contains the coordinates of the reference, within half a turn of
+ *                              which angles stay, because loops may block full turns.
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
  * pose and lambda proportional to |e|^2. This damping acts near singularities and vanishes with the
- * error. Near singularities the solutions of the true arm may be anywhere, so nominal solutions of
- * surrounding poses are starts as well. Pose, Jacobian and residual belong to the true arm. One
- * exception: with iterated loops, a slot keeps the nominal residual if the nominal arm is far from
- * the pose. The code allocates nothing and has no state.
+ * error. Near singularities, the solutions of the true arm may be anywhere, so the iteration also
+ * starts from nominal solutions of surrounding poses. The pose, the Jacobian and the residual
+ * belong to the true arm. With iterated loops, however, a slot keeps the nominal residual if the
+ * nominal arm is far from the pose. The code allocates nothing and has no state.
  */
 #include <math.h>
 #include <stddef.h>
@@ -44,9 +48,10 @@
 #include "chasles_polish_lanes.h"
 #include "chasles_polish_tolerances.h"
 
-/* Number of equations of a step: one per pose component or, if fewer, one per coordinate. */
+/* Number of equations of a step: the number of pose components or, if smaller, the number of
+ * coordinates. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
-/* Whether to search for pairs of branches at fold points: only if six coordinates move. */
+/* Whether to search for pairs of branches at fold points, which requires six moving coordinates. */
 #define POLISH_UNFOLDS (POLISH_MOVING == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_equations.h"
@@ -63,8 +68,8 @@
 #if POLISH_IS_SEARCHED
 /* Returns the number of pose lines on which further solutions near a branch are searched.
  *
- * If the nominal arm just misses the pose, two branches meet at a fold point. If its Jacobian is
- * singular (pivots `least`), branches may be anywhere. */
+ * If the nominal arm barely misses the pose, two branches meet at a fold point. If the Jacobian of
+ * the nominal arm is singular (smallest pivots `least`), branches may be anywhere. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
@@ -83,7 +88,7 @@ static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, 
 #endif
 
 #if !POLISH_IS_SEARCHED
-/* Restarts the diverged branches whose start is on the true branch of the loops. */
+/* Restarts the diverged branches whose start values lie on the true branch of the loops. */
 static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *start, int b,
                                             const lanes_where *near, const lanes *first,
                                             POLISH_NAME(configurations) * c)
@@ -102,7 +107,7 @@ static LANES_TARGET void POLISH_NAME(again)(const double *in, const double *star
         to[i] = LANES_CHOICE(astray, from[i], to[i]);
 }
 
-/* Refines all branches by Newton's iteration; diverging branches are repeated with halved steps. */
+/* Refines all branches by Newton's iteration; a diverging branch is repeated with halved steps. */
 static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAME(slots) * start,
                                               int b, const lanes_where *near,
                                               POLISH_NAME(configurations) * c, lanes *first)
@@ -116,8 +121,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
     POLISH_NAME(newton)(in, near, c, first);
     POLISH_NAME(again)(in, start->q, b, near, first, c);
 #if POLISH_SEEDS
-    /* The iteration from nearby variables may have reached another loop branch than the iteration
-     * from the reference. */
+    /* The iteration from nearby loop variables may have reached another loop branch than the
+     * iteration from the reference. */
     if (LANES_LT(c->residual2, POLISH_SETTLED * POLISH_SETTLED)) {
         c->seed[0] = NAN;
         POLISH_NAME(evaluate)(in, c);
@@ -126,8 +131,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
 }
 #endif
 
-/* Finds all solutions of the true arm, in the slots of the nominal branches. A solution may be in
- * several slots. */
+/* Finds all solutions of the true arm and stores them in the slots of the nominal branches. A
+ * solution may occur in several slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
 {
@@ -191,7 +196,8 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #if POLISH_N >= 6
     POLISH_NAME(look)(s, is_unsure);
 #endif
-    /* With fewer than six joints, a generic line of poses leaves the set of reachable poses. */
+    /* With fewer than six joints, a line of poses in a generic direction leaves the set of
+     * reachable poses. */
     if (POLISH_N < 6 || s->count == 0)
         POLISH_NAME(around)(s, is_unsure);
     if (s->waiting > 0)
@@ -203,7 +209,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
 }
 
-/* Writes all solutions of the true arm, each in one slot. */
+/* Writes all solutions of the true arm, each in only one slot. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
 {

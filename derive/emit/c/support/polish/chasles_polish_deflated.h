@@ -1,10 +1,10 @@
-/* Tests whether the known roots are all real roots of the determinant. This file is part of chasles
- * and is the same for every robot.
+/* Tests whether the known roots of the determinant are all its real roots. This file is part of
+ * chasles and is the same for every robot.
  *
  * The determinant is divided by sin((s - r) / 2) for each of an even number n of known roots r. The
- * quotient is a trigonometric polynomial in s whose degree is lower by n / 2. If the quotient has
- * no real root, no root is missing and every known root is simple. This test is cheaper than root
- * isolation, because it needs fewer samples and cells.
+ * quotient is a trigonometric polynomial in s, whose degree is lower by n / 2. If the quotient has
+ * no real root, no root is missing and every known root is simple. This test is cheaper than
+ * isolating the roots, because it needs fewer samples and cells.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
@@ -12,16 +12,18 @@
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Number of samples around the circle; minimum and maximum number of known roots. With fewer known
- * roots, no high-degree coefficient remains for the error estimate. */
+/* Number of samples around the circle, and the minimum and maximum number of known roots. With
+ * fewer known roots, no coefficient of high degree remains for the error estimate. */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
-/* Error [rad] of a known root that the quotient must reveal. Solutions have errors of 1e-6. */
+/* Error [rad] of a known root that the quotient must be able to reveal. The solutions have errors
+ * of 1e-6. */
 #define CHASLES_SHOWN 1e-4
-/* Number of cells to examine. */
+/* Number of cells into which the circle is divided. */
 #define CHASLES_WIDE_CELLS 48
-/* Number of halvings of a cell, to 1e-4 rad: a root closer to the real axis counts as real. */
+/* Number of times a cell is halved, down to 1e-4 rad; a root closer to the real axis counts as
+ * real. */
 #define CHASLES_WIDE_HALVINGS 9
 
 /* Computes samples of the quotient, the determinant divided by the products of sines. Returns the
@@ -57,8 +59,8 @@ static double chasles_polish_quotients(const chasles_general_system *system, con
     return most;
 }
 
-/* Computes the polynomial of a degree from its samples; coefficients of higher degree estimate its
- * error. */
+/* Computes a polynomial of given degree from its samples; coefficients of higher degree estimate
+ * the error. */
 static void chasles_polish_interpolated(const double *value, int degree,
                                         chasles_circle_series *series)
 {
@@ -84,7 +86,7 @@ static void chasles_polish_interpolated(const double *value, int degree,
     series->noise += DBL_EPSILON * series->most;
 }
 
-/* Returns a bound of the truncation error of a polynomial's Taylor series within a radius. */
+/* Returns a bound for the truncation error of a polynomial's Taylor series within a radius. */
 static double chasles_polish_left_out(const chasles_circle_series *series, int degree,
                                       double radius)
 {
@@ -98,11 +100,11 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Completeness of the known solutions, according to one elimination order. */
+/* Possible answers of an elimination order: whether the known solutions are complete. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* The solutions are complete if the polynomial has no real or nearly real root, and incomplete if
- * it has a real root. */
+/* The solutions are complete if the quotient has no real or nearly real root, and incomplete if it
+ * has a real root. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
@@ -153,8 +155,8 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Returns whether the test applies to these angles: their number is even, and no two are close
- * together. */
+/* Returns whether the test applies to these angles: their number is even, and no two angles are
+ * close together. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)
@@ -168,8 +170,8 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
-/* Returns whether the known roots are exact, from the error estimate of the quotient. An error of a
- * known root contributes this error times the quotient's value at the root. */
+/* Returns whether the known roots are exact, according to the error estimate of the quotient. An
+ * error of a known root contributes the error times the quotient's value at the root. */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {

@@ -1,10 +1,12 @@
-/* Linear equations of a damped step, one configuration per SIMD lane. This file is part of chasles
- * and is the same for every robot. Included by chasles_polish.h, once for each robot.
+/* Solves the linear equations of a damped step, with one configuration per SIMD lane. This file is
+ * part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
+ * robot.
  */
-/* Near dead points of loops, block inverses lose small entries next to very large entries. */
+/* Near dead points of loops, block inverses lose small entries that are next to very large entries.
+ */
 #if POLISH_N >= 6 && POLISH_IS_SEARCHED
-/* Inverts a symmetric matrix in place, from its lower half; updates the two smallest pivots. In
- * contrast to an elimination, its divisions are independent. */
+/* Inverts a symmetric matrix in place, given its lower half; updates the two smallest pivots.
+ * Unlike an elimination, this inversion has independent divisions. */
 POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
 {
     lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -25,7 +27,7 @@ POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
     r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
 }
 
-/* Multiplies a symmetric matrix, stored as its lower half, by a vector. */
+/* Multiplies a symmetric matrix by a vector; only its lower half is stored. */
 POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
 {
     const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;
@@ -34,7 +36,7 @@ POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lan
     y[2] = r2[0] * x[0] + r2[1] * x[1] + r2[2] * x[2];
 }
 
-/* Solves the factored equations for another right-hand side. */
+/* Solves the factored equations for a further right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
 {
     lanes x[3], y[3];
@@ -48,11 +50,11 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[6][6], lanes *b)
         b[k] = x[k] - (a[3][k] * b[3] + a[4][k] * b[4] + a[5][k] * b[5]);
 }
 
-/* Solves the symmetric system a x = b for several b. a is stored as its lower half; x replaces b.
- * Updates the two smallest pivots, which are squared lengths.
+/* Solves the symmetric system a x = b for several right-hand sides b; x replaces b. The matrix a is
+ * stored as its lower half. Updates the two smallest pivots, which are squared lengths.
  *
- * With 3 x 3 blocks a = (P, L^T; L, R), the inverses of P and of R - L P^-1 L^T replace P and R,
- * and L P^-1 replaces L. */
+ * In 3 x 3 blocks, a has the rows (P, L^T) and (L, R). The inverses of P and of R - L P^-1 L^T
+ * replace P and R, and L P^-1 replaces L. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[6][6], lanes (*b)[6], int sides, lanes *pivots)
 {
     lanes L[3][3];
@@ -87,12 +89,13 @@ POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
     }
 }
 #else
-/* Solves the symmetric system a x = b for several b. a is stored as its lower half; x replaces b.
- * Updates the two smallest pivots, which are squared lengths. */
+/* Solves the symmetric system a x = b for several right-hand sides b; x replaces b. The matrix a is
+ * stored as its lower half. Updates the two smallest pivots, which are squared lengths. */
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* a = L D L^T: L D replaces the lower half, L^T the upper half, 1 / D the diagonal. */
+    /* In the factorization a = L D L^T, the product L D replaces the lower half, L^T the upper
+     * half, and 1 / D the diagonal. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
@@ -124,7 +127,7 @@ POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (
     }
 }
 
-/* Solves the factored equations for another right-hand side. */
+/* Solves the factored equations for a further right-hand side. */
 POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes *b)
 {
     POLISH_UNROLL
@@ -145,7 +148,7 @@ POLISH_INLINE void POLISH_NAME(solve_again)(lanes a[POLISH_ROWS][POLISH_ROWS], l
 #endif
 
 #if POLISH_N >= 6
-/* Computes the lower half of J J^T, plus `added` on the diagonal. */
+/* Computes the lower half of J J^T and adds `added` to the diagonal. */
 POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added, lanes a[6][6])
 {
     POLISH_UNROLL
@@ -161,7 +164,8 @@ POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added
 }
 #endif
 
-/* Computes the matrix of the damped step: J^T J or, with six or more coordinates, J J^T. */
+/* Computes the matrix of the damped step, which is J^T J or, with six or more coordinates, J J^T.
+ */
 POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
                                           lanes a[POLISH_ROWS][POLISH_ROWS])
 {
@@ -181,7 +185,7 @@ POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *add
 #endif
 }
 
-/* Computes the right-hand side of these equations for a twist e. */
+/* Computes the right-hand side of the step equations for a twist e. */
 POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e, lanes *b)
 {
 #if POLISH_N < 6
@@ -199,7 +203,7 @@ POLISH_INLINE void POLISH_NAME(right_side)(lanes (*J)[POLISH_N], const lanes *e,
 #endif
 }
 
-/* Computes the step dq from the solution of these equations. */
+/* Computes the step dq from the solution of the step equations. */
 POLISH_INLINE void POLISH_NAME(step_of)(lanes (*J)[POLISH_N], const lanes *b, lanes *dq)
 {
 #if POLISH_N < 6

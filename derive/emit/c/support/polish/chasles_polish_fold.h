@@ -2,19 +2,20 @@
  * and is the same for every robot. Included by chasles_polish.h, once for each robot.
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
- * the twist direction that the joints reach worst. At q + s v, the twist to the pose along u is
- * lack - slope s - bend s^2 / 2 to second order. Depending on the discriminant slope^2 + 2 bend
- * lack, it vanishes at two values of s on both sides of the fold point, or nowhere. These two
- * values are starts for the two branches of the true arm, even if the nominal arm has no solution.
+ * the twist direction that the joints can hardly reach. At q + s v, the twist to the pose has the
+ * component lack - slope s - bend s^2 / 2 along u, to second order. If the discriminant slope^2 + 2
+ * bend lack is positive, this component vanishes at two values of s on both sides of the fold
+ * point; otherwise, it vanishes nowhere. The two values give starts for the two branches of the
+ * true arm, even if the nominal arm has no solution.
  */
 /* Fold points, one per SIMD lane: a nearby configuration, v, u, the coefficients of the equation
- * (lack is never negative), the step orthogonal to v, and its square. */
+ * (lack is never negative), the step orthogonal to v, and the square of this step. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
 } POLISH_NAME(folds);
 
-/* Computes v and u at the configurations, and the step orthogonal to v. */
+/* Computes v and u at the configurations, and the Newton step orthogonal to v. */
 POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
 {
     const lanes added = POLISH_OF(POLISH_MIN_DAMPING);
@@ -23,7 +24,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     POLISH_NAME(evaluate)(T, &f->c);
     POLISH_NAME(weighted)(&f->c, J);
     POLISH_NAME(squared)(J, &added, a);
-    /* Two steps of inverse iteration from a generic direction give the singular vector. */
+    /* Two steps of inverse iteration from a generic direction give this singular vector. */
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
@@ -62,7 +63,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     }
 }
 
-/* Moves each configuration orthogonally to v, computes v and u there, and measures the curvature
+/* Moves each configuration orthogonally to v and computes v and u there; measures the curvature
  * (bend) at a displaced point. */
 static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) * f)
 {
@@ -85,14 +86,14 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
-/* Pairs of branches at fold points: the starts of both branches, and the squared search distance.
- */
+/* Pairs of branches at fold points: the starts of both branches, and the squared distance within
+ * which solutions are searched. */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
 } POLISH_NAME(pairs);
 
-/* Returns whether a solution is known near a configuration. */
+/* Returns whether a known solution is near a configuration. */
 static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q, double far2)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -102,9 +103,9 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a branch without a solution may be one of two meeting branches. Either the
- * iteration found no new solution, or the nominal arm misses a pose that the true arm may reach.
- * Near a second singularity, the nominal arm may miss the pose by far. */
+/* Returns whether a branch without a solution may be one of two meeting branches. In that case,
+ * either the iteration found no new solution, or the nominal arm misses a pose that the true arm
+ * may reach. Near a second singularity, the nominal arm may miss the pose by far. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -117,26 +118,27 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may lie away from a fold point although the nominal arm misses the pose
- * by far. The nearest configuration of the nominal arm is then singular, but its error is not along
- * the unreachable direction. For example, a wrist rotation that keeps the tool fixed would bring
- * the pose within reach. `cost` is the squared error (radian, or relative to the length). */
+/* Returns whether solutions may lie away from a fold point even if the nominal arm misses the pose
+ * by far. In that case, the nearest configuration of the nominal arm is singular, but its error is
+ * not along the unreachable direction. For example, a wrist rotation that does not move the tool
+ * would bring the pose within reach. The argument `cost` is the squared error (radian, or relative
+ * to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Returns whether further solutions may be near a branch with a solution: the true arm is nearly
- * singular there, and the deviation moved the joints far. A wrist, for example, may have four
- * solutions instead of two. */
+/* Returns whether further solutions may be near a branch with a solution: the true arm must be
+ * nearly singular there, and the deviation must have moved the joints far. A wrist, for example,
+ * may have four solutions instead of two. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
     return part * part * trace * first2 > POLISH_SWERVED * POLISH_SWERVED;
 }
 
-/* Starts branches on both sides of the fold points unless their solutions are known. Returns
+/* Starts branches on both sides of the fold points, unless the solutions there are known. Returns
  * whether each fold point certainly has two solutions or none. */
 static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                           POLISH_NAME(folds) * f, const int *slot, int count,
@@ -175,9 +177,9 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Searches for solutions near fold points. Returns whether the solutions are certainly complete,
- * because they come in pairs and each fold point has two or none. `first` contains measures of the
- * first steps of each branch. */
+/* Searches for solutions near fold points. Returns whether the solutions are certainly complete:
+ * they come in pairs, and each fold point has two solutions or none. `first` contains measures of
+ * the first step of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {

@@ -1,9 +1,9 @@
-/* Adds solutions of the general solver, in the solution slots of their nearest branches. This file
+/* Adds solutions of the general solver, each in the solution slot of the nearest branch. This file
  * is part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
  * robot that the general solver supports.
  */
-/* Stores a further solution. The solution replaces a less exact copy of itself, or fills the free
- * slot of the nearest nominal branch, or an extra slot. */
+/* Stores a further solution. The solution replaces a less exact copy of itself, or is stored in the
+ * free slot of the nearest nominal branch, or in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -32,8 +32,8 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
     s->count++;
 }
 
-/* Returns whether solutions are missing: solutions come in pairs and, away from singularities, are
- * as many as nominal solutions. */
+/* Returns whether solutions are missing; solutions come in pairs and, away from singularities,
+ * there are as many as nominal solutions. */
 static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     int reached = 0;
@@ -43,8 +43,8 @@ static int POLISH_NAME(is_short)(const POLISH_NAME(search) * s, const POLISH_NAM
 }
 
 /* Returns whether the nominal arm misses a pose by far on every branch. The true arm may still
- * reach the pose: near several singularities, solutions exist where the nominal arm is 0.8 m off.
- */
+ * reach the pose; near several singularities, solutions exist although the nominal arm misses the
+ * pose by 0.8 m. */
 static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 {
     for (int k = 0; k < POLISH_SLOTS; k++) {
@@ -54,9 +54,9 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-/* Returns whether the known solutions match the real roots of an elimination order one to one, with
- * no two roots near each other. The solutions are then complete. Certainly complex roots do not
- * count as solutions. */
+/* Returns whether the known solutions match the real roots of an elimination order one to one, and
+ * no two roots are near each other. In this case, the solutions are complete. Certainly complex
+ * roots do not count as solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
@@ -85,8 +85,8 @@ static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles
     return real == s->count && real % 2 == 0;
 }
 
-/* Converts the known solutions to values of the suppressed joint of an elimination order. Returns
- * the number of values. */
+/* Computes the values of the suppressed joint of an elimination order for the known solutions.
+ * Returns the number of values. */
 static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                               const chasles_general_order *order, double *root)
 {
@@ -100,10 +100,10 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Returns whether the known solutions are complete, according to the first decisive elimination
- * order. An elimination order is decisive only if no two of its roots are near each other. The
- * elbow angle, for example, is the same on several branches. `system` receives the equations of the
- * last evaluated order, or remains null. */
+/* Returns whether the known solutions are complete, as the first decisive elimination order shows.
+ * An elimination order is decisive only if no two of its roots are near each other. For example,
+ * the elbow angle is the same on several branches. `system` receives the equations of the last
+ * evaluated order, or remains null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
@@ -135,7 +135,7 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     chasles_circle_roots roots;
     const chasles_general_order *decisive;
     found->count = 0;
-    /* If solutions are missing, no further elimination order can prove completeness. */
+    /* If solutions are missing, no further elimination order can prove that they are complete. */
     const int orders = POLISH_NAME(is_short)(s, start) ? 1 : six->arm->orders;
     if (POLISH_NAME(verdict)(s, six, orders, &system, &decisive) == CHASLES_COMPLETE)
         return 1;
@@ -150,11 +150,11 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    /* If the deviation is large, the search along lines of poses misses solutions. */
+    /* If the deviation is large, the search along lines of poses may miss solutions. */
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
-/* Adds the new solutions of the general solver. */
+/* Adds those solutions of the general solver that are new. */
 static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                    const chasles_general_six *six,
                                    const chasles_general_found *found)
@@ -183,7 +183,7 @@ static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * 
     return is_certain;
 }
 
-/* Adds solutions near a nominal self-motion if some branches nearly reach the pose. */
+/* Adds solutions near a self-motion of the nominal arm, if some branches nearly reach the pose. */
 static void POLISH_NAME(walk)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;

@@ -1,4 +1,4 @@
-/* Lane types of chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, otherwise
+/* Lane types for chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, otherwise
  * scalars. This file is part of chasles and is the same for every robot. Included once for each
  * robot.
  */
@@ -22,7 +22,7 @@
 #define POLISH_MIN(x, y) LANES_MIN(x, y)
 #define POLISH_RSQRT(value, x) LANES_LET1(value, rsqrt, x)
 #else
-/* Removes the macros of another robot in the same file. */
+/* Removes the macros of the previous robot if one file includes several robots. */
 #undef LANES
 #undef LANES_TARGET
 #undef LANES_LT

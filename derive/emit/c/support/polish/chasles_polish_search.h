@@ -2,25 +2,27 @@
  * file is part of chasles and is the same for every robot. Included by chasles_polish.h, once for
  * each robot.
  *
- * Near a singularity, even a small deviation of the arms moves solutions far away. The search uses
- * poses on a straight line through the target: T displaced by -mu u, with a constant twist u. At
- * the line's ends, the nominal arm is away from its singularity, and Newton's iteration finds the
- * true solutions. From there, the search follows the curve of configurations with error mu u. This
- * curve passes through fold points, and crosses mu = 0 at solutions of the target.
+ * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
+ * uses poses on a straight line through the target T; each pose is T displaced by -mu u, with a
+ * constant twist u. At the ends of this line, the nominal arm is away from its singularity, and
+ * Newton's iteration finds the true solutions. From these solutions, the search follows the curve
+ * of configurations whose error is mu u. This curve passes through fold points, and crosses mu = 0
+ * at solutions of the target.
  */
-/* The solutions found so far, and the queued starts, which wait until they fill all SIMD lanes. */
+/* The solutions found so far, and the queued starts; a start waits until the queue fills all SIMD
+ * lanes. */
 typedef struct {
     const double *in;
     double *q, *residual, *margin;
     int taken[POLISH_RESULTS]; /* whether the slot contains a new solution */
     int count;                 /* of these */
-    int directions;            /* number of pose lines for branches with a known solution */
+    int directions;            /* number of lines, for branches with a known solution */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
 } POLISH_NAME(search);
 
-/* Returns whether an occupied solution slot contains a configuration. */
+/* Returns whether a configuration is already stored in an occupied solution slot. */
 static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
@@ -30,7 +32,7 @@ static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
     return 0;
 }
 
-/* Marks the slots whose solution is in no earlier slot. */
+/* Marks the slots whose solution does not occur in an earlier slot. */
 static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
 {
     s->count = 0;
@@ -43,9 +45,9 @@ static void POLISH_NAME(mark)(POLISH_NAME(search) * s)
     }
 }
 
-/* Stores the result of a start. A new solution is stored in the slot of its branch or, if this slot
- * is occupied, in another slot. A slot without a solution keeps the result with the smallest
- * residual. */
+/* Stores the result that the iteration reached from a start. A new solution is stored in the slot
+ * of its branch or, if this slot is occupied, in another slot. A slot without a solution stores the
+ * result with the smallest residual. */
 static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
 {
     double found[POLISH_N], left;
@@ -67,7 +69,7 @@ static void POLISH_NAME(keep)(POLISH_NAME(search) * s, int lane)
     s->margin[slot] = s->margin_of[lane];
 }
 
-/* Copies the first lane to lane `count` and all later lanes. */
+/* Copies the first lane to lane `count` and to all later lanes. */
 static void POLISH_NAME(repeat)(double *rows, int n, int count)
 {
     for (int i = 0; i < n; i++) {
@@ -77,7 +79,7 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Continues the iteration of a slot whose residual is valid but not yet minimal. Returns whether
+/* Continues the iteration for a slot whose residual is valid but not yet minimal. Returns whether
  * the iteration reaches the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
@@ -119,7 +121,7 @@ static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int sl
         q[i] = NAN;
 }
 
-/* Iterates the queued starts. */
+/* Iterates from the queued starts to the pose. */
 static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
 {
     POLISH_NAME(repeat)((double *)s->c.q, POLISH_N, s->waiting);
@@ -143,11 +145,11 @@ static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double 
         POLISH_NAME(follow)(s);
 }
 
-/* Computes a twist of about `size` (radian, or relative to the arm length), linear part first; its
- * direction differs for each index. */
+/* Computes a twist of about the length `size` (radian, or relative to the arm length), linear part
+ * first; its direction depends on the index. */
 static void POLISH_NAME(direction)(int direction, double size, double *u)
 {
-    /* The six axes of an icosahedron; these axes and their opposites are evenly distributed. */
+    /* The six axes of an icosahedron and their opposites, which are evenly distributed. */
     static const double axes[6][3] = {
         {0.0, 0.53, 0.85},  {0.53, 0.85, 0.0},  {0.85, 0.0, 0.53},
         {0.0, -0.53, 0.85}, {-0.53, 0.85, 0.0}, {0.85, 0.0, -0.53},
@@ -158,7 +160,7 @@ static void POLISH_NAME(direction)(int direction, double size, double *u)
     }
 }
 
-/* Computes the inputs for a nearby pose, displaced by such a twist. */
+/* Computes the inputs for a nearby pose; the twist displaces the target pose. */
 static void POLISH_NAME(nearby)(const double *in, double size, int direction, double *near)
 {
     double u[6];
@@ -179,7 +181,7 @@ static void POLISH_NAME(nearby)(const double *in, double size, int direction, do
     }
 }
 
-/* Returns whether the upper left block of a pose is a rotation; otherwise the pose has no
+/* Returns whether the upper left block of a pose is a rotation; a pose without a rotation has no
  * solutions. */
 static int POLISH_NAME(is_rigid)(const double *T)
 {
@@ -195,8 +197,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Searches for the solutions of uncertain branches, starting from nominal solutions of surrounding
- * poses. */
+/* Searches for solutions of uncertain branches; starts from nominal solutions of surrounding poses.
+ */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -215,21 +217,23 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Returns the scaled half length of a pose line, comparable with radians along its curves: near a
- * fold point, coordinates change with the square root of the displacement. */
+/* Returns the half length of a pose line, scaled to be comparable with radians along its curves;
+ * near a fold point, coordinates change with the square root of the displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
-/* Curves, one per SIMD lane: configuration and mu, curve direction, and the branch at the start. */
+/* Curves, one per SIMD lane: configuration and mu, direction of the curve, and the branch at its
+ * start. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
-    int count, slot[LANES], is_branch[LANES]; /* whether the nominal arm reaches the line's end */
+    int count, slot[LANES],
+        is_branch[LANES]; /* whether the nominal arm reaches the end of the line */
     double margin[LANES];
-    int side, arrived; /* end of the line at which curves start; number of curves that arrived */
+    int side, arrived; /* line end at which curves start; number of curves that arrived */
 } POLISH_NAME(curves);
 
-/* Moves configurations onto their curves by the smallest first-order change of (q, mu) that gives e
- * = mu u. The new direction is the projection of the previous direction. */
+/* Moves configurations onto their curves: the first-order change of (q, mu) is the smallest change
+ * that gives e = mu u. The new direction of a curve is the projection of its previous direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
     lanes J[6][POLISH_N], a[6][6], b[2][6], dq[POLISH_N];
@@ -275,7 +279,8 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Queues a start where a curve crossed mu = 0, at the fraction `part` between two points. */
+/* Queues a start where a curve crossed mu = 0; `part` is the fraction of the way between two
+ * points. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -318,7 +323,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
                 } else if (b < a && b < c && b < POLISH_TOUCH * half &&
                            first[lane] * then[lane] > 0.0) {
-                    /* Evaluates a parabola through three points, which are assumed equidistant. */
+                    /* Evaluates a parabola through three points that are assumed to be equidistant.
+                     */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
                     const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
@@ -345,8 +351,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve from a configuration with line parameter mu; the curve leads to the end opposite to
- * `side`. */
+/* Adds a curve that starts from a configuration with line parameter mu and leads to the line end
+ * opposite to `side`. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)
@@ -384,7 +390,7 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* Curves from the line's other end already cover all curves from this end. */
+            /* The curves from the other end of the line already cover all curves from this end. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

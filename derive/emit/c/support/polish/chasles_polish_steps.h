@@ -1,9 +1,9 @@
-/* Steps of Newton's iteration, one configuration per SIMD lane. This file is part of chasles and is
- * the same for every robot. Included by chasles_polish.h, once for each robot.
+/* Steps of Newton's iteration, with one configuration per SIMD lane. This file is part of chasles
+ * and is the same for every robot. Included by chasles_polish.h, once for each robot.
  */
-/* Configurations in SIMD lanes: coordinates; their pose and Jacobian; the twist to the target, with
- * lengths relative to the arm length; the squared twist and residual; the start of iterated loops.
- */
+/* Configurations in SIMD lanes, with their pose and Jacobian, the twist to the target (lengths
+ * relative to the arm length), its square and the residual, and the start variables of iterated
+ * loops. */
 typedef struct {
     lanes q[POLISH_N], at[16 + 6 * POLISH_N], e[6], cost, residual2;
 #if POLISH_SEEDS
@@ -11,7 +11,7 @@ typedef struct {
 #endif
 } POLISH_NAME(configurations);
 
-/* Nominal solutions: coordinates, residuals and margins, in output order. */
+/* Nominal solutions, as coordinates, residuals and margins in output order. */
 typedef struct {
     double q[POLISH_SLOTS * POLISH_N], residual[POLISH_SLOTS], margin[POLISH_SLOTS];
 } POLISH_NAME(slots);
@@ -22,7 +22,7 @@ static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(pose)(const lanes
     POLISH_POSE(q, at);
 }
 
-/* Computes only the pose, because the compiler removes the operations of the unused Jacobian. */
+/* Computes only the pose; the compiler removes the operations of the unused Jacobian. */
 static __attribute__((noinline)) LANES_TARGET void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 {
     lanes all[16 + 6 * POLISH_N];
@@ -43,7 +43,7 @@ static void POLISH_NAME(tool_pose)(const lanes *q, lanes *at)
 }
 #endif
 
-/* Computes the twist to the target and its norms from the pose at the coordinates. */
+/* Computes the twist to the target and its norms, given the pose at the coordinates. */
 POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes *at = c->at;
@@ -64,8 +64,8 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         w[1] += at[8 + k] * T[k] - at[k] * T[8 + k];
         w[2] += at[k] * T[4 + k] - at[4 + k] * T[k];
     }
-    /* Computes the rotation axis times twice the tangent of half the angle, bounded near half a
-     * turn. */
+    /* Computes the rotation axis times twice the tangent of half the angle; the value is bounded
+     * near half a turn. */
     const lanes factor = 2.0 / POLISH_MAX(trace + 1.0, POLISH_HALF_TURN);
     c->cost = distance2 * (1.0 / (POLISH_LENGTH * POLISH_LENGTH));
 #if POLISH_IS_POSITION
@@ -78,8 +78,8 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
-    /* Returns the squared residual of an inverse: the larger of both errors, or NaN if one is NaN.
-     */
+    /* Returns the squared residual of an inverse: the larger of both squared errors, or NaN if one
+     * of them is NaN. */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
@@ -96,8 +96,8 @@ POLISH_INLINE void POLISH_NAME(evaluate)(const double *T, POLISH_NAME(configurat
     POLISH_NAME(compare)(T, c);
 }
 
-/* Computes the Jacobian with lengths relative to the arm length and without fixed coordinates. For
- * a position target, its angular rows are zero. */
+/* Computes the Jacobian without the columns of fixed coordinates, with lengths relative to the arm
+ * length. For a position target, the angular rows of the Jacobian are zero. */
 POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
                                          lanes (*J)[POLISH_N])
 {
@@ -130,7 +130,8 @@ POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
     }
 }
 
-/* Moves q by dq, each coordinate by at most POLISH_STEP, angles in the shorter direction. */
+/* Moves q by dq; each coordinate moves by at most POLISH_STEP, and angles move in the shorter
+ * direction. */
 POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *q)
 {
     lanes longest = POLISH_OF(POLISH_STEP);
@@ -142,13 +143,13 @@ POLISH_INLINE void POLISH_NAME(move)(const lanes *from, const lanes *dq, lanes *
     POLISH_NAME(unwind)(q);
 }
 
-/* The factored equations of a step, and their Jacobian. */
+/* The factored equations of a step, and the Jacobian of this step. */
 typedef struct {
     lanes J[6][POLISH_N], a[POLISH_ROWS][POLISH_ROWS];
 } POLISH_NAME(factors);
 
-/* Computes the damped step dq from c. `pivots` receives the smallest pivots of the equations of the
- * step. */
+/* Computes the damped step dq from the configuration c. `pivots` receives the smallest pivots of
+ * the equations of the step. */
 POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                         POLISH_NAME(factors) * f, lanes *dq, lanes *pivots)
 {
@@ -161,8 +162,8 @@ POLISH_INLINE void POLISH_NAME(towards)(const POLISH_NAME(configurations) * c, c
     POLISH_NAME(step_of)(f->J, b[0], dq);
 }
 
-/* Moves q by the damped step from c. `pivots` receives the smallest pivots of the equations of the
- * step. */
+/* Moves q by the damped step from the configuration c. `pivots` receives the smallest pivots of the
+ * equations of the step. */
 POLISH_INLINE void POLISH_NAME(step)(const POLISH_NAME(configurations) * c, const lanes *damping,
                                      lanes *q, lanes *pivots)
 {
@@ -191,9 +192,9 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether there is certainly no solution near c, because the error after a step exceeds the
- * largest error that curvature can cause for this step length. Near singularities (smallest
- * `pivots` so far), damping shortens the step, and the test does not apply. */
+/* Returns whether there is certainly no solution near c; the error after a step then exceeds the
+ * largest error that curvature can cause for this step length. Near singularities (small `pivots`),
+ * damping shortens the step, and the test does not apply. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -219,13 +220,14 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 }
 #endif
 
-/* Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates. `first`
- * receives the smallest pivots of the first step (damped only in the lanes of `near`) and the
- * squared step. With a search at fold points, it also receives the trace of (J J^T)^-1 after this
- * step, approximately the inverse square of the smallest singular value of J. For robots with
- * loops, the argument receives the squared error of the start instead. After a short step, the next
- * steps reuse its equations, because the Jacobian has hardly changed. With fewer than six joints,
- * only some branches reach the pose; the other branches end once this is clear. */
+/* Runs Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates.
+ * `first` receives the smallest pivots of the first step (damped only in the lanes of `near`) and
+ * the square of this step. With a search at fold points, `first` also receives the trace of (J
+ * J^T)^-1 after this step, which is about the inverse square of the smallest singular value of J.
+ * For robots with loops, `first` receives the squared error of the start instead of the trace.
+ * After a short step, the next steps reuse the equations of this step, because the Jacobian has
+ * hardly changed. With fewer than six joints, only some branches reach the pose; other branches end
+ * as soon as this is clear. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -236,7 +238,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
     lanes *pivots = first;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
     first[2] = first[3] = POLISH_OF(0.0);
-    int left_over = 0; /* number of remaining steps with the same equations */
+    int left_over = 0; /* number of remaining steps that reuse the equations */
     for (int k = 0, taken = 0;; taken++) {
         if (left_over > 0) {
             POLISH_NAME(tool_pose)(c->q, c->at);
@@ -276,20 +278,21 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The test requires new equations: with old equations, curvature of the reachable set looks
-         * like an unreachable pose. */
+        /* The test requires new equations; with reused equations, the curvature of the reachable
+         * set looks like an unreachable pose. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
-        /* Loops are excluded: near their dead points, equations change within short steps. */
+        /* Loops are excluded, because their equations change within short steps near dead points.
+         */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))
             left_over = POLISH_MAX_AGAIN;
     }
 }
 
-/* Newton's iteration from a possibly distant start: a step that increases the error is rejected,
- * and the next step is damped more. */
+/* Runs Newton's iteration from a possibly distant start; a step that increases the error is
+ * rejected, and the next step is damped more. */
 static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(configurations) * c)
 {
     lanes damping = POLISH_OF(1.0);
@@ -316,8 +319,8 @@ static LANES_TARGET void POLISH_NAME(descend)(const double *T, POLISH_NAME(confi
 }
 
 #if !POLISH_IS_SEARCHED
-/* Newton's iteration near a dead point, beyond which the loops do not close: undamped steps, halved
- * until the error decreases. */
+/* Runs Newton's iteration near a dead point, beyond which the loops cannot be closed: undamped
+ * steps are halved until the error decreases. */
 static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(configurations) * c)
 {
     const lanes undamped = POLISH_OF(0.0);
@@ -351,7 +354,7 @@ static LANES_TARGET void POLISH_NAME(approach)(const double *T, POLISH_NAME(conf
 }
 #endif
 
-/* Loads the solution slots from `first` on into lanes; unused lanes repeat the last slot. */
+/* Loads the solution slots into lanes, from `first` on; unused lanes repeat the last slot. */
 POLISH_INLINE void POLISH_NAME(load)(const double *q, int first, POLISH_NAME(configurations) * c)
 {
     double *rows = (double *)c->q;

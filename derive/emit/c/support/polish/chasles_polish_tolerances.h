@@ -1,55 +1,57 @@
-/* Tolerances for the inverse of nearly structured arms: name, value, unit and reason. This file is
- * part of chasles and is the same for every robot. The difference of two poses is the larger of a
- * distance (m) and an angle (rad).
+/* Tolerances for the inverse of arms close to a known structure: name, value, unit and reason. This
+ * file is part of chasles and is the same for every robot. The difference of two poses is the
+ * larger of a distance (m) and an angle (rad).
  */
 #ifndef CHASLES_POLISH_TOLERANCES_H
 #define CHASLES_POLISH_TOLERANCES_H
 
-/* Residual [m, rad] at which the iteration ends, ten times the rounding error of forward
+/* Residual [m, rad] at which the iteration ends, which is ten times the rounding error of forward
  * kinematics. */
 #define POLISH_CLOSED 1e-14
-/* Below this residual [m, rad], a step without improvement ends the iteration, because only
- * rounding remains. */
+/* If the residual [m, rad] is below this value, a step without improvement ends the iteration,
+ * because only rounding errors remain. */
 #define POLISH_SETTLED 1e-12
 /* Largest residual of a solution [m, rad], as in the runtime. */
 #define POLISH_SOLVED 1e-9
-/* Below this coordinate difference [m, rad], two solutions are equal. Computed copies of a double
- * solution differ by 1e-8. */
+/* Two solutions are equal if their coordinates differ by less than this value [m, rad]. Computed
+ * copies of a double solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
-/* Coordinate difference [m, rad] of equal solutions if the residual stays above POLISH_SETTLED. The
- * pose is then at the boundary of the reachable set, where a residual of 1e-9 causes coordinate
- * errors of about 3e-5. */
+/* Two solutions whose residual stays above POLISH_SETTLED are equal if their coordinates differ by
+ * less than this value [m, rad]. Such a pose is at the boundary of the reachable set, where a
+ * residual of 1e-9 causes coordinate errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
-/* Largest entry of R R^T - 1 for a valid rotation R: about 1e-15 for poses in double precision,
- * 1e-7 in single precision. */
+/* Largest entry of R R^T - 1 for a valid rotation R; it is about 1e-15 for poses in double
+ * precision, and 1e-7 in single precision. */
 #define POLISH_RIGID 1e-9
-/* Minimum of 1 + trace of the rotation from tool to pose; keeps steps finite near half a turn. */
+/* Minimum of 1 + trace for the rotation from tool to pose; it keeps steps finite near half a turn.
+ */
 #define POLISH_HALF_TURN 1e-3
 /* Maximum coordinate change per step [m, rad]; a larger change may reach another branch. */
 #define POLISH_STEP 0.3
-/* Maximum length [m, rad] of a step whose equations are reused, and number of steps that reuse
- * these equations. Each step with reused equations reduces the error by about this factor. */
+/* Maximum length [m, rad] of a step whose equations are reused, and the number of steps that reuse
+ * these equations. Each step that reuses equations reduces the error by about this factor. */
 #define POLISH_SHORT 1e-3
 #define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
  * squared step (radian, or relative to the arm length). For two revolute joints, this curvature is
  * at most 1. */
 #define POLISH_BEND 8.0
-/* Minimum ratio of pivot to damping at which damping hardly shortens the step. */
+/* If the ratio of pivot to damping is above this value, damping hardly shortens the step. */
 #define POLISH_UNDAMPED 100.0
-/* Damping relative to the squared error, for steps from a nominal solution. */
+/* Ratio of the damping to the squared error, for steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
-/* Minimum damping: squared singular values have errors of 1e-16. */
+/* Minimum damping; squared singular values have errors of 1e-16. */
 #define POLISH_MIN_DAMPING 1e-15
-/* Maximum damping relative to the squared error: if more damping were required, the minimum
+/* Maximum ratio of the damping to the squared error; if more damping were required, the minimum
  * residual is reached. */
 #define POLISH_MAX_DAMPING 1e6
-/* Maximum number of halved steps near a dead point (77 observed), and minimum fraction of a step:
- * if a smaller fraction were required, the minimum residual or the boundary of loop closure is
- * reached. */
+/* Maximum number of halved steps near a dead point (77 observed), and the minimum fraction of a
+ * step. If a smaller fraction were required, either the residual is minimal or the loops cannot be
+ * closed further. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
-/* The iteration continues only if a step reduces the squared error to at most this fraction. */
+/* The iteration continues only if the squared error after a step is at most this fraction of the
+ * squared error before the step. */
 
 #define POLISH_SLOW 0.95
 
@@ -58,47 +60,50 @@
  * causes displacements of 1e-8. */
 #define POLISH_DEVIATIONS(count) \
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
-/* Maximum nominal residual of a pose that the true arm might reach, because several axes deviate.
- */
+/* Maximum nominal residual of a pose that the true arm may reach because several axes deviate. */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
-/* Maximum nominal residual of the start of a curve, because the curve may lead to reachable poses.
+/* Maximum nominal residual at the start of a curve, because the curve may lead to reachable poses.
  */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
-/* Maximum squared error (radian, or relative to the length) of a start on the true branch of the
- * loops. Ten deviations are a safe bound: the maximum of a hundred starts was one deviation. */
+/* Maximum squared error (radian, or relative to the length) of a start that lies on the true branch
+ * of the loops. Ten deviations are a safe bound; the maximum error of a hundred starts was one
+ * deviation. */
 #define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
-/* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
- * singularity. */
+/* Maximum residual [m, rad] of a pose that the nominal arm reaches; rounding errors near a
+ * singularity cause it. */
 #define POLISH_FOLD 1e-7
-/* If a pivot of J J^T is below the square of this value (in deviations), branches may be anywhere:
- * the true arm may be singular so near a nominal singularity. For small deviations, the limit is
- * 0.01 rad, because few poses are so near. */
+/* If a pivot of J J^T is below the square of this value (in deviations), branches may be anywhere,
+ * because the true arm may be singular near a nominal singularity. For small deviations, the limit
+ * is 0.01 rad, because few poses are so near. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
-/* Limit of deviation times first step (radian) over the cubed smallest singular value. Below this
- * limit, a branch has only one solution: none of 1469 poses with a second solution was below (six
- * arms, errors of 1 to 5 mm and mrad). If no three axes nearly intersect, the limit is larger: 3 of
- * 300,000 poses of six arms were below. */
+/* Upper limit for the product of deviation and first step (radian), divided by the cubed smallest
+ * singular value. Below this limit, a branch has only one solution: none of 1469 poses with a
+ * second solution was below it (six arms, errors of 1 to 5 mm and mrad). If no three axes nearly
+ * intersect, the limit is larger: 3 of 300,000 poses of six arms with a second solution were below
+ * it. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
-/* Displacement of surrounding poses as a multiple of the axis deviation: larger than the difference
+/* Displacement of surrounding poses as a multiple of the axis deviation; it exceeds the difference
  * of the two arms. */
 #define POLISH_AROUND 2.5
-/* Half length of a pose line as a multiple of the axis deviation: at the ends of the line, the
+/* Half length of a pose line as a multiple of the axis deviation; at the ends of the line, the
  * nominal arm is far enough from its singularity. */
 #define POLISH_LINE 8.0
-/* Maximum stride along a curve: in coordinates (radian), and as a fraction of half the line.
- * Solutions that are closer together are found where the curve nearly touches the target. */
+/* Maximum stride along a curve, in coordinates (radian) and as a fraction of half the line.
+ * Solutions that are closer together than a stride are found where the curve nearly touches the
+ * target. */
 #define POLISH_STRIDE 0.12
 #define POLISH_SHARE 0.3
 /* Maximum distance of a curve's extremum from the target, as a fraction of half the line, at which
- * it may hide two solutions. */
+ * the extremum may hide two solutions. */
 #define POLISH_TOUCH 0.3
-/* Above this error (radian, or relative to the arm length) before a correction, a curve is lost. */
+/* A curve is lost if its error (radian, or relative to the arm length) before a correction is above
+ * this value. */
 #define POLISH_OFF_CURVE 0.05
 
-/* Maximum numbers, in this order: steps from a nominal solution (each step doubles the digits);
- * steps from a crossing; strides along a curve; directions of lines; directions of lines for
- * branches with a known solution. */
+/* Maximum numbers of steps from a nominal solution (each step doubles the digits), steps from a
+ * crossing, strides along a curve, line directions, and line directions for branches with a known
+ * solution. */
 #define POLISH_STEPS 6
 #define POLISH_MAX_STEPS 30
 #define POLISH_MAX_STRIDES 60
@@ -108,29 +113,30 @@
 /* Offset [rad] from a fold point at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03
 /* Curvature [1/rad] at a fold point that the axis deviation alone may cause, as a multiple of this
- * deviation: for a self-motion, the nominal curvature is zero. */
+ * deviation; for a self-motion, the nominal curvature is zero. */
 #define POLISH_FLAT 8.0
 /* Curvature limit [1/rad] at fold points without a solution, as a multiple of the axis deviation.
- * If the squared slope is above POLISH_TILTED, the nearest point is far from the fold point, and
+ * If the squared slope is above POLISH_TILTED, the nearest point is far from the fold point, where
  * the curvature may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* The second-order equation gives the number of solutions near a fold point, up to this distance
- * [rad] of the solutions from the fold point, and up to this step orthogonal to v. */
+/* The second-order equation gives the number of solutions near a fold point if two values are not
+ * exceeded: the distance [rad] of the solutions from the fold point, and the step orthogonal to v.
+ */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
-/* Minimum ratio of a second step to the squared first step (an assumption). */
+/* Minimum ratio of a second step to the square of the first step (an assumption). */
 #define POLISH_SQUARED 0.01
-/* Below this fraction of the squared error along the unreachable direction, a point is not a fold
- * point. At a fold point, the fraction is 1. */
+/* A point is not a fold point if the fraction of its squared error along the unreachable direction
+ * is below this value. At an exact fold point, this fraction is 1. */
 #define POLISH_ASIDE 0.01
 /* Maximum relative error of the terms in the discriminant of the second-order equation. */
 #define POLISH_CLEAR 0.3
-/* Bounds for a branch near a second singularity if its nominal solution misses the pose by far: the
- * square root of a pivot (rad), the residual, and the product of both (m, rad) relative to the axis
- * deviation. The deviation moves the fold point further if the second singularity is nearer. For
- * residuals up to ten deviations, the square root of the pivot is bounded by POLISH_NEARER
- * deviations. */
+/* Three bounds for a branch near a second singularity whose nominal solution misses the pose by
+ * far: the square root of a pivot (rad), the residual, and the product of both (m, rad) relative to
+ * the axis deviation. If the second singularity is nearer, the deviation moves the fold point
+ * further. For residuals up to ten deviations, the square root of the pivot is bounded by
+ * POLISH_NEARER deviations. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
