@@ -22,11 +22,11 @@ class Shape:
     """A line, a plate or a joint symbol on a body.
 
     Attributes:
-        kind: "link" (a line through the points) or "plate" (the hull of the points). Joint symbols
-            at one point are "revolute", "helical", "universal" and "ball". For a joint that closes
-            a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a "guide" (from end
-            to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's end). A strut has
-            the symbols "barrel", "piston" or "rod" (end to end).
+        kind: "link" (a line through the points) or "plate" (the hull of the points). The kinds
+            "revolute", "helical", "universal" and "ball" are joint symbols with one point. For a
+            joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
+            "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
+            end). A strut has the symbols "barrel", "piston" or "rod" (end to end).
         name: Name of the joint, closure or strut; for a link or plate, name of the body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.

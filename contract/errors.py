@@ -57,8 +57,8 @@ class LoopError(DescriptionError):
         closure_error: Smallest distance between the frames of the open loop (meter); for a strut,
             the smallest difference between its length and the distance of its ends. None if no
             distance was found.
-        remedies: Lengths, angles and coordinates that can each close the loop alone, with the
-            interval of suitable values; the smallest change comes first.
+        remedies: Lengths, angles and coordinates, each with the interval of values that close the
+            loop; the smallest change comes first.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class NotInstalledError(ChaslesError, ImportError):
 
 
 class KernelError(ChaslesError):
-    """A robot's compiled functions cannot be built, found or opened; base of five errors."""
+    """A robot's compiled functions cannot be built, found or opened; base class of five errors."""
 
 
 class CompilerNotFoundError(KernelError):

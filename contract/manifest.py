@@ -57,7 +57,7 @@ class Redundancy(NamedTuple):
 
     Attributes:
         name: Parameter name, the key in `fixed=`.
-        index: Index of the coordinate in q; None for a swivel angle.
+        index: Index of the coordinate in q, or None for a swivel angle.
         unit: Unit of the parameter.
         meaning: Description of the parameter.
     """
@@ -87,7 +87,7 @@ class ActuatedVariable:
 def full_turns(
     coordinates: Sequence[Coordinate], joints: Sequence[Coordinate], C: Sequence[Sequence[float]]
 ) -> tuple[bool, ...]:
-    """Returns whether a full turn of each coordinate turns all joints theta = C q fully."""
+    """Returns for each coordinate whether its full turn changes theta = C q only by full turns."""
     return tuple(
         coordinate.unit == "rad"
         and all(
@@ -133,13 +133,13 @@ class GeometryParameter:
     """An element of the vector p of parametric functions.
 
     Attributes:
-        name: Name that joins a joint, closure or strut, "base" or "tool" with the quantity, such as
-            "elbow_alpha"; or the name of a parameter of the description.
+        name: Name of the parameter of the description, or the name of a part and a quantity, such
+            as "elbow_alpha". A part is a joint, closure or strut, "base" or "tool".
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch or a ratio, "rad/m" for a ratio, "rad/(N m)" or "m/N"
             for a compliance, or "1" for a gain or a ratio.
-        joint: Name of the joint, closure or strut, or "base" or "tool", or "" for a parameter of
-            the description.
+        joint: Name of the joint, closure or strut, "base", "tool", or "" for a parameter of the
+            description.
         part: The group: "parameter" for a parameter of the description, "joint" for the joint's
             own description, "offset" for its coordinate offset, "axis" for axis corrections,
             "transmission" for gain and waves of its drive, "coupling" for the ratios of its
@@ -179,8 +179,9 @@ class FunctionInfo:
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function, or "" if every loop always closes. From the same first
-            input, it returns the distance of each loop from configurations with an open loop.
+        margin: Name of the margin function, or "" if every loop always closes. The margin function
+            has the same first input and returns, for each loop, the distance from configurations
+            with an open loop.
         steps: The loop to which each entry of a margin function's result belongs.
     """
 
@@ -201,9 +202,8 @@ class InverseFacts:
     """The status of the robot's inverse kinematics.
 
     Attributes:
-        method: solution method. "exact" for a closed form. "snapped" for iteration from the closed
-            form of a nearby nominal arm. "general" for the roots of a determinant. "none" if there
-            is no inverse.
+        method: "exact" (closed form), "snapped" (iteration from the closed form of a nearby nominal
+            arm), "general" (roots of a determinant) or "none" (no inverse).
         missing: The reason why there is no inverse, or "" if there is an inverse, or if no reason
             is stated.
     """
@@ -306,8 +306,8 @@ class Manifest:
             effect.
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
-        robot_file: For a robot with loops, a robot file template for different geometries. For an
-            arm with masses, the springs section of that file. Otherwise "".
+        robot_file: For a robot with loops, the template of a robot file with other dimensions. For
+            an arm with masses, the springs section of a robot file. Otherwise "".
         inverse: Solution method of the inverse, or the reason why there is no inverse.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
@@ -356,7 +356,7 @@ class Manifest:
             codomain: Name of the coordinate vector that maps and branches return.
 
         Returns:
-            The first match in the manifest, or None if no value is required.
+            The first match in the manifest, or None if no function matches.
         """
         wanted = (role, domain, codomain)
         return next((f for f in self.functions if f.role.key == wanted), None)

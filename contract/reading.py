@@ -139,7 +139,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks order and shape of the results with slots, which Solutions reads by position."""
+    """Checks order and shape of results with solution slots, which Solutions reads by position."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

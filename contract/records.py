@@ -228,7 +228,7 @@ def _fields_reader(record: Any) -> Reader:
                 try:
                     found[item.name] = reader(values[item.key])
                 except _MismatchError as error:
-                    raise error.within(item.key)  # noqa: B904 - the same error
+                    raise error.within(item.key)  # noqa: B904 - re-raises the same error
             elif item.default is MISSING:
                 raise _AbsentError(item.key)
         return record(**found)
@@ -262,7 +262,7 @@ def _list_reader(kinds: tuple[Any, ...]) -> Reader:
             try:
                 found.append(reader(item))
             except _MismatchError as error:
-                raise error.within(k)  # noqa: B904 - the same error
+                raise error.within(k)  # noqa: B904 - re-raises the same error
         return tuple(found)
 
     return read_list
@@ -277,7 +277,7 @@ def _mapping_reader(inner: Reader) -> Reader:
             try:
                 found[key] = inner(item)
             except _MismatchError as error:
-                raise error.within(key)  # noqa: B904 - the same error
+                raise error.within(key)  # noqa: B904 - re-raises the same error
         return MappingProxyType(found)
 
     return read_mapping

@@ -132,12 +132,12 @@ class Role:
         fixed: Indices in q of the coordinates that the second and later inputs of an inverse
             determine. These coordinates are constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
-        directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
-            velocity relation.
+        directions: Indices (0 to 5) of the twist components (v, omega) that belong to the columns
+            of the first matrix in a velocity relation.
         components: The task components that the first input of an inverse prescribes, in the order
-            of its entries. Each is one of :data:`TASK_COMPONENTS`, or () for a full pose.
+            of its entries. Each component is one of :data:`TASK_COMPONENTS`; a full pose has ().
         free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
-        searches: Whether the closed form can miss poses of configurations with joints at right
+        searches: Whether the closed form can miss configurations in which joint values are right
             angles. If true, the runtime also searches for solutions, starting from the
             least-squares solutions.
     """

@@ -1,4 +1,4 @@
-"""Temporary folders next to the files that replace them; a killed process leaves none for long."""
+"""Temporary folders for unfinished files; folders of killed processes are removed."""
 
 import os
 import sys

@@ -129,11 +129,11 @@ def load(
     """Loads a robot; derives and compiles it first if the cache does not contain it.
 
     Args:
-        robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
-            .toml, .urdf, .xacro, .xml (MJCF) or .sdf; or the folder of a generated robot, as a path
-            object or as a string with a separator in it ("./mine"). The first use of a well-known
-            arm or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
-            and MJCF `'chasles[derive,files]'`), which takes seconds.
+        robot: A name in `robots()` or `shelf_robots()`; a description file (.toml, .urdf, .xacro,
+            .xml (MJCF) or .sdf); or the folder of a generated robot, as a path object or as a
+            string with a separator in it ("./mine"). The first use of a well-known arm or of a
+            description runs the compiler (`pip install 'chasles[derive]'`, for xacro and MJCF
+            `'chasles[derive,files]'`), which takes seconds.
         base: The base link; by default the root of the link tree, or the base of a robot file.
         tip: The tip link, anywhere in the tree; by default the end of the longest chain.
         group: A group of the SRDF next to the file, instead of base and tip.

@@ -36,7 +36,7 @@ def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
     for n in items:
         if not isinstance(n, str | int | np.integer) or isinstance(n, bool):
             raise InputTypeError(
-                f"{label}: fixed takes names and indices of coordinates, got {fixed!r}"
+                f"{label}: fixed expects names and indices of coordinates, got {fixed!r}"
             )
     return {name if isinstance(name, str) else int(name): items[name] for name in items}
 
@@ -56,14 +56,12 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
     for item, value in read_fixed(label, fixed).items():
         if value is not None:
             raise InputTypeError(
-                f"{label}: fixed takes names and indices of coordinates, without values; got "
+                f"{label}: fixed expects names and indices of coordinates, without values; got "
                 f"{fixed!r}"
             )
         is_fixed[_coordinate(robot, label, item)] = True
     if fixed is not None and is_fixed.all():
-        raise InputValueError(
-            f"{label}: every coordinate is fixed, so that nothing is left to move"
-        )
+        raise InputValueError(f"{label}: all coordinates are fixed; at least one must be free")
     return is_fixed
 
 
@@ -79,7 +77,7 @@ def fixed_values(
     """
     items = read_fixed(label, fixed)
     if items and task != "pose":
-        raise InputValueError(f'{label}: fixed= takes task="pose" alone, got task={task!r}')
+        raise InputValueError(f'{label}: fixed= requires task="pose", got task={task!r}')
     values: dict[str, FloatArray] = {}
     for item, given in items.items():
         name = _name(robot, label, item)
@@ -127,7 +125,7 @@ def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
 
 
 def _name(robot: RobotFacts, label: str, item: str | int) -> str:
-    """Check the name of a redundancy parameter or joint; an index gives a coordinate."""
+    """Check the name of a redundancy parameter or joint; an index refers to a coordinate."""
     if isinstance(item, int):
         return robot.coordinate_names[_coordinate(robot, label, item)]
     parameters = [own.name for own in robot.redundancy]
@@ -143,7 +141,7 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
     if isinstance(item, int):
         if not -robot.n <= item < robot.n:
             raise InputValueError(
-                f"{caller}: there is no coordinate {item}; {robot.n} coordinates, from 0"
+                f"{caller}: no coordinate {item}; the {robot.n} coordinates are numbered from 0"
             )
         return item % int(robot.n)
     if item in names:
@@ -160,7 +158,7 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
     if len(movers) != 1:
         several = ", ".join(names[k] for k in movers) or "no coordinate"
         raise InputValueError(
-            f"{caller}: {item} follows {several}: fix coordinates instead, by their names"
+            f"{caller}: joint {item} depends on {several}; fix coordinates by name instead"
         )
     return int(movers[0])
 

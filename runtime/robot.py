@@ -66,15 +66,15 @@ class Robot(
         parameters: The named parameters of the robot description, keyed by name.
         geometry: The input `p` of the parametric functions, in order, or () without such functions.
         notes: Remarks on the description, for example on values that were snapped.
-        cleaning: The snapped values of the robot description, with bounds on the change of the tool
-            pose: `cleaning.position` [m], `cleaning.orientation` [rad].
+        cleaning: The snapped values of the robot description. `cleaning.position` [m] and
+            `cleaning.orientation` [rad] are bounds on the change of the tool pose.
         functions: The generated functions by name, including intermediate functions.
-        labels: The branch in each solution slot, by the name of the function or method with slots:
-            `robot.labels["ik"]`, `robot.labels["chain_branches"]`.
+        labels: The branch in each solution slot, keyed by the name of the function or method, as in
+            `robot.labels["ik"]` and `robot.labels["chain_branches"]`.
         redundancy: The redundancy parameters, for `fixed=`: name, index in q (None for a swivel
             angle), unit and meaning of each.
-        free_coordinates: The names of the coordinates that the inverse of a task sets to 0, by
-            task: `robot.free_coordinates["position"]`.
+        free_coordinates: The names of the coordinates that the inverse of a task sets to 0, as in
+            `robot.free_coordinates["position"]`.
         loops: The loop names, or () for a serial robot.
         loop_solution: How the loops are solved: "closed form", "newton", or "" without loops.
         chain_joints: The joints of the main chain, in the order of `theta`.
@@ -94,7 +94,7 @@ class Robot(
         """
         if not isinstance(manifest, Manifest):
             hint = 'call chasles.load("arm.urdf", base=..., tip=...)'
-            raise InputTypeError(f"Robot takes a manifest, got {manifest!r}; {hint}")
+            raise InputTypeError(f"Robot: expected a manifest, got {manifest!r}; {hint}")
         pickler = _pickler(manifest)
         functions = load_functions(manifest, pickler, Robot)
         vars(self).update(manifest=manifest, functions=MappingProxyType(functions))
@@ -108,13 +108,11 @@ class Robot(
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Raise an error, because a robot cannot be changed."""
-        raise AttributeError(f"a Robot does not change: cannot set {name!r}", name=name, obj=self)
+        raise AttributeError(f"a Robot is immutable: cannot set {name!r}", name=name, obj=self)
 
     def __delattr__(self, name: str) -> NoReturn:
         """Raise an error, because a robot cannot be changed."""
-        raise AttributeError(
-            f"a Robot does not change: cannot delete {name!r}", name=name, obj=self
-        )
+        raise AttributeError(f"a Robot is immutable: cannot delete {name!r}", name=name, obj=self)
 
     def __repr__(self) -> str:
         """Return the title, the coordinates and the functions."""

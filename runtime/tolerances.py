@@ -93,8 +93,8 @@ TURNS = 1e-6
 RANK = 1e-9
 """Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6
-"""Maximum singular value of J_x or J_q at a parallel singularity: a rounded pose at a type-1
-singularity has the square root of 1e-13."""
+"""Maximum singular value of J_x or J_q at a parallel singularity: for a rounded pose at a
+type-1 singularity, the value is the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5

@@ -1,7 +1,6 @@
-/* The module chasles.call._call, which calls compiled functions from Python.
- *
- *   kernel/     the compiled side: Library, Kernel, the ufunc's inner loop, memory of large results
- *   function/   the Python side: Function, its arguments and results */
+/* The module chasles.call._call, which calls compiled functions from Python. The folder kernel/ has
+ * the compiled side: Library, Kernel, the inner loop of the ufunc, and memory of large results. The
+ * folder function/ has the Python side: Function, its arguments and its results. */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
 #include "call/function/nearest.h"

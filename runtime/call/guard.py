@@ -43,7 +43,7 @@ class Guard:
     is_followed: bool = False
 
     def __call__(self, inputs: tuple[FloatArray, ...]) -> None:
-        """Raise OutOfReachError for an open loop, SingularityError for a dead point."""
+        """Raise OutOfReachError for an open loop and SingularityError for a dead point."""
         if not all(np.isfinite(value).all() for value in inputs):
             return
         margin = np.asarray(self.margin(inputs[0]))

@@ -2,7 +2,7 @@
 
 A part is a slice of the batch along a leading dimension. The ufunc writes its result directly into
 the output slice, without the interpreter lock. The calling thread also works, so that a call
-completes without other threads. Python handles signals between parts: Ctrl-C stops a long call.
+completes without other threads. Python handles signals between parts, so Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _ROWS = 8
 rows is different and may round differently; with this minimum, results are equal bit for bit for
 every number of threads."""
 _MIN = 500_000
-"""Minimum floating-point operations per thread: about 0.1 ms, three times the start of a thread."""
+"""Minimum floating-point operations per thread: 0.1 ms, three times the start time of a thread."""
 _MAX = 20_000_000
-"""Maximum floating-point operations of a part: 5 to 20 ms, the delay of Ctrl-C."""
+"""Maximum floating-point operations of a part: 5 to 20 ms, the longest delay of Ctrl-C."""
 _PARTS = 4
 """Parts per thread, so that other threads can take over the parts of a slow thread."""
 
@@ -77,7 +77,7 @@ def run(
 
 
 def read_threads(label: str, threads: object) -> int:
-    """Return the number of threads, 0 for one per core ("all"); raise an InputTypeError."""
+    """Return the number of threads, 0 for "all"; raise an InputTypeError for other values."""
     if threads == "all":
         return 0
     is_number = isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)

@@ -1,6 +1,6 @@
 /* chasles.closed_form._filters: the loops of the filters of Solutions (solutions.py).
  *
- * Every function takes dense rows: N poses with k slots of n coordinates. */
+ * Every function takes dense rows for N poses, with k slots of n coordinates. */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
@@ -406,7 +406,7 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
 }
 
 /* Tests whether groups of slots differ; each contains the windings of one solution. Returns false
- * for many groups. */
+ * without a comparison if there are many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

@@ -76,7 +76,7 @@ class LoopMethods(NewtonMethods):
 
     @needs(when=_can_check_actuators)
     def loops_close(self, q: ArrayLike) -> BoolArray:
-        """Test (...,) whether the loops can be closed at q (..., n) [rad or m]; dead points count.
+        """Test (...,) whether loops can be closed at q (..., n) [rad or m], dead points included.
 
         Limits are ignored. Loops without a dead point, such as parallelograms, can be closed
         everywhere. For loops without a closed form, Newton's iteration must reach q from the
@@ -90,7 +90,7 @@ class LoopMethods(NewtonMethods):
 
     @needs("actuators", when=_can_check_chain)
     def chain_closes(self, theta: ArrayLike) -> BoolArray:
-        """Test (...,) whether `chain(actuators(theta))` is theta, dead points included.
+        """Return (...,) whether `chain(actuators(theta))` is theta, dead points included.
 
         `actuators` reads only some of the joints theta (..., n_theta) [rad or m]. The result is
         False if the loops exclude this combination of joints, if theta is on a different branch

@@ -18,7 +18,7 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Offsets [rad or m] of a fixed joint: do axes keep their relation at other joint values?"""
+"""Offsets [rad or m] of a fixed joint, to test whether axes keep their relation when it moves."""
 _GENERIC = 0.4
 """The other joints have multiples of this value [rad or m], so that their axes have no special
 relation."""

@@ -30,7 +30,7 @@ _MAX_KEPT = 256
 
 @dataclass(frozen=True, eq=False)
 class FixedJoints:
-    """Calls of `ik` that the C code does not handle; `robot_of` returns the robot of a manifest."""
+    """Calls of `ik` that the C code does not handle. `robot_of` returns the robot of a manifest."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]

@@ -122,9 +122,9 @@ class NearestMethods(RobotFacts):
             q_seed: (..., n) seed coordinates [rad or m], possibly outside the limits.
             task: "pose", or a partial pose: "position", "position_pitch", "position_direction",
                 "planar". Coordinates that the task does not determine are 0.
-            fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
-                mapping sets values (...). For joints that are not in `robot.redundancy`, an inverse
-                is derived on first use.
+            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
+                joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
+                derived on first use.
             limits: "robot", None for no limits, or (n, 2) limits. A joint that exceeds a limit by
                 rounding is set to the limit.
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
@@ -168,7 +168,8 @@ class NearestMethods(RobotFacts):
 
         Returns:
             `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and the
-            angle times `unit_length`. Limits are ignored; out of reach, the residual is not 0.
+            angle times `unit_length`. Limits are ignored. For a pose out of reach, the residual is
+            not 0.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -327,7 +328,7 @@ class NearestMethods(RobotFacts):
         bounded = np.isfinite(moves.lower) & np.isfinite(moves.upper) & (moves.lower < moves.upper)
         if not bounded.any():
             raise InputValueError(
-                f'{self.name}.ik_nearest: redundancy="limits" needs limits on both sides of a joint'
+                f'{self.name}.ik_nearest: redundancy="limits" needs a joint with two limits'
             )
         lower, upper = moves.lower[bounded], moves.upper[bounded]
         middle, half = (lower + upper) / 2, (upper - lower) / 2

@@ -46,7 +46,7 @@ class NearestSolution(Fields):
         return found[()] if found.ndim else str(found)
 
     def __repr__(self) -> str:
-        """Return the solution of a pose, or the number of solutions of a batch."""
+        """Describe the solution of a single pose, or state the number of solutions of a batch."""
         if np.ndim(self.valid):
             count = int(np.count_nonzero(self.valid))
             return f"<nearest solutions of {np.size(self.valid)} poses: {count} valid>"
@@ -100,7 +100,7 @@ class Moves:
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """The four arrays, for the compiled selection."""
+        """Lower and upper limits, scales and periods, as arguments of the compiled selection."""
         return self.lower, self.upper, self.scale, self.turn
 
     def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:

@@ -136,10 +136,10 @@ class InverseMethods(RobotFacts):
     ) -> JointPath:
         """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
-        Each step selects the solution nearest to the previous pose, over all windings. The path
-        follows the branch even if solution slots are exchanged at a singularity. If infinitely many
-        solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby solution.
-        The path ends at a joint limit, even if a different branch would continue.
+        Each step selects the solution nearest to the previous configuration, over all windings. The
+        path follows the branch even if solution slots are exchanged at a singularity. If infinitely
+        many solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby
+        solution. The path ends at a joint limit, even if a different branch would continue.
 
         Arms with fewer than six joints follow partial poses: `task` selects one of the inverses
         `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. The joints that
@@ -148,15 +148,15 @@ class InverseMethods(RobotFacts):
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.
                 Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected. For a partial
-                pose also (m, k), the input of its inverse.
+                pose, T can also be the input (m, k) of the inverse.
             q_seed: (n,) coordinates [rad or m]: the path starts at the nearest solution within the
                 limits.
             task: The components of each pose: "pose", "position", "position_pitch" (the elevation
                 of the third tool axis above the x-y plane of the base), "position_direction" (of
                 the third axis) or "planar" (x, y and the angle of the first axis in that plane).
-            fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
-                mapping sets values () or (m,). Redundancy parameters (`redundancy`) keep their
-                values at `q_seed` by default. For other joints, an inverse is derived on first use.
+            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
+                joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
+                at `q_seed` by default. For other joints, an inverse is derived on first use.
             redundancy: The choice of the redundancy parameters, as in `ik_nearest`. "fixed" keeps
                 the parameters. Other values select new parameters at each pose, among the solutions
                 within `max_step` of the previous configuration.
@@ -211,7 +211,7 @@ class InverseMethods(RobotFacts):
         start: FloatArray,
         max_step: FloatArray,
     ) -> JointPath:
-        """Follow the branch nearest to the start; `poses` are None for partial poses."""
+        """Follow the branch nearest to the start. `poses` are None for partial poses."""
         count = len(solutions.q)
         q, margin = np.empty((count, self.n)), np.empty(count)
         if not count:
@@ -273,7 +273,7 @@ class InverseMethods(RobotFacts):
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # `inside` has one solution slot per winding, so the start has no slot of `slots`.
+            # The indices of `inside` count windings, so they are not slot indices of `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -309,7 +309,7 @@ class InverseMethods(RobotFacts):
         here: FloatArray,
         max_step: FloatArray,
     ) -> FloatArray:
-        """Return coordinates (k, n) from pose `first` on, for as long as the path stays in a slot.
+        """Return coordinates (k, n) from pose `first` on, while the path stays in one slot.
 
         As in `_next`, the solution slot must be nearest, and no joint may jump or exceed a limit.
         """

@@ -60,7 +60,7 @@ _ASIDE = 0.25
 """Maximum fraction of the squared error in singular directions; at the workspace boundary, the
 fraction is 1."""
 _VALUES = 16
-"""Number of fixed values of a joint per turn: the error varies with the cosine of its angle."""
+"""Number of values per turn at which a joint is fixed; the error is a cosine of its angle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,8 @@ class Refinement:
         task: The task of the inverse.
         judged: The unit length [m] of residuals and tolerances, 1 for some tasks.
         searches: Whether the closed form misses solutions, so that all solution slots are refined.
-        is_determined: Whether all inputs of the inverse are coordinates. A swivel angle is not a
-            coordinate: a self-motion would change it.
+        is_determined: Whether all inputs of the inverse are coordinates. A self-motion would change
+            a swivel angle, which is not a coordinate.
     """
 
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
@@ -103,7 +103,7 @@ class Refinement:
         some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
         enough[some] = self.enough(targets[some])
-        # A translation may look rounded and be exact; then a nearby solution is wrong.
+        # An exact translation may look rounded; a nearby solution would then be wrong.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
         if is_doubtful.any():  # No target of a partial pose counts as rounded.
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
@@ -141,7 +141,7 @@ class Refinement:
     def _is_aside(
         self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
     ) -> BoolArray:
-        """Test if missed poses (...,), axis-aligned with rounded translation, are reachable.
+        """Test which missed poses (...,), axis-aligned with a rounded translation, are reachable.
 
         At the workspace boundary, the error of the nearest solution slot is in the singular
         direction. A reachable pose has a different error direction, or two singular directions.
@@ -189,7 +189,8 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        ``aside`` (N,) also allows fixing a joint at configurations far from the target.
+        In rows with ``aside`` (N,), a joint may also be fixed at configurations far from the
+        target.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)

@@ -25,11 +25,11 @@ Objective = Callable[[FloatArray, FloatArray], FloatArray]
 _SAMPLES = {1: 64, 2: 20, 3: 12}
 """Samples per parameter, by the number of parameters."""
 _FEW = 4
-"""Samples per parameter for more parameters."""
+"""Samples per parameter for larger numbers of parameters."""
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Number of random steps from a sample, for one parameter; for p parameters its power p."""
+"""Number of random steps from a sample for one parameter; its p-th power for p parameters."""
 _MAX_ROWS = 100_000
 """Maximum number of rows that are solved at once."""
 

@@ -1,8 +1,8 @@
 """Inverse kinematics solutions in fixed solution slots, and filters for them.
 
 Each solution slot belongs to one branch of the inverse, for every pose, even if the pose is out of
-reach on that branch. `labels` describes the branches. Therefore filters clear `valid` and do not
-move solution slots. Each filter returns Solutions, so several filters can be applied in sequence:
+reach on that branch. `labels` describes the branches. Filters clear `valid` and do not move
+solution slots. Each filter returns Solutions, so several filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -141,10 +141,11 @@ class Solutions(Fields):
 
         A joint with a range of `w` turns, rounded up, multiplies the solution slots by `w`. The
         solution slots of a branch are consecutive, in ascending order, and the last joint varies
-        fastest. Windings are counted down from the upper limit, which is included; of values at
-        both limits, only the upper is listed. Joints without limits keep their value. Joints with
-        one limit are moved within this limit by the fewest turns. Each winding is then a separate
-        solution. Distances from a seed ignore full turns only for joints without limits.
+        fastest. Windings are counted down from the upper limit, which is included; if windings lie
+        on both limits, only the winding on the upper limit is listed. Joints without limits keep
+        their value. Joints with one limit are moved within this limit by the fewest turns. Each
+        winding is then a separate solution. Distances from a seed ignore full turns only for joints
+        without limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
@@ -211,7 +212,7 @@ class Solutions(Fields):
         """Keep the solutions on branches whose label contains "elbow +" or "shoulder -, elbow +".
 
         Raises:
-            InputValueError: If no label has this part, or sorting has removed the labels.
+            InputValueError: If no label contains this text, or sorting has removed the labels.
         """
         parts = {part.strip() for part in branch.split(",")}
         labels = [set(label.split(", ")) for label in self.labels]

@@ -115,10 +115,11 @@ class NumericMethods(RobotFacts):
     ) -> NumericSolution:
         """Solve inverse kinematics by iteration within the limits.
 
-        Levenberg-Marquardt steps with lambda proportional to the squared error. The factor
-        decreases after successful steps and increases after failed steps; no step exceeds a limit.
-        If the iteration ends at a different pose, it restarts from other configurations. For a pose
-        out of reach, the result is the minimum residual found, with `valid` False.
+        The iteration takes Levenberg-Marquardt steps with lambda proportional to the squared error.
+        The ratio of lambda to the squared error decreases after successful steps and increases
+        after failed steps; no step exceeds a limit. If the iteration ends at a different pose, it
+        restarts from other configurations. For a pose out of reach, the result is the minimum
+        residual found, with `valid` False.
 
         Args:
             T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations
@@ -132,14 +133,14 @@ class NumericMethods(RobotFacts):
                 (1, 1, 1, 0, 0, 0) for a position. By default all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
             frame: The axes of these components: "tool" (the tip) or "base".
-            fixed: Coordinates that keep their values exactly, even outside the limits: names or
-                indices keep the values at `q_seed`, a mapping sets values (...). A joint of the
-                main chain stands for the coordinate that moves it.
+            fixed: Coordinates with exact values, even outside the limits: names or indices for the
+                values at `q_seed`, or a mapping of names to values (...). A joint of the main chain
+                stands for the coordinate that moves it.
             tolerance: Maximum residual of a solution [m]; 1e-9 `unit_length` if None.
             max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
                 0.4 microseconds each for a six-joint arm.
-            rng: Seed of the start table, a generator, or None for new starts per call. With a seed,
-                results do not depend on the number of threads.
+            rng: Seed of the random start table, a generator, or None for a new table per call. With
+                a seed, results do not depend on the number of threads.
             threads: Number of threads; "all": one per core.
 
         Returns:
@@ -250,7 +251,7 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
         raise ShapeError(f"{method}: expected six task_weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
         raise InputValueError(
-            f"{method}: expected task_weights that are not negative, and some that are not 0, got "
+            f"{method}: task_weights must not be negative, and at least one must be positive, got "
             f"{weights.tolist()}"
         )
     return weights
@@ -310,7 +311,7 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     carriers = [next(body for body in bodies if body.name == names[-1])]
     while parent := carriers[0].parent:
         carriers.insert(0, bodies[parent])
-    # A joint that several coordinates move is a series of bodies, the last one the link.
+    # A joint with several coordinates is a series of bodies; the last body is the link.
     for i, body in enumerate(carriers):
         k, joint = sum(one.name in names for one in carriers[:i]), body.joint
         if joint is None or joint.kind == "fixed":
@@ -318,8 +319,8 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
         mover = variables[joint.coordinate].name
         if mover not in moved:
             raise InputValueError(
-                f"{manifest.name}.ik_numeric: {body.name} follows {mover}, which is not a joint of "
-                "the main chain"
+                f"{manifest.name}.ik_numeric: link {body.name} depends on joint {mover}, which is "
+                "not in the main chain"
             )
         axis = joint.ratio * np.array(joint.axis)
         along, omega = joint.advance * axis, axis

@@ -1,9 +1,9 @@
 /* The interface between chasles and a compiled robot: one entry for each function, found by name.
  *
- * A compiled library exports two symbols:
- *     const chasles_kernel chasles_kernels[]   ended by an entry whose name is NULL
- *     const char chasles_hash[]                the content hash for which it was compiled
- * All other symbols are hidden, so that those of two robots in one process do not clash.
+ * A compiled library exports two symbols. The table `const chasles_kernel chasles_kernels[]` ends
+ * with an entry whose name is NULL. The text `const char chasles_hash[]` is the hash of the content
+ * for which the library was compiled. All other symbols are hidden, so that symbols of two robots
+ * in one process do not clash.
  *
  * A portable library also exports chasles_kernels_v3 and chasles_kernels_v4, for processors of the
  * levels x86-64-v3 (AVX2, FMA) and x86-64-v4 (AVX-512).
@@ -30,8 +30,8 @@ typedef struct {
      * no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
-    /* For an inverse, NULL for other functions: writes the solutions nearest to seeds to dense rows
-     * of q, residual and margin, and the slot of each solution or the reason why there is none; see
+    /* NULL except for an inverse. Writes the solutions nearest to seeds to dense rows of q,
+     * residual and margin, and the slot of each solution or the reason for a missing solution; see
      * chasles_nearest.h. Steps are distances of adjacent rows in doubles. The moves are lower and
      * upper limits of the coordinates, weights of their displacements, and full turns that leave
      * the pose unchanged. */

@@ -326,5 +326,6 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
 
 def _seal(library: Path) -> None:
     with library.open("r+b") as file:
-        # After read() the file position is at the end; the system does not map appended bytes.
+        # After read(), the file position is at the end of the library. The hash is appended there,
+        # and the system does not map appended bytes.
         file.write(hashlib.sha256(file.read()).digest())

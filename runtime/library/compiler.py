@@ -105,7 +105,7 @@ def find_compiler() -> Compiler:
     found = Path(program).resolve()
     status = found.stat()
     # Path, size and modification time identify the version: `cc --version` takes longer than
-    # loading a robot. The identity does not show a new compiler behind the same wrapper script.
+    # loading a robot. A new compiler behind the same wrapper script is not detected.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
     unsafe = UNSAFE_FLAGS.intersection(extra)

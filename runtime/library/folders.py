@@ -46,8 +46,8 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
     known = ", ".join(folders) or "none are installed"
     derived = ", ".join(shelf()) or "none; pip install chasles-robots or 'chasles[derive]'"
     raise UnknownRobotError(
-        f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; a folder is "
-        f"given as a path, './{robot}'; derived on first use: {derived}"
+        f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; write a "
+        f"folder as a path, './{robot}'; derived on first use: {derived}"
     )
 
 

@@ -1,11 +1,8 @@
-/* Logarithms of rotations and rigid displacements between two poses.
- *
- *   rotation_vector_between   axis times angle
- *   displacement_between      difference of the origins, and the rotation vector
- *   twist_between             the twist whose exponential is the whole displacement
- *
- * Source: R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation,
- * 1994, chapter 2. */
+/* Logarithms of rotations and rigid displacements between two poses. The function
+ * rotation_vector_between writes axis times angle. The function displacement_between writes the
+ * difference of the origins and the rotation vector. The function twist_between writes the twist
+ * whose exponential is the whole displacement. Source: R. M. Murray, Z. Li, S. S. Sastry, A
+ * Mathematical Introduction to Robotic Manipulation, 1994, chapter 2. */
 #ifndef CHASLES_LOGARITHM_H
 #define CHASLES_LOGARITHM_H
 

@@ -16,8 +16,8 @@
 /* ------------------------------------------------------------------ rigid poses */
 
 /* Maximum deviation [rad] of a rounded pose, which is projected: distance to a rotation in the norm
- * |R_1 - R_2| / 2^0.5, and error of each entry of the last row. Single precision has deviations of
- * 1e-7; six printed digits, or products of many rounded poses, of 1e-6. */
+ * |R_1 - R_2| / 2^0.5, and error of each entry of the last row. Single precision causes deviations
+ * of 1e-7; six printed digits, or products of many rounded poses, cause 1e-6. */
 #define NEARLY_RIGID 1e-5
 
 /* Maximum deviation [rad] of a rigid pose: a product of 100 poses in doubles has 1e-14. */
@@ -96,11 +96,11 @@
 #define HALLEY_RESIDUAL 0.03
 #define HALLEY_REMAINDER 0.2
 
-/* ------------------------------------------------------- joint rates, paths by rates
+/* ------------------------------------------------------- joint rates and path tracking.
  *
  * Below the threshold e, the damped inverse of a singular value s is
  *
- *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   d the damping of s = 0.
+ *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   where d is the damping of s = 0.
  *
  * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e: rates are bounded. */
 

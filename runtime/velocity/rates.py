@@ -49,7 +49,7 @@ class Rates:
         min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
-            representation: the direction that a singularity removes first. The vector
+            representation. A singularity removes this direction first. The vector
             (v / characteristic length, omega) has unit norm and a positive largest entry.
     """
 
@@ -330,8 +330,8 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> FloatArray:
         """Return the actuator forces that a wrench on the tool does work on: J^T wrench.
 
-        The power is the same on both sides: `forces @ qd == wrench @ (J @ qd)`. The actuators hold
-        the opposite wrench of the environment in balance. Loops are rigid and without friction.
+        The power is the same on both sides: `forces @ qd == wrench @ (J @ qd)`. The actuator
+        forces balance the opposite wrench of the environment. Loops are rigid and frictionless.
 
         Args:
             q: (..., n) coordinates.

@@ -29,8 +29,8 @@ class Track:
         qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, exactly within
             the rate limits.
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
-        singular_value: (m,) the smallest singular value of the Jacobian at each pose,
-            dimensionless: 0 at a singularity, about 1 far from singularities.
+        singular_value: (m,) the smallest singular value of the Jacobian at each pose. The
+            dimensionless value is 0 at a singularity and about 1 far from singularities.
         max_distance, max_distance_index: The largest distance [m] and its pose index.
         max_angle, max_angle_index: The largest angle [rad] and its pose index.
         min_singular_value, min_singular_value_index: The smallest singular value, its pose index.

@@ -4,7 +4,8 @@
 
 /* ------------------------------------------------------------------ names */
 
-/* Returns the name of an argument: an input, out, threads or fixed; NULL without a keyword. */
+/* Returns the name of an argument: an input, out, threads or fixed; or NULL if the argument has no
+ * keyword. */
 static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
     if (slot < kernel->n_inputs) {

@@ -13,8 +13,8 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments: first each input, then out, threads and fixed; NULL for a missing argument.
- * A function with fixed= takes one other input, by position or by name. Returns -1 on error. */
+/* Sorts the arguments: first each input, then out, threads and fixed. A missing argument is NULL. A
+ * function with fixed= takes one other input, by position or by name. Returns -1 on error. */
 int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
 
@@ -35,7 +35,8 @@ int has_override(PyObject *object);
  * possible, or NULL on error. */
 PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *object);
 
-/* Broadcasts the leading dimensions of all inputs; -1 with an error on the conflicting inputs. */
+/* Broadcasts the leading dimensions of all inputs; returns -1 with an error that names the
+ * conflicting inputs. */
 int broadcast_inputs(const Kernel *kernel, PyObject *const *inputs, LeadingShape *batch);
 
 /* Tests that an out array has exactly the shape and type of the result; returns -1 on error. */

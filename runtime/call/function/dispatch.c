@@ -1,11 +1,9 @@
-/* Dispatch of a call to one of three functions:
- *
- *   call_single    every argument is a dense float64 array of the core shape: the kernel runs
- *                  directly on the caller's memory
- *   call_dense     every argument is a dense float64 batch of one shape, without out=
- *   call_general   all other calls: arguments are converted and checked, then the ufunc broadcasts
- *                  the leading dimensions, with threads= on parts of the batch (threads.py);
- *                  arguments with __array_ufunc__ are passed to overrides.py
+/* Dispatch of a call to one of three functions. For arguments that are dense float64 arrays of the
+ * core shape, call_single runs the kernel directly on the caller's memory. For dense float64
+ * batches of one shape without out=, call_dense runs the kernel. In all other calls, call_general
+ * converts and checks the arguments; then the ufunc broadcasts the leading dimensions, with
+ * threads= on parts of the batch (threads.py). Arguments with __array_ufunc__ are passed to
+ * overrides.py.
  *
  * An inverse of poses has its redundancy parameters in fixed=. Python handles other fixed joints.
  */

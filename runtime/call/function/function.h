@@ -10,7 +10,7 @@
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
-    const Kernel *kernel; /* the ufunc owns this object */
+    const Kernel *kernel; /* the kernel, which the ufunc owns */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
     PyObject *guard;         /* checks results that are not finite; may be NULL */

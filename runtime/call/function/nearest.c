@@ -18,7 +18,7 @@ typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
     PyObject *inverse;    /* a Function */
-    PyObject *general;    /* the Python function for all other calls */
+    PyObject *general;    /* the Python function for calls that C does not handle */
     PyTypeObject *result; /* the class of the results, a subclass of tuple */
     PyObject *moves;      /* a tuple of four arrays, for calls without options */
     PyObject *parameters; /* redundancy parameters: their indices in the seed, or a Function */

@@ -18,7 +18,7 @@ typedef struct {
     const double *q_seed;
     ptrdiff_t seed_step;
     const double *moves[N_MOVES];
-    double *results[3]; /* q, residual, margin: dense */
+    double *results[3]; /* dense arrays: q, residual, margin */
     npy_int8 *slot;     /* slot of the solution, or a negative reason for a missing solution */
 } Rows;
 

@@ -73,7 +73,7 @@ static PyObject *valid_branches(const Function *self, PyArrayObject *residual, U
     return (PyObject *)valid;
 }
 
-/* Raises an error for matrices that are not poses; -1 with the error set. */
+/* Raises an error for matrices that are not poses; returns -1 if an error is set. */
 static int refuse_poses(const Function *self, PyObject *T)
 {
     PyObject *module = PyImport_ImportModule("chasles.se3");
@@ -198,7 +198,7 @@ static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* Calls the guard for a pose whose result is not finite; -1 if the guard raises an error. */
+/* Calls the guard for a pose whose result is not finite; returns -1 if it raises an error. */
 static int call_guard(Function *self, PyObject *const *inputs)
 {
     PyObject *given = new_tuple(self->kernel->n_inputs, inputs);

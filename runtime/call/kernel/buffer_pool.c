@@ -6,8 +6,8 @@
 
 #define MAX_BYTES ((size_t)256 << 20) /* total size of all blocks in the pool, in bytes */
 #define MAX_BLOCKS 32                 /* blocks */
-#define HUGE_PAGE ((size_t)2 << 20)   /* size unit in bytes; every block size is a multiple */
-#define BLOCK_HEAD 64                 /* bytes before the array, for the block size */
+#define HUGE_PAGE ((size_t)2 << 20)   /* unit of block sizes, in bytes */
+#define BLOCK_HEAD 64                 /* bytes before the array, which store the block size */
 
 typedef struct {
     char *start;

@@ -1,8 +1,8 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose is rigid if a residual is at rounding level. Other poses are tested: nearly rigid poses
- * are projected and solved again; all other matrices result in NaN and infinite residuals. For
- * general arms, each matrix is tested first.
+ * A pose counts as rigid if a residual is at rounding level. Other poses are tested: nearly rigid
+ * poses are projected and solved again; all other matrices result in NaN and infinite residuals.
+ * For general arms, each matrix is tested first.
  *
  * If the unit length is not 1 m, residuals are recomputed as the larger of the distance and the
  * angle times the unit length. */
@@ -68,7 +68,7 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
     }
 }
 
-/* Runs the kernel on n rows with the given strides, by the code for many poses if there is any. */
+/* Runs the kernel on n rows with these strides, by the code for many poses if it exists. */
 void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                      const ptrdiff_t *input_steps, double *const *outputs,
                      const ptrdiff_t *output_steps);

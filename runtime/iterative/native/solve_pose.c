@@ -66,7 +66,8 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Makes attempts and refinements, unless `ending` is NO_POSE. */
+/* Searches from all start configurations and refines the best results, unless `ending` is NO_POSE.
+ */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

@@ -1,8 +1,8 @@
 /* Damped least squares within bounds, for a sequence of dimensionless Jacobians along a path.
  *
- * The solver finds the x nearest to J x = y, J (6, n), with lower <= x <= upper. Small singular
- * values are damped by the rule in numerics/_tolerances.h. If x violates a bound, an active-set
- * method minimizes |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds.
+ * The solver finds the least-squares solution x of J x = y, with J (6, n) and lower <= x <= upper.
+ * Small singular values are damped by the rule in numerics/_tolerances.h. If x violates a bound, an
+ * active-set method minimizes |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds.
  *
  * J changes little between steps of a path. The solver reuses the rotations U: they make the rows
  * of the next J nearly orthogonal.

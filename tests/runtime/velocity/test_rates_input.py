@@ -29,7 +29,7 @@ def test_invalid_joint_rates_arguments_are_rejected(ur5e):
          {"characteristic_length": -1}),
         (chasles.ShapeError, r"V must have shape \(\.\.\., 6\), got \(3,\)",
          {"V": V[:3], "components": "linear", "representation": "space"}),
-        (chasles.InputTypeError, r"fixed takes names and indices of coordinates, without values",
+        (chasles.InputTypeError, r"fixed expects names and indices of coordinates, without values",
          {"fixed": {"elbow": 0.5}}),
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": -1.0}),
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": np.nan}),
