@@ -104,26 +104,20 @@ def _statements(program: Program, rounded: Program) -> Iterator[str]:
     name = naming(program)
     for double, float32 in zip(program.computed, rounded.computed, strict=True):
         terms = {
-            operand: _constant(operand, other)
+            operand: _constant(operand, other) if isinstance(operand, Constant) else name(operand)
             for operand, other in zip(double.operands, float32.operands, strict=True)
-            if isinstance(operand, Constant)
         }
-
-        def called(operand: Operand, terms: dict[Operand, str] = terms) -> str:
-            return terms.get(operand) or name(operand)
-
-        operands = [called(operand) for operand in double.operands]
+        operands = [terms[operand] for operand in double.operands]
         if double.operation in _TEMPLATES:
             right = _TEMPLATES[double.operation].format(*operands)
         elif double.operation in _CALLS:
             right = f"{_CALLS[double.operation]}({', '.join(operands)})"
         else:
-            right = expression(double, called)
+            right = expression(double, terms.__getitem__)
         yield f"{name(double.result)} = {right}"
 
 
-def _constant(double: Operand, float32: Operand) -> str:
-    assert isinstance(double, Constant)
+def _constant(double: Constant, float32: Operand) -> str:
     assert isinstance(float32, Constant)
     if double == float32:
         return repr(double.value)

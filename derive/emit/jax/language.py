@@ -1,7 +1,6 @@
 """Writes the functions of a robot as a module of JAX."""
 
 import textwrap
-from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -45,7 +44,7 @@ def _printed(function: SymbolicFunction, programs: Programs, measured: Measureme
 
 def _missing(derivation: Derivation) -> str:
     """Names the functions that the module lacks, or returns ""."""
-    solved: Sequence[object] = [*(f for f in derivation.functions if f.calls), *derivation.written]
+    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
     text = f"Only in C, because of an iterative solver: {names}." if names else ""
     return f"{textwrap.fill(text, WIDTH)}\n\n" if text else ""
