@@ -2,7 +2,7 @@ r"""Prints a derivation as LaTeX: an article with the equations of the generated
 
 :func:`fragments` returns LaTeX fragments to ``\input`` in any article; :func:`document` returns the
 article. Before printing, every equation is a SymPy object in short symbols
-(:class:`PrintedEquations`), so tests can evaluate the printed equations.
+(:class:`PrintedEquations`), which tests can evaluate.
 """
 
 from .chain.model_fragment import model_quality

@@ -1,4 +1,4 @@
-r"""Assembles the article of a robot, and the LaTeX fragments that it reads."""
+r"""Assembles the article of a robot from LaTeX fragments."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -59,7 +59,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Heading of each LaTeX fragment, and the function that writes it, in reading order."""
+"""Heading of each LaTeX fragment and the function that writes the fragment, in reading order."""
 _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "parameters": ("Description", coupled_description),
     "couplings": ("Couplings", couplings),
@@ -67,7 +67,7 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""LaTeX fragments of a serial robot with couplings, instead of the fragments of its chain."""
+"""LaTeX fragments of a serial robot with couplings; they replace the fragments of its chain."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -76,8 +76,8 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures of a serial robot, keyed by the preceding LaTeX fragment: name and heading of each
-picture."""
+"""Pictures of a serial robot, keyed by the LaTeX fragment before them, with name and heading of
+each picture."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -117,8 +117,8 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading of each LaTeX fragment, and the function that writes it, for robots with loops or geared
-motors."""
+"""Heading of each LaTeX fragment and the function that writes the fragment, for robots with loops
+or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
 """Name of the last LaTeX fragment, which lists the cited works."""
@@ -131,10 +131,9 @@ _BRIEF = frozenset(
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the article of a robot and its LaTeX fragments, keyed by path.
+    """Returns the article of a robot and its LaTeX fragments, keyed by file path.
 
-    The article prints LaTeX from the equations, so the programs of the other languages are not
-    needed.
+    The article prints the equations, so it does not need the programs of the other languages.
     """
     return _files(derivation, fragments(derivation))
 
@@ -146,7 +145,7 @@ def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
-    """Returns the article with the selected LaTeX fragments, and these fragments, by path."""
+    """Returns the article with the selected LaTeX fragments, keyed by file path."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}
@@ -164,13 +163,13 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         derivation: A robot with its functions.
 
     Returns:
-        File name and text of each fragment: ``parameters.tex``, ``drawing.tex``, ``symbols.tex``,
-        ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
-        ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
-        ``parametric.tex`` if there are parametric functions. A robot with loops also has
-        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``. A
-        platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are closures. Empty LaTeX
-        fragments are omitted.
+        File name and text of each fragment. A serial robot has ``parameters.tex``, ``drawing.tex``,
+        ``symbols.tex``, ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``,
+        ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex`` and
+        ``references.tex``, and ``parametric.tex`` if there are parametric functions. A robot with
+        loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and
+        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are
+        closures. Empty LaTeX fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -222,7 +221,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
 
 
 def _has_legs(derivation: Derivation) -> bool:
-    """Whether the robot is a planar platform on three legs with closures."""
+    """Whether the robot is a planar platform on three legs that end in closures."""
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open or is_platform(hybrid.mechanism):
         return False
@@ -230,9 +229,10 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether one loop solution fits several tool poses; the inverse is then the loop solution.
+    """Whether one loop solution fits several tool poses, so that it is also the inverse.
 
-    If a pose determines the main-chain joints, the main chain has a separate inverse to print.
+    If a pose determines the main-chain joints, the main chain has a separate inverse, which is
+    printed.
     """
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
@@ -243,7 +243,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""Returns an article of a robot that reads its fragments from the folder :data:`FOLDER`."""
+    r"""Returns an article of a robot, which reads its fragments from the folder :data:`FOLDER`."""
     return _article(derivation, fragments(derivation))
 
 
@@ -263,7 +263,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # The title is not used in a sentence: it may be a maker's name, a plural or a
+            # No sentence contains the title, because it may be a maker's name, a plural or a
             # possessive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
@@ -279,13 +279,13 @@ def _section(name: str, heading: str) -> str:
 
 
 def _in_article(derivation: Derivation) -> list[tuple[str, str]]:
-    """Returns the fragments with their headings in article order: the robot's figure first."""
+    """Returns the fragments with their headings in article order, the robot's figure first."""
     headings = _headings(derivation) | {_REFERENCES: "References"}
     return sorted(headings.items(), key=lambda item: item[0] != _DRAWING)
 
 
 def _figure(derivation: Derivation) -> str:
-    """Returns the figure of the robot with its caption."""
+    """Returns the figure of the robot, with a caption."""
     robot = derivation.robot
     if isinstance(robot, Mechanism):
         caption = "The robot at its reference configuration, actuators in red, loops numbered."
@@ -300,8 +300,8 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps the end of a section on the page of the next section, so that no page contains only
-references."""
+"""Keeps the end of a section on the page of the next section, so that no page contains references
+only."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

@@ -1,6 +1,6 @@
 r"""Prints the works that an article cites, as a list at the end of the article.
 
-A LaTeX fragment cites a work by author and year, so that any article can include the fragment. The
+A LaTeX fragment cites a work by author and year, so that the fragment fits into any article. The
 list contains the works that other LaTeX fragments cite.
 """
 
@@ -71,17 +71,17 @@ WORKS: Mapping[str, str] = {
         r" 1996."
     ),
 }
-"""Works by citation text, in list order."""
+"""Works keyed by citation text, in the order of the list."""
 _LAYOUT = (
     r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
 )
 _UNBROKEN = r"\samepage\small"
-"""Keeps the list on one page."""
+"""Keeps the list of works on one page."""
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Lists the works that the LaTeX fragments cite; the value is empty without citations."""
+    """Lists the works that the LaTeX fragments cite; empty without citations."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

@@ -30,12 +30,12 @@ JOINT = r"\theta"
 
 @dataclass(frozen=True)
 class CoupledPage:
-    """A coupled serial robot with everything that its article prints.
+    """A coupled serial robot, with the data that its article prints.
 
     Attributes:
         robot: The description.
-        derivation: The functions of its coordinates.
-        chain: The chain of its joints, whose coordinates are called theta.
+        derivation: The functions of the robot's coordinates.
+        chain: The chain of the robot's joints, whose coordinates are called theta.
     """
 
     robot: SerialRobot
@@ -55,14 +55,14 @@ class CoupledPage:
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
-        """The printed symbols of the coordinates."""
+        """The printed symbols of the robot's coordinates."""
         notation = self.chain.equations.notation
         count = len(self.robot.coordinates)
         return tuple(notation.symbol(f"q_{{{k}}}", (LENGTH, (80, k))) for k in range(1, count + 1))
 
 
 def description(page: CoupledPage) -> str:
-    """Prints the joints, and the motors with their limits."""
+    """Prints the joints with their limits, and the motors with their limits."""
     motors = [c for c in page.robot.coordinates if isinstance(c, Motor)]
     if not motors:
         return parameters(page.chain, JOINT)
@@ -79,7 +79,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Prints the joints in terms of the coordinates, the inverse relation, and the Jacobians."""
+    """Prints the joints as functions of the coordinates, the inverse relation and the Jacobians."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)
@@ -100,7 +100,7 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Prints the inverse of the chain, or its structure if joints are coupled."""
+    """Prints the inverse of the chain or, if its joints are coupled, the structure of its axes."""
     chain = coupled_chain(page.robot)
     found = page.derivation.inverse or page.chain.inverse
     if len(chain.robot.moving) == len(page.robot.moving) == chain.C.cols:

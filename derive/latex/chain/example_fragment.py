@@ -25,20 +25,21 @@ from .tables import Column, tabular
 FloatArray = NDArray[np.float64]
 AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Angles (degree) of the joints in the example, used cyclically if within the limits."""
+"""Joint angles (degree) of the example, used cyclically; an angle outside the limits is not
+used."""
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Value of other coordinates, as a fraction of the range between their limits."""
+"""Value of other coordinates in the example, as a fraction of the range between their limits."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
-"""Marks a value that violates its limits."""
+"""Mark for a value that violates its limits."""
 MAX_WIDE = 6
-"""Maximum number of coordinates for which a table has two decimals."""
+"""Maximum number of coordinates for which a table prints two decimals."""
 SOLVED = 1e-9
-"""Largest residual (m, rad) of a valid solution, as stated in the article."""
+"""Largest residual (m, rad) at which a solution is valid, as the article states."""
 SLACK = 1e-9
-"""Tolerance (radian or meter) within which a value counts as at its limit."""
+"""Tolerance (radian or meter) within which a value counts as equal to its limit."""
 
 
 def worked_example(page: Page) -> str:
@@ -60,7 +61,7 @@ def worked_example(page: Page) -> str:
 
 
 def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray) -> str:
-    """Prints solutions found by iteration if the arm has no closed-form inverse, else nothing."""
+    """Prints solutions found by iteration if the arm has no closed form, otherwise nothing."""
     robot, inverse = page.robot, page.inverse
     if not inverse.written:
         return ""
@@ -108,14 +109,14 @@ def example(
 
     Args:
         fk: The forward kinematics.
-        functions: Functions, including the inverse if it has a closed form.
+        functions: The functions of the robot, including the inverse if it has a closed form.
         coordinates: The coordinates of the robot.
-        symbols: LaTeX of the robot's coordinates.
+        symbols: LaTeX names of the robot's coordinates.
         q: The values of the coordinates (radian, meter).
-        known: Values of joints that an inverse may need in addition to the pose, keyed by joint
-            name.
-        called: LaTeX of the joints with known values, if different from the joint name.
-        pose: LaTeX of the tool's pose.
+        known: Values of joints that are inputs of an inverse in addition to the pose, keyed by
+            joint name.
+        called: LaTeX names of the joints with known values, if they differ from the joint names.
+        pose: LaTeX name of the tool's pose.
     """
     T = value_at(fk, q)
     forward = _pose_at(T, coordinates, symbols, q, pose)
@@ -157,11 +158,11 @@ def solutions_of_pose(
         fk: The forward kinematics of the main chain.
         name: The function from the main chain to all actuated coordinates.
         joints: The joints of the main chain.
-        symbols: LaTeX of the main-chain joints.
+        symbols: LaTeX names of the main-chain joints.
         theta: The values of the main-chain joints.
-        pose: LaTeX of the tool's pose.
+        pose: LaTeX name of the tool's pose.
         coordinates: The actuated coordinates.
-        actuators: LaTeX of the actuated coordinates.
+        actuators: LaTeX names of the actuated coordinates.
         found: The values of the coordinates in each solution slot.
     """
     columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
@@ -185,12 +186,12 @@ def within(coordinate: AnyCoordinate, angle: float) -> float:
 
 
 def rounded(value: float, unit: str) -> float:
-    """Rounds a value to few decimals, in degrees or meters."""
+    """Rounds a value to a few decimals, in degrees or meters."""
     return math.radians(round(math.degrees(value))) if unit == "rad" else round(value, 2)
 
 
 def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, meter), or infinite limits if not stated."""
+    """Returns the limits of a coordinate (radian, meter), which are infinite if not stated."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -199,12 +200,12 @@ def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
 
 
 def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
-    """Whether every input of an inverse other than the pose has a value."""
+    """Whether the values of all inputs of an inverse, except the pose, are known."""
     return all(argument.name in known for argument in inverse.inputs[1:])
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
-    """Evaluates a function of the coordinates."""
+    """Evaluates a function at the values of the coordinates."""
     (kernel,) = lower([function], "example")
     return np.array(kernel(q)).reshape(function.outputs[0].shape)
 
@@ -217,7 +218,7 @@ def _solutions(
     called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
-    """Prints the table of all solutions, which include the original configuration."""
+    """Prints the table of all solutions, one of which is the original configuration."""
     role = inverse.role
     inputs = [
         np.concatenate(
@@ -253,7 +254,7 @@ def _solutions(
 def _columns(
     symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
-    """Returns a table column of values for each coordinate."""
+    """Returns one table column for each coordinate, with its values."""
     places = 2 if len(coordinates) <= MAX_WIDE else 1
     return [
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
@@ -262,7 +263,7 @@ def _columns(
 
 
 def _measured(coordinates: Sequence[AnyCoordinate]) -> str:
-    """States the units of the table values."""
+    """States the units of the values in the table."""
     units = {coordinate.unit for coordinate in coordinates}
     return " and ".join(words for unit, words in _UNITS.items() if unit in units)
 

@@ -13,11 +13,11 @@ from ..setting.widths import LINE, width
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
 SHORT = 50.0
-"""Maximum width (pt) of an entry that is printed inside the pose matrix."""
+"""Maximum width (pt) of an entry that is printed within the pose matrix."""
 
 
 def forward_kinematics(page: Page) -> str:
-    """Prints the tool pose as one matrix if the matrix fits a line, otherwise entry by entry."""
+    """Prints the tool pose as one matrix if it fits a line, otherwise entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     shared = _definitions(page, fk.definitions)
@@ -54,7 +54,7 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """Prints the pose as a matrix of names, or with its short entries in full."""
+    """Prints the pose as a matrix whose entries are names or, if short, printed in full."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name
@@ -64,7 +64,7 @@ def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
 
 
 def _is_short(page: Page, entry: sp.Expr) -> bool:
-    """Whether an entry is a short product of defined symbols and needs no name."""
+    """Whether an entry is a short product of defined symbols, so that it needs no name."""
     order = page.equations.notation.order
     known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
     return known and not entry.is_Add and width(page.tex(entry)) < SHORT
@@ -85,7 +85,7 @@ def _entries(page: Page) -> str:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """Prints the matrix of names, and below this matrix the named entries."""
+    """Prints a matrix of entry names, and below it the named entries."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

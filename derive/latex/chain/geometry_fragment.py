@@ -14,13 +14,13 @@ from ..setting.widths import LINE, width
 from .tables import counts_moving
 
 MAX_WRITTEN = 4
-"""Maximum number of factors of a product that is written in full."""
+"""Maximum number of factors of a product in which every factor is written."""
 MAX_IN_ROW = 6
-"""Maximum number of trivial transforms per line."""
+"""Maximum number of trivial transforms printed on one line."""
 
 
 def screws(page: Page) -> str:
-    """Prints the screw axes and the home pose: the robot as a product of exponentials."""
+    """Prints the screw axes and the home pose, for the product of exponentials."""
     robot = page.robot
     values = robot.joint_values(page.equations.notation.q)
     notation = page.equations.notation
@@ -57,7 +57,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """Prints the pose of each link in its parent link's frame, and the product of all poses."""
+    """Prints the pose of each link in its parent link's frame, and the product of these poses."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

@@ -1,4 +1,4 @@
-r"""Prints the description as LaTeX: joints by convention, parameters, and short symbols."""
+r"""Prints the description as LaTeX: joints in their conventions, parameters, and short symbols."""
 
 import re
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in meters and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
-"""Maximum number of joint tables (one per convention); with more conventions, one table of
+"""Maximum number of joint tables (one per convention); with more conventions, a single table of
 transforms is printed."""
 FEW = 4
-"""Maximum number of names joined by "and"; longer lists have commas or dots."""
+"""Maximum number of names joined by "and"; a longer list has commas or dots."""
 
 
 def parameters(page: Page, vector: str = "q") -> str:
@@ -30,7 +30,7 @@ def parameters(page: Page, vector: str = "q") -> str:
 
     Args:
         page: The chain.
-        vector: LaTeX of the vector of its coordinates.
+        vector: LaTeX name of the vector of the robot's coordinates.
     """
     given = text(_coordinates(page, vector), joints(page), values(page)).rstrip()
     legend = tables.legend(given)
@@ -38,9 +38,9 @@ def parameters(page: Page, vector: str = "q") -> str:
 
 
 def joints(page: Page) -> str:
-    """Prints the joint tables, and the legend of their abbreviations."""
+    """Prints the joint tables, and the explanation of their abbreviations."""
     notation = page.equations.notation
-    # This printer always prints numeric lengths as decimals.
+    # The printer of the description always prints numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MAX_RUNS:
@@ -55,7 +55,7 @@ def joints(page: Page) -> str:
 
 
 def values(page: Page) -> str:
-    """Prints the values of the parameters, if any."""
+    """Prints the values of the parameters, if the robot has any."""
     if not page.robot.parameters:
         return ""
     table = tables.value_table(page.robot, page.equations.printer)
@@ -63,7 +63,7 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """Prints the table of short symbols, and the rules for indices and accents.
+    """Prints the table of short symbols, with the rules for their indices and accents.
 
     The LaTeX fragment is empty if the equations contain no angle and no named constant.
     """
@@ -130,7 +130,7 @@ def _introduced(convention: Convention | None, notation: Notation) -> str:
 
 
 def _legend(page: Page) -> str:
-    """Explains the abbreviations in the tables, and the joint couplings."""
+    """Explains the abbreviations in the joint tables, and the couplings of joints."""
     robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
@@ -152,7 +152,7 @@ def _legend(page: Page) -> str:
 
 
 def _displacements(robot: SerialRobot) -> list[str]:
-    """Describes prismatic joints with a displacement that is not a field of the link transform."""
+    """Describes prismatic joints whose displacement is not a field of the link transform."""
     bare = [
         joint.convention
         for joint in robot.joints
@@ -170,7 +170,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """Prints the values that noise removal changed, and the total change of the tool pose."""
+    """Prints the values that noise removal changed, and the resulting change of the tool pose."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -188,7 +188,7 @@ def noted(robot: SerialRobot | Mechanism) -> str:
     """Prints the notes of the robot, except for notes that repeat the table of replaced values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits cannot be hyphenated, so lines of text need wide spaces.
+    # Names and digits cannot be hyphenated, so lines that contain them need wide spaces.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

@@ -1,4 +1,4 @@
-r"""Prints a report on model quality: determinants, and a verdict for each joint."""
+r"""Prints a report on model quality, with determinants and a verdict for each joint."""
 
 import math
 

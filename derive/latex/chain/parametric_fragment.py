@@ -1,4 +1,4 @@
-r"""Prints the parametric functions: the vector p, the pose, and its derivative columns."""
+r"""Prints the parametric functions: the vector p, the tool pose, and its derivative columns."""
 
 from dataclasses import dataclass
 
@@ -45,11 +45,11 @@ _BY_PART = {
 
 @dataclass(frozen=True)
 class _Segments:
-    """The product of transforms for the tool pose, split at the joints.
+    """The tool pose as a product of transforms, split at the joints.
 
     Attributes:
         between: The constant motions before, between and after the joints.
-        moving: The joint motions in terms of q, p and joint torques.
+        moving: The joint motions as functions of q, p and joint torques.
     """
 
     between: tuple[Placement, ...]
@@ -57,7 +57,7 @@ class _Segments:
 
 
 def parametric(page: Page) -> str:
-    """Prints the table of p, the pose as a function of p, and its derivatives."""
+    """Prints the table of p, the tool pose as a function of p, and its derivatives."""
     found = page.geometry
     if found is None:
         return ""
@@ -126,7 +126,7 @@ def _cut(found: Geometry) -> _Segments:
 
 
 def _value(motion: Rotation | Translation) -> sp.Expr:
-    """Returns the angle of a rotation, or the length of a translation along one axis."""
+    """Returns the angle of a rotation, or the length of a translation along a coordinate axis."""
     return motion.angle if isinstance(motion, Rotation) else sp.Add(*motion.vector)
 
 

@@ -1,4 +1,4 @@
-r"""Prints the singular configurations of a chain: its Jacobian is rank deficient there."""
+r"""Prints the singular configurations of a chain, where its Jacobian is rank deficient."""
 
 import math
 from collections.abc import Sequence
@@ -13,21 +13,21 @@ from ..setting.widths import LINE, width
 from .tables import Column, tabular
 
 WHOLE = 6
-"""Number of joints for which the Jacobian is a square matrix."""
+"""Number of joints with which the Jacobian is a square matrix."""
 WIDEST = 0.8 * LINE
 """Maximum width (pt) of a product that is printed on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of printed degrees and meters, for rounding errors of at most 1e-5 rad and m."""
+"""Decimals of printed degrees and meters; rounding errors are at most 1e-5 rad and m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
 
 
 def singularities(page: Page) -> str:
-    """Prints the singularities of the arm: determinant factors, conditions, or configurations.
+    """Prints the singularities of the arm as determinant factors, conditions, or configurations.
 
-    For an arm that is singular in every configuration, the fragment states the rank. For an arm
-    without singularities, the fragment is one sentence.
+    For an arm that is singular in every configuration, the fragment states the rank of the
+    Jacobian. For an arm without singularities, the fragment is one sentence.
 
     The LaTeX fragment is empty if no singularity is known.
     """
@@ -118,7 +118,7 @@ def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
 
 
 def _configurations(page: Page, found: PrintedSingularities) -> str:
-    """Prints a table of configurations, rounded to the shown digits."""
+    """Prints a table of singular configurations, rounded to the shown digits."""
     joints = page.robot.moving
     symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
     columns: list[Column] = [("joint", symbols)]

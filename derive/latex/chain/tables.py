@@ -18,32 +18,33 @@ from ..setting.transforms import factors, first_number, placements, transform, t
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
-"""Heading and cells of a table column."""
+"""Heading and cells of one table column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
-"""An angle, with the pattern and index of its symbols."""
+"""An angle, with the pattern and the index of the symbols of its cosine and sine."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
-"""Text width of the article (pt), the maximum width of a table."""
+"""Text width of the article (pt), which is the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Extra row height that separates a fraction from the rows above and below."""
+"""Additional row height that separates a fraction from the rows above and below."""
 WIDEST = LINE / 2
 """Minimum width (pt) of a cell that is printed as a paragraph."""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Maximum number of side-by-side blocks of a narrow table, and minimum rows of a block."""
+"""Maximum number of side-by-side blocks of a narrow table, and minimum number of rows of a
+block."""
 MAX_ROWS = 36
-"""Maximum number of table rows per page."""
+"""Maximum number of table rows on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 ASSUMED = r"\,$^{\ast}$"
-"""Marks a value that the source of the description does not state."""
+"""Mark for a value that the source of the description does not state."""
 LEGEND = r"An asterisk marks a value that the description assumes and its source does not state."
 
 
 def joint_tables(
     robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """Returns one table per run of joints in one convention, as ``(convention, LaTeX)``."""
+    """Returns one table for each run of joints in one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -59,7 +60,7 @@ def joint_tables(
 
 
 def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
-    """Returns one table of all joints with their link transforms, for any conventions."""
+    """Returns one table of all joints with their link transforms; it allows any conventions."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [
@@ -73,12 +74,12 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether the index of a moving joint differs from its index among all joints."""
+    """Whether moving joints have other numbers than the same joints counted among all joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the index of each moving joint among the moving joints, used for its screw axis."""
+    """Returns the number of each moving joint, which is the index of its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
@@ -94,7 +95,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """Returns the columns of a table, and the first heading of its second part."""
+    """Returns the columns of a table, and the first heading in its second part."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -117,7 +118,7 @@ def _joint_columns(
 
 
 def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
-    """Returns the constant of a field, plus the joint variable if the field contains it."""
+    """Returns the constant of a field, and the joint variable if the field contains it."""
     given = dict(joint.given)
     if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
@@ -126,12 +127,12 @@ def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Prin
 
 
 def marked(cell: str, is_assumed: bool) -> str:
-    """Formats a cell, and marks an assumed value."""
+    """Formats a table cell, and marks an assumed value."""
     return f"{cell}{ASSUMED}" if is_assumed and cell != NONE else cell
 
 
 def legend(cells: str) -> str:
-    """Explains the mark of assumed values if the text contains the mark."""
+    """Explains the mark for assumed values if the text contains it."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -169,7 +170,7 @@ def _limit(value: sp.Expr) -> str:
 
 
 def value_table(robot: SerialRobot, printer: Printer) -> str:
-    """Returns the default parameter values with units and meanings."""
+    """Returns the default parameter values, with units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
         ("value", [marked(value_cell(p.value), p.assumed) for p in robot.parameters]),
@@ -181,13 +182,13 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number, followed by its decimal value unless it is a fraction."""
+    """Formats an exact number; unless it is a fraction, its decimal value follows."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Returns the table of replaced values; all values that became zero share a row."""
+    """Returns the table of replaced values, in which all values that became zero share a row."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -203,7 +204,7 @@ def cleaning_table(cleaning: Cleaning) -> str:
 
 
 def _as_written(value: sp.Expr) -> str:
-    """Returns the first digits of a value in the file; rational angles are in degrees."""
+    """Returns the first digits of a value from the file; rational angles are in degrees."""
     if value.is_Rational:
         return cut(value, PRINTED_DIGITS)
     degrees = 180 * value / sp.pi
@@ -211,13 +212,13 @@ def _as_written(value: sp.Expr) -> str:
 
 
 def scientific(text: str) -> str:
-    """Formats a decimal number in LaTeX, with an explicit power of ten."""
+    """Formats a decimal number in LaTeX, with a power of ten."""
     digits, _, exponent = text.partition("e")
     return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def symbol_table(notation: Notation, printer: Printer) -> str:
-    """Returns the symbols of the cosine and sine of every angle."""
+    """Returns the symbols for the cosine and the sine of every angle."""
     rows = []
     for angle, (accent, index) in sorted(notation.angles.items(), key=_angle_key(notation)):
         c, s = (f"{accent.format(notation.letters[kind])}_{{{index}}}" for kind in ("cos", "sin"))
@@ -229,7 +230,7 @@ def symbol_table(notation: Notation, printer: Printer) -> str:
 
 
 def constant_angles(notation: Notation) -> list[sp.Symbol]:
-    """Returns the parameters with a short symbol for cosine or sine."""
+    """Returns the parameters whose cosine or sine has a short symbol."""
     found = {
         meaning.args[0]
         for symbol, meaning in notation.meanings.items()
@@ -239,7 +240,7 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """Returns the named constants, exact and as decimals."""
+    """Returns the named constants, both exact and as decimals."""
     rows = []
     values = notation.values()
     for symbol in notation.constants:
@@ -252,7 +253,7 @@ def constant_table(notation: Notation, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """Returns equations of the named constants that are too wide for the table."""
+    """Returns the equations of named constants that are too wide for the table."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)
@@ -265,14 +266,14 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """Prints a table; columns that exceed the text width are printed in further parts below.
+    """Prints a table; columns that do not fit the text width are printed in further parts below.
 
-    A table wider than a line of the article class is centered on the line.
+    A table that is wider than a line of the article class is centered on the line.
 
     Args:
         columns: Heading and cells of each table column.
-        repeated: Number of first columns that every part repeats.
-        apart: Heading of the column that starts a new part if one part is too narrow.
+        repeated: Number of first columns, which every part repeats.
+        apart: Heading of the column at which a new part starts if a single part is too narrow.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]
@@ -289,7 +290,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """Divides the columns into parts that fit the text width, each with the repeated columns."""
+    """Divides the columns into parts that fit the text width; each part repeats first columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -316,18 +317,18 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _row(cells: Sequence[str]) -> str:
-    """Formats a table row, with a larger height if the row contains a fraction."""
+    """Formats a table row; a row with a fraction is higher."""
     row = " & ".join(map(_boxed, cells))
     return rf"{FRACTION_STRUT}{row} \\" if r"\frac" in row else rf"{row} \\"
 
 
 def _column_kind(column: Column) -> str:
-    """Returns the alignment of a column: centered for single characters, otherwise left."""
+    """Returns the alignment of a column: centered for single characters, otherwise left-aligned."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 
 def _boxed(cell: str) -> str:
-    """Formats a cell, as a paragraph if the cell is too wide for one line."""
+    """Formats a table cell; a cell that is too wide for one line becomes a paragraph."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
@@ -340,7 +341,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Divides a long narrow table into side-by-side blocks that fit a line."""
+    """Divides a long and narrow table into side-by-side blocks that fit a line."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     fitting = int((WIDEST_TABLE - MARGIN) // wide)
@@ -367,7 +368,7 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Returns the sort key of an angle: by joint, plain sums before accented sums."""
+    """Returns the sort key of an angle: first the joint, then plain sums before accented sums."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

@@ -1,4 +1,4 @@
-r"""Draws a robot in TikZ in the style of papers."""
+r"""Draws a robot in TikZ, in the style of scientific papers."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from .parts import DrawnMembers, Scene, scene
 from .view import view, view_of_arm
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
-"""Packages and styles that a document needs for a drawing."""
+"""Packages and styles that a LaTeX document needs for a drawing."""
 _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    font=\footnotesize,>={Stealth[length=1.7mm]},
    outline/.style={draw=black!70,fill=black!70},
@@ -49,9 +49,9 @@ _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    coordinate name/.style={inner sep=0pt,text=red!65!orange!65!black}]"""
 _SCALES = (1, 2, 5)
 _SHORTEST = 150
-"""Minimum length of the scale bar on paper."""
+"""Minimum length of the scale bar on paper, in tenths of a millimeter."""
 _BELOW = 40
-"""Distance of the scale bar below the drawing."""
+"""Distance of the scale bar below the drawing, in tenths of a millimeter."""
 
 
 def drawing(
@@ -59,21 +59,21 @@ def drawing(
 ) -> str:
     r"""Draws a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale bar.
 
-    Each body is drawn between its joints; the main chain is drawn thicker. Actuated joints are red,
-    with an arrow in the positive sense and the coordinate's name. A geared motor is named at the
-    joint that it moves. Each loop has a number, in the order of
+    Each body is drawn between its joints; bodies of the main chain are drawn thicker. Actuated
+    joints are red; each has the name of its coordinate and an arrow in the positive sense. The name
+    of a geared motor is printed at the joint that it moves. Each loop has a number, in the order of
     :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along the normal of
     their plane, other mechanisms obliquely from above, without perspective. The picture is at most
-    140 mm wide and 110 mm high.
+    140 mm wide and 110 mm high, including labels.
 
     Args:
         mechanism: The description.
-        terms: The parameters of the mechanism, at default values.
+        terms: The parameters of the mechanism, with default values.
         skeleton: Its bodies.
         reference: The drawn configuration z (radian or meter).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are the same on any machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are equal on all machines.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -85,8 +85,8 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Coordinate labels are placed first because they have the fewest free positions, then loop
-    # numbers, then all other labels.
+    # Labels of coordinates are placed first because they have the fewest free positions; loop
+    # numbers and other labels follow.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -99,14 +99,14 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""Draws a serial robot in its drawing configuration: links, joint axes, base and tool frames.
 
     A planar arm is viewed along its axes, other arms obliquely from above, without perspective.
-    Each joint has its coordinate's name and an arrow in the positive sense.
+    Each joint has the name of its coordinate and an arrow in the positive sense.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are the same on any machine.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are equal on all machines.
     """
     # The picture does not show motors, so the joints of a coupled robot are labelled.
     letter = r"\theta" if robot.couplings else "q"
@@ -127,7 +127,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
 
 
 def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
-    """Returns the symbols of a drawing, with the ground symbol below the base."""
+    """Returns the symbols of a drawing, with the symbol of the ground below the base."""
     marks = Marks(parts, paper, is_planar=is_planar)
     if parts.foot is not None:
         marks.ground_at(*map(paper.at, parts.foot))
@@ -151,7 +151,7 @@ def _picture(marks: Marks, labels: Sequence[str]) -> str:
 
 
 def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Labels the actuated coordinates at the joints that they move."""
+    """Labels each actuated coordinate at the joint that it moves."""
     return [
         _label(
             *_coordinate(k, coordinate.name), *marks.anchors[coordinate.moves], "coordinate name"
@@ -176,7 +176,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 
 
 def _coordinate(k: int, name: str, letter: str = "q") -> tuple[str, float]:
-    """Returns the label of a coordinate (index in q and name), and its width in letters."""
+    """Returns the label of a coordinate (its index in q and its name) and its width in letters."""
     if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
         return f"${letter}_{{{k}}}$", 2
     text, letters = _name(name)
@@ -184,7 +184,7 @@ def _coordinate(k: int, name: str, letter: str = "q") -> tuple[str, float]:
 
 
 def _name(name: str) -> tuple[str, float]:
-    """Returns a name in LaTeX and its width in letters; a single letter becomes a symbol."""
+    """Returns a name in LaTeX and its width in letters; a single letter is printed as a symbol."""
     head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
     if len(head) > 1 and head not in names.GREEK:
         return names.escape(name), len(name)
@@ -192,7 +192,7 @@ def _name(name: str) -> tuple[str, float]:
 
 
 def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
-    """Returns the lower left and upper right corner of the drawing."""
+    """Returns the lower left and the upper right corner of the drawing."""
     x, y = [], []
     for box in obstacles.boxes:
         x += [box.left, box.right]
@@ -204,7 +204,7 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
 
 
 def _scale(per_meter: float, corner: Point) -> list[str]:
-    """Draws a scale bar of a round length, labelled in meters."""
+    """Draws a scale bar whose length is round; the label states its length in meters."""
     meters = next(
         digit * 10.0**power
         for power in range(-9, 9)

@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 Point = tuple[float, float]
 Loop = list[Point]
-"""Corners of a closed polygon."""
+"""Corners of a closed polygon, in order."""
 _AROUND = ((0, 0), (1, 0), (1, 1), (0, 1))
-"""Corners of a unit square, counterclockwise."""
+"""Corners of a unit square in counterclockwise order."""
 _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """Computes level lines by marching squares, with higher values on the left.
+    """Computes level lines by marching squares; higher values are on the left of a line.
 
     Args:
-        levels: (n, m) values at integer coordinates, below the level along the border.
-        level: The level; no value may equal the level.
+        levels: (n, m) values at integer coordinates; along the border, they are below the level.
+        level: The level of the lines; no value may be equal to the level.
 
     Returns:
-        Polygons in grid coordinates.
+        Polygons in the coordinates of the grid.
     """
     above = levels > level
     total = sum(above[i : above.shape[0] - 1 + i, j : above.shape[1] - 1 + j] for i, j in _AROUND)
@@ -39,14 +39,14 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
 
 
 def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
-    """Maps the square side that a level line enters to the side that it leaves."""
+    """Maps the side at which a level line enters a square to the side at which it leaves."""
     corners = [(i + a, j + b) for a, b in _AROUND]
     sides = [
         (min(p, q) + max(p, q), bool(above[q]))
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # Sides are in counterclockwise order; corners above the level lie between a side and its
+    # The sides are in counterclockwise order; corners above the level lie between a side and its
     # predecessor.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
@@ -66,7 +66,7 @@ def area(loop: Loop) -> float:
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Removes corners of a polygon; the outline moves by at most ``slack``.
+    """Removes corners of a polygon so that the outline moves by at most ``slack``.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.
@@ -78,7 +78,7 @@ def simplified(loop: Loop, slack: float) -> Loop:
 
 
 def _kept(line: Loop, slack: float) -> Loop:
-    """Returns the corners of a simplified polyline, without the last corner."""
+    """Returns the corners of a simplified polyline, except the last corner."""
     (ax, ay), (bx, by) = line[0], line[-1]
     length = math.dist(line[0], line[-1])
     if len(line) < 3 or length == 0:  # noqa: PLR2004

@@ -1,4 +1,4 @@
-"""Places labels in free space: each label gets the best position around its point."""
+"""Places labels in free space; each label gets the best position around its point."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,19 +14,19 @@ _DIRECTIONS = [
     (rounded(1000 * math.cos(k * math.pi / 12)), rounded(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Possible directions from a point to its label, with components in thousandths."""
+"""Possible directions from a point to its label, given as components in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Minimum distance of a label from its point, and possible additional distances."""
+"""Minimum distance of a label from its point, and possible distances in addition."""
 _AFAR = 40
-"""Distance beyond which a leader line connects a label to its point."""
+"""Distance from which on a leader line connects a label to its point."""
 _AWAY = 1.2
 """Cost per distance of a label from its point."""
 _GAP = 6
-"""Distance between a leader line and its label."""
+"""Distance between a leader line and the text of its label."""
 _CROSSED = 3
 """Cost per length of a line in the drawing that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Minimum components of a label direction: sideways, and up or down."""
+"""Minimum components of the direction to a label: sideways, and up or down."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -42,17 +42,17 @@ class Box:
     top: int
 
     def shared(self, other: "Box") -> int:
-        """Returns the common area of two boxes."""
+        """Returns the area that two boxes share."""
         w = min(self.right, other.right) - max(self.left, other.left)
         h = min(self.top, other.top) - max(self.bottom, other.bottom)
         return max(w, 0) * max(h, 0)
 
     def grown(self, by: int) -> "Box":
-        """Returns a box with a margin."""
+        """Returns a box that is larger by a margin on each side."""
         return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def length_inside(self, a: Point, b: Point) -> float:
-        """Returns the length of a line inside the box."""
+        """Returns the length of the part of a line inside the box."""
         first, last = 0.0, 1.0
         for start, end, low, high in (
             (a[0], b[0], self.left, self.right),
@@ -70,10 +70,10 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A label at a point.
+    """A label that is placed at a point.
 
     Attributes:
-        text: The text in LaTeX.
+        text: The text of the label in LaTeX.
         letters: Approximate width of the text in letters.
         point: The labelled point.
         radius: Radius of the drawn symbol at the point.
@@ -89,13 +89,13 @@ class Label:
 
 @dataclass
 class Obstacles:
-    """Drawn objects that labels should avoid.
+    """Drawn objects that labels should not cover.
 
     Attributes:
-        lines: Start, end and half width of lines that no label should cross.
-        outlines: Start, end and half width of body outlines, which a loop number may cross.
-        boxes: Labels and symbols that must not be covered by a label.
-        plates: Filled polygons; a label may lie on a polygon if no other position is free.
+        lines: Start, end and half width of each line that no label should cross.
+        outlines: Start, end and half width of each body outline, which a loop number may cross.
+        boxes: Areas of labels and symbols that no label must cover.
+        plates: Filled polygons; a label lies on a polygon only if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)
@@ -109,11 +109,11 @@ class Obstacles:
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a line through several corners."""
+        """Adds a drawn line through several corners."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a body's outline through corners."""
+        """Adds the outline of a body through its corners."""
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
@@ -131,7 +131,7 @@ class Obstacles:
 
 
 def _length(box: Box, lines: Sequence[Line]) -> float:
-    """Returns the total length of the parts of drawn lines that a box covers."""
+    """Returns the total length of drawn lines inside a box."""
     return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
 
 
@@ -150,7 +150,7 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """Returns the first position with minimum cost, sorted by a lower bound of the cost."""
+    """Returns the first position with minimum cost, in the order of a lower bound of the cost."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:
@@ -179,7 +179,7 @@ def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
 
 
 def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
-    """Returns the point where a label is nearest to its target, the label's box, and its anchor."""
+    """Returns the point of a label nearest to its target, the label's box, and its anchor."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
     x = label.point[0] + rounded(reach * dx / 1000)
@@ -201,7 +201,7 @@ _OUTSIDE = 150
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
-    """Returns a free position for a loop number, as near as possible to the middle of the loop."""
+    """Returns a free position for a loop number, as near as possible to the loop's middle."""
     middle = (
         sum(x for x, _ in corners) // len(corners),
         sum(y for _, y in corners) // len(corners),

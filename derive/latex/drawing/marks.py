@@ -1,4 +1,4 @@
-"""Draws the symbols of all joints and bodies, and records the covered areas."""
+"""Draws the symbols of all joints and bodies, and records the areas that they cover."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints for bodies; further bodies repeat the tints."""
+"""Number of tints for bodies; additional bodies repeat the tints."""
 THIN, THICK, RIM = 14, 22, 4
 """Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
@@ -19,17 +19,19 @@ SHAFT = 22
 MOTOR = 28
 """Radius of the rotation arrow around a motor."""
 STROKE = 70
-"""Half the maximum length of an arrow next to a cylinder."""
+"""Half of the maximum length of an arrow next to a cylinder."""
 COLLAR = 36
 """Distance from a hinge to the arrow around its shaft."""
 BARREL = 0.55
-"""Length of a barrel relative to the length of its cylinder."""
+"""Length of the barrel of a cylinder relative to the length of the cylinder."""
 FORESHORTENED = 0.35
-"""Below this projected length, a direction counts as parallel to the view direction."""
+"""A direction counts as parallel to the view direction if its projected length is below this
+value."""
 GUIDE, RAIL = 45, 110
-"""Length of a guide beyond its slider, and length of a guide on the ground without limits."""
+"""Length by which a guide exceeds its slider, and length of a guide on the ground without
+limits."""
 HATCH = 11
-"""Distance between two strokes of the ground's hatching."""
+"""Distance between two strokes of the hatching on the ground."""
 FOOT, FOOTING = 34, 32
 """Height of the triangle under a fixed pin, and half width of the ground symbol below it."""
 AXIS = 80
@@ -37,15 +39,15 @@ AXIS = 80
 
 
 class Marks:
-    """All symbols of a drawing.
+    """All symbols of one drawing.
 
     Attributes:
         behind: Ground and base.
         bodies: Bodies, rods and cylinders.
         joints: Hinges and sliders.
         arrows: Motors and the tool frame of the drawing.
-        obstacles: The areas that the symbols cover.
-        anchors: The label point of each joint or body, and the radius of its symbol.
+        obstacles: The areas that the symbols of the drawing cover.
+        anchors: For each joint or body, the point of its label and the radius of its symbol.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
@@ -54,7 +56,7 @@ class Marks:
         Args:
             scene: The parts.
             paper: The projection of the drawing onto the paper.
-            is_planar: Whether the mechanism moves in the picture's plane.
+            is_planar: Whether the mechanism moves in the plane of the picture.
         """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
         self.behind: list[str] = []
@@ -75,7 +77,7 @@ class Marks:
             self._frame_of(scene.base, "base")
 
     def _outline(self, solid: Solid) -> list[Point]:
-        """Returns the corners of a body: its convex hull, or the distinct points of a line."""
+        """Returns the corners of a body: its convex hull or, for a line, its distinct points."""
         points = [self.paper.at(p) for p in solid.points]
         if not solid.is_line:
             return hull(points)
@@ -118,7 +120,7 @@ class Marks:
         return sum(y for _, y in corners) / len(corners)
 
     def _ground(self, a: Point, b: Point) -> None:
-        """Draws a hatched line; the ground is on the right side from a to b."""
+        """Draws a hatched line from a to b; the ground is on its right side."""
         length = distance(a, b)
         strokes = f"foreach \\k in {{1,...,{max(length // HATCH, 1)}}}"
         stroke = f"({number(HATCH)}*\\k,0) -- ++(-1.3,-1.3)"
@@ -154,14 +156,14 @@ class Marks:
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """Returns the direction of a shaft towards its body, or upwards if there is no body."""
+        """Returns the direction of a shaft towards its body, or upwards if it has no body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = rounded(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
-        """Returns the middle of the body on a base hinge."""
+        """Returns the middle of the body that is connected to a base hinge."""
         if hinge.b < 0:
             bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
             return self.paper.at((bar.a + bar.b) / 2)
@@ -236,7 +238,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # If several hinges share a point, the driven hinge is on top.
+        # If several hinges share a point, the actuated hinge is drawn on top.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
@@ -265,14 +267,15 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """Returns the drawn position of a hinge, shifted so that it covers no other hinge."""
+        """Returns the position at which a hinge is drawn, shifted to cover no other hinge."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # The drawn hinge is shifted along its child body, or else along its parent body.
+        # The drawn hinge is shifted along its child body or, if this is impossible, along its
+        # parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 rounded(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -292,7 +295,7 @@ class Marks:
         )
 
     def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
-        """Returns the projected direction of a pin's axis, or None if the axis is end-on."""
+        """Returns the projected direction of a pin's axis, or None if it points towards the eye."""
         if hinge.axis is None or hinge.kind != "pin":
             return None
         right, up, _ = self.paper.along(hinge.axis)
@@ -310,7 +313,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Only the nearer half of the arrow's circle is drawn, beyond the hinge.
+        # Only the nearer half of the circle is drawn for the arrow, starting beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + rounded(COLLAR * away[0]), point[1] + rounded(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
@@ -322,7 +325,7 @@ class Marks:
         )
 
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
-        """Returns the direction at a hinge (degree) that is farthest from all bodies."""
+        """Returns the direction at a hinge (degree) from which all bodies are farthest."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
         directions = [
             (x - point[0], y - point[1])
@@ -373,7 +376,7 @@ class Marks:
     def _guide(
         self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
     ) -> None:
-        """Draws the guide of a slider, hatched on the base."""
+        """Draws the guide of a slider; a guide on the base is hatched."""
         x, y = direction
         is_rail = slide.a == 0 and not self.has_plate
         reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
@@ -394,7 +397,7 @@ class Marks:
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """Returns the ends of a guide relative to its slider; the guide covers all limits."""
+        """Returns the ends of a guide relative to its slider; the guide includes all limits."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             rounded(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
@@ -434,7 +437,7 @@ def _frame(a: Point, b: Point) -> str:
 
 
 def _shifted(a: Point, b: Point, shift: int) -> list[Point]:
-    """Returns a line shifted to the left of its direction."""
+    """Returns a line that is shifted to the left of its direction."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     move = rounded(-shift * y), rounded(shift * x)

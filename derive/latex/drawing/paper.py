@@ -14,20 +14,20 @@ Point = tuple[int, int]
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""Margins for labels; the bottom margin also contains the ground and the scale bar."""
+"""Margins for labels; the bottom margin also contains the ground symbol and the scale bar."""
 
 
 def rounded(value: float) -> int:
-    """Rounds to an integer; halves, within machine differences, are rounded up."""
+    """Rounds to an integer; a half, up to machine differences, is rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A projection with its scale.
+    """A projection onto paper, with its scale.
 
     Attributes:
-        view: Directions to the right, up and towards the eye, as rows (3, 3).
+        view: Directions to the right, up and towards the eye, as the rows of a matrix (3, 3).
         scale: Tenths of a millimeter per meter.
         corner: Position of the paper's origin in the view (meter).
     """
@@ -38,7 +38,7 @@ class Paper:
 
     @classmethod
     def around(cls, view: Array, points: Sequence[Array]) -> "Paper":
-        """Returns the largest scale at which points fit on paper."""
+        """Returns the largest scale at which the points fit on paper."""
         seen = np.array(points) @ view[:2].T
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
@@ -55,7 +55,7 @@ class Paper:
         )
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """Returns a direction's components (right, up, towards the eye) to six digits."""
+        """Returns the components of a direction (right, up, towards the eye) to six digits."""
         right, up, near = (rounded(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
@@ -77,13 +77,13 @@ def at(point: Point) -> str:
 
 
 def angle(x: float, y: float) -> str:
-    """Formats the direction of a vector, rounded to hundredths of a degree."""
+    """Formats the direction of a vector in degrees, rounded to hundredths."""
     hundredths = rounded(100 * math.degrees(math.atan2(y, x))) % 36000
     return f"{hundredths / 100:g}"
 
 
 def distance(a: Point, b: Point) -> int:
-    """Returns the distance of two points."""
+    """Returns the distance between two points."""
     return rounded(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
 
 
@@ -93,12 +93,12 @@ def between(a: Point, b: Point, share: float) -> Point:
 
 
 def turn(a: Point, b: Point, c: Point) -> int:
-    """Returns twice the area of a triangle, positive for a left turn."""
+    """Returns twice the signed area of a triangle, which is positive for a left turn."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def hull(points: Sequence[Point]) -> list[Point]:
-    """Returns the corners of the convex hull, counterclockwise; two for collinear points."""
+    """Returns the convex hull's corners, counterclockwise; two corners for collinear points."""
     ordered = sorted(set(points))
     if len(ordered) < 3:  # noqa: PLR2004
         return ordered

@@ -1,4 +1,4 @@
-"""Computes the parts of a robot's drawing: points and directions in the base frame (meter).
+"""Computes the parts of a robot's drawing, as points and directions in the base frame (meter).
 
 All drawings share the bodies and shapes of :mod:`chasles.derive.chain.body_shapes`.
 """
@@ -20,11 +20,11 @@ class Solid:
     """Rigidly connected bodies.
 
     Attributes:
-        points: The corners of a line, or the points of the drawn hull.
+        points: The corners of a line, or the points whose convex hull is drawn.
         is_main: Whether the main chain contains these rigidly connected bodies.
         is_base: Whether the base is among these rigidly connected bodies.
-        is_line: Whether the bodies are drawn as a line through the points, in order; otherwise as a
-            hull.
+        is_line: Whether the bodies are drawn as a line through the points, in order, instead of a
+            convex hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -39,12 +39,12 @@ class Hinge:
 
     Attributes:
         name: Name of the joint, closure or strut.
-        kind: Kind of the joint: Kind of the joint: ``pin``, ``ball`` or ``weld``.
+        kind: Kind of the drawn joint: ``pin``, ``ball`` or ``weld``.
         at: The point.
-        axis: The direction of a pin, in the coordinate's positive sense.
+        axis: The direction of a pin's axis, in the positive sense of its coordinate.
         a: Index of the parent body.
-        b: Index of the child body, -1 for a strut.
-        coordinate: Index of the entry of ``q`` that moves the joint.
+        b: Index of the child body, or -1 for a strut.
+        coordinate: Index of the entry in ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
 
@@ -67,10 +67,10 @@ class DrawnSlide:
         start: The point of the guide at which the coordinate is zero.
         at: The position of the slider.
         axis: The direction of the guide.
-        a: Index of the body with the guide.
+        a: Index of the body that carries the guide.
         b: Index of the sliding body.
-        mouth: The end point of a telescope's outer tube.
-        travel: The positions of a slider at its limits.
+        mouth: The end point of the outer tube of a telescope.
+        travel: The positions of a slider at its two limits.
         coordinate: Index of the entry of ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
@@ -89,7 +89,7 @@ class DrawnSlide:
 
 @dataclass(frozen=True)
 class Bar:
-    """A rod or a cylinder."""
+    """A rod or a cylinder between two points."""
 
     name: str
     a: Array
@@ -103,15 +103,15 @@ class Scene:
     """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: Bodies, with the base first; rigidly connected bodies are drawn as one body.
-        hinges: The drawn pins, ball joints and welds.
+        solids: Bodies, with the base first; rigidly connected bodies are drawn as a single body.
+        hinges: The pins, ball joints and welds of the drawing.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4), or None if it is not drawn.
-        foot: Both ends of the line from the ground to the base joint. None if this joint is on the
-            ground, or if there are several.
+        foot: Both ends of the line from the ground to the base joint, or None if this joint is on
+            the ground or the base has several joints.
     """
 
     solids: Sequence[Solid]
@@ -125,7 +125,7 @@ class Scene:
 
     @property
     def points(self) -> list[Array]:
-        """Returns all points that must be in the picture."""
+        """Returns all points that the picture must contain."""
         found = [point for solid in self.solids for point in solid.points]
         found += [hinge.at for hinge in self.hinges]
         found += [p for slide in self.slides for p in (slide.start, slide.at, *slide.travel)]
@@ -138,7 +138,7 @@ class DrawnMembers:
     """Data for drawing the joints and struts of a description, keyed by name.
 
     Attributes:
-        coordinates: Index of the entry of q, counted from 1, that moves a joint or cylinder.
+        coordinates: Index of the entry in q that moves a joint or cylinder, counted from 1.
         main: The joints of the main chain.
         loops: The loops.
     """
@@ -152,7 +152,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
     """Returns the drawn parts of a robot in a configuration.
 
     Args:
-        skeleton: The bodies of the mechanism, with drawn shapes.
+        skeleton: The bodies of the mechanism, with their drawn shapes.
         values: The coordinates of the bodies: z, or q of a serial robot (radian or meter).
         members: Its members.
     """
@@ -160,7 +160,7 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
 
 class _Builder:
-    """Collects the drawn parts from the shapes of the bodies; a part has the index of its body."""
+    """Collects the drawn parts from the shapes of the bodies, with the index of each body."""
 
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members
@@ -192,7 +192,7 @@ class _Builder:
         return Scene(self.solids, self.hinges, self.slides, self.bars, corners, tool, base, foot)
 
     def _roots(self) -> list[int]:
-        """Returns, for each body, the first body to which it is rigidly connected."""
+        """Returns, for each body, the first body that is rigidly connected to it."""
         root = [0]
         for k, body in enumerate(self.skeleton.bodies[1 : len(self.poses)], 1):
             is_fixed = body.joint is not None and body.joint.kind == "fixed"
@@ -247,7 +247,7 @@ class _Builder:
             self._slide(k, shape, carrier, mouth=start)
 
     def _carrier(self, k: int) -> int:
-        """Returns the parent body of a body's joint."""
+        """Returns the parent body of the joint that moves a body."""
         parent = self.root[self.skeleton.bodies[k].parent]
         return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
 
@@ -303,13 +303,13 @@ class _Builder:
     # --- loops ---
 
     def _corners(self, loop: Loop) -> list[Array]:
-        """Returns the corners of a closed loop, in order."""
+        """Returns the corners of a closed loop in order."""
         there = [p for joint in loop.to_a for p in self._passed(joint.name)]
         back = [p for joint in loop.to_b for p in self._passed(joint.name)]
         return [*there, *self._ends(loop.loop_joint.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Returns a joint's positions before and after its motion, or [] without a symbol."""
+        """Returns the positions of a joint before and after its motion; [] without a symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None
@@ -330,7 +330,7 @@ class _Builder:
     # --- points ---
 
     def _points(self, name: str, kind: str) -> list[Array]:
-        """Returns the points of a joint's shape on the parent body, for a kind of shape."""
+        """Returns the points of a joint's shape on the parent body, for a given kind of shape."""
         return [
             self._at(k, point)
             for k, shapes in enumerate(self.skeleton.shapes)

@@ -1,4 +1,4 @@
-"""Computes the planar region that a robot's tool reaches, as an outline with few corners."""
+"""Computes the planar region that a robot's tool can reach, as an outline with few corners."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,28 +14,29 @@ from ...model.tolerances import SAME_POINT, SAME_VIEW
 from .contours import Loop, area, contours, simplified
 
 _CELLS = 90
-"""Number of cells along the longer side of the region."""
+"""Number of grid cells along the longer side of the region."""
 _MARGIN = 6
-"""Empty cells around the first samples."""
+"""Number of empty grid cells around the first samples."""
 _FIRST = 30_000
-"""Number of configurations in the complete coordinate box."""
+"""Number of configurations that are sampled in the complete coordinate box."""
 _MORE = 12_000
-"""Number of configurations near the boundary, in each round."""
+"""Number of configurations that are sampled near the boundary in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of the configurations near the boundary relative to the coordinate ranges, in each
-round."""
+"""Maximum offset of the configurations near the boundary in each round, relative to the coordinate
+ranges."""
 _LEVEL = 5.9
-"""Number of reached cells among nine adjacent cells whose level line is the outline. The outline
-passes through the middle of the outermost cells: on average, the region covers half of such a
-cell."""
+"""Number of reached cells among nine adjacent cells at which the outline passes. The outline passes
+through the middle of the outermost cells, because the region covers half of such a cell on
+average."""
 _MIN = 12.0
-"""Minimum area of a boundary polygon (cells)."""
+"""Minimum area of a boundary polygon, in cells."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""Tolerance of outline simplification (cells), and the factor by which it grows per attempt."""
+"""Tolerance of the simplified outline (cells), and the factor by which it grows with each
+attempt."""
 _CORNERS = 76
 """Maximum number of corners of all boundary polygons together."""
 _TRIED = 60
-"""Number of configurations for detecting the coordinates that move the tool."""
+"""Number of configurations that are sampled to detect the coordinates that move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
@@ -44,10 +45,11 @@ class ToolRegion:
     """A planar region.
 
     Attributes:
-        axes: Names of the coordinates to the right and up; r is the distance from the first axis.
+        axes: Names of the coordinates to the right and upwards; r is the distance from the first
+            axis.
         loops: The boundary polygons; a polygon inside another polygon bounds a hole.
-        moving: Indices in q of the coordinates that determine the region.
-        upright: Index of the coordinate that rotates the region about the first axis; -1 for a
+        moving: Indices (in q) of the coordinates that determine the region.
+        upright: Index of the coordinate that rotates the region about the first axis, or -1 for a
             planar arm.
     """
 
@@ -62,12 +64,12 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n); a row is NaN if a loop is open.
+        at: Positions (m, 3) at configurations (m, n); a row is NaN if a loop cannot be closed.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
         upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
-            a point on this axis, or None without such a coordinate.
+            a point on this axis, or None without this coordinate.
     """
 
     at: Callable[[Array], Array]
@@ -77,7 +79,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """Returns the half section through the vertical axis, or the region in the tool's plane."""
+        """Returns half of the section through the vertical axis, or the region in a plane."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -92,7 +94,7 @@ class ToolPosition:
         return self._region(("r", "z"), seen, leaves_out=index)
 
     def _plane(self) -> ToolRegion | None:
-        """Returns the region in the tool's coordinate plane, or None if the tool leaves it."""
+        """Returns the region in the coordinate plane of the tool, or None if the tool leaves it."""
         p = self.at(_filling(self.lower, self.upper, _TRIED))
         p = p[np.isfinite(p).all(1)]
         if len(p) == 0:
@@ -136,19 +138,19 @@ class ToolPosition:
 def reached(skeleton: Skeleton) -> ToolRegion | None:
     """Returns the region that a serial robot's tool reaches within the limits.
 
-    If the first joint rotates about a vertical axis, the region is the half section through that
+    If the first joint rotates about a vertical axis, the region is half of the section through this
     axis. If the tool stays in a coordinate plane, the region lies in this plane. Angles without
-    limits cover one revolution. Configurations with coordinates at multiples of roots of primes
+    limits cover one revolution. The sampled coordinates are multiples of roots of primes, which
     fill the coordinate box; configurations near the boundary complete the region. Cell sizes are
-    not simple fractions of lengths, so that rounding differences between machines do not change the
+    not simple fractions of lengths, so that rounding differences between machines do not affect the
     result.
 
     Args:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region, or None if neither case applies, for an empty area, for a prismatic joint
-        without limits, or if more than twelve coordinates move the tool.
+        The region, or None in four cases: no case above applies, the area is empty, a prismatic
+        joint has no limits, or more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -162,13 +164,13 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 def box(
     coordinates: Sequence[tuple[bool, float | None, float | None]],
 ) -> tuple[Array, Array] | None:
-    """Returns the lowest and highest value of each coordinate (n,).
+    """Returns the lowest and the highest value of each coordinate (n,).
 
     Args:
-        coordinates: Whether each coordinate is a length, and its limits (radian or meter).
+        coordinates: For each coordinate, whether it is a length, and its limits (radian or meter).
 
     Returns:
-        The ranges, or None if a length has no limits or there are too many coordinates.
+        The ranges, or None if a length has no limits or the coordinates are too many.
     """
     own = []
     for slides, low, high in coordinates:
@@ -192,7 +194,7 @@ def _turn(low: float | None, high: float | None) -> tuple[float, float]:
 
 
 class _Arm:
-    """Returns the tool's origin of a serial robot as a function of its coordinates."""
+    """Returns the origin of a serial robot's tool as a function of the coordinates."""
 
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
@@ -206,7 +208,7 @@ class _Arm:
         return ToolPosition(self.at, lower, upper, self.skeleton.size, upright)
 
     def at(self, q: Array) -> Array:
-        """Returns positions of the tool's origin (m, 3) at configurations (m, n)."""
+        """Returns the positions of the tool's origin (m, 3) at configurations (m, n)."""
         p = np.tile(self.skeleton.tip_placement[:3, 3], (len(q), 1))
         for body in reversed(self.chain):
             joint = body.joint
@@ -224,7 +226,7 @@ class _Arm:
 
 
 def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
-    """Returns the first moving joint of a chain, with direction and point of its axis."""
+    """Returns the first moving joint of a chain, with the direction and a point of its axis."""
     T = np.eye(4)
     for body in chain:
         T = T @ body.placement
@@ -234,12 +236,12 @@ def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
 
 
 def is_vertical(axis: Array) -> bool:
-    """Whether a direction is parallel to the base's z axis."""
+    """Whether a direction is parallel to the z axis of the base."""
     return bool(abs(abs(axis[2]) - 1) < SAME_VIEW)
 
 
 def path(skeleton: Skeleton) -> list[TreeBody]:
-    """Returns the bodies from the base to the tip."""
+    """Returns the bodies from the base to the tip of the chain."""
     found, k = [], skeleton.tip
     while k > 0:
         found.append(skeleton.bodies[k])
@@ -252,7 +254,7 @@ def _coordinate(body: TreeBody) -> int:
 
 
 def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
-    """Returns points (count, n) that fill a box evenly, starting at an index of the sequence."""
+    """Returns points (count, n) that fill a box evenly; the sequence starts at a given index."""
     steps = np.array([math.sqrt(prime) % 1 for prime in _PRIMES[: len(lower)]])
     k = np.arange(begin + 1, begin + count + 1)[:, None]
     points: Array = lower + (upper - lower) * (k * steps % 1)
@@ -262,7 +264,7 @@ def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
 def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
-    """Returns the boundary of the planar region that a coordinate box maps to."""
+    """Returns the boundary of the planar region to which a function maps a coordinate box."""
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
     if len(q) < 2:  # noqa: PLR2004 - a lower and an upper bound
         return ()
@@ -286,14 +288,14 @@ def _outline(
 
 
 def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
-    """Returns the configurations at which the point is finite, and the points."""
+    """Returns the configurations at which the tool position is finite, and these positions."""
     points = seen(q)
     is_there = np.isfinite(points).all(1)
     return q[is_there], points[is_there]
 
 
 class _Cells:
-    """Cells of a plane, with a reached flag and a configuration for each."""
+    """Grid cells of a plane; each cell has a reached flag and a configuration."""
 
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:
         self.corner, self.side, self.shape = corner, side, shape
@@ -301,7 +303,7 @@ class _Cells:
         self.configurations = np.zeros((*shape, n))
 
     def add(self, q: Array, points: Array) -> None:
-        """Marks the cells of points (m, 2) as reached at configurations (m, n)."""
+        """Marks the cells that the points (m, 2) reach at configurations (m, n)."""
         cell = np.floor((points - self.corner) / self.side).astype(int)
         inside = ((cell >= 0) & (cell < self.shape)).all(1)
         flat, first = np.unique(

@@ -20,19 +20,19 @@ from .paper import at, number, rounded
 from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, path, reached
 
 _POSITION = [3, 7, 11]
-"""Indices of the position in a row-major pose."""
+"""Indices of the position entries in a row-major pose."""
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Lowest and highest value of a coordinate, or None if unbounded."""
+"""Lowest and highest value of a coordinate; None if it is unbounded."""
 _LARGEST = 550.0
-"""Length of the region's longer side on paper (0.1 mm)."""
+"""Length of the longer side of the region on paper (0.1 mm)."""
 _TICKS = 5
-"""Maximum tick labels per axis."""
+"""Maximum number of tick labels on an axis."""
 _STEPS = (1, 2, 5)
 _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even odd rule"
 
 
 def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""Draws the region that a serial robot's tool origin reaches within the limits, to scale.
+    r"""Draws, to scale, the region that a serial robot's tool origin reaches within the limits.
 
     Args:
         robot: The description.
@@ -53,14 +53,14 @@ def workspace_of_loops(
     functions: Sequence[SymbolicFunction],
     names: Sequence[str],
 ) -> str:
-    r"""Draws the reachable region of a robot with loops, to scale.
+    r"""Draws, to scale, the region that the tool of a robot with loops reaches.
 
     Args:
         mechanism: The description.
         terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
         functions: Its functions.
-        names: The actuated coordinates in LaTeX.
+        names: LaTeX names of the actuated coordinates.
     """
     found = reached_by_loops(mechanism, terms, skeleton, functions)
     return _figure(found, names, [c.limits for c in mechanism.coordinates], closing=True)
@@ -133,7 +133,7 @@ def _step(span: float) -> float:
 def _axes(
     names: Sequence[str], ends: Sequence[tuple[int, int]], step: float, scale: float
 ) -> list[str]:
-    """Draws both axes along the lower and left side of the figure, with ticks and names."""
+    """Draws the axes along the lower and left side of the figure, with ticks and axis names."""
     ticks = [
         [
             (number(rounded(scale * step * (n - first))), f"{n * step:.10g}")
@@ -158,7 +158,7 @@ def reached_by_loops(
     skeleton: Skeleton,
     functions: Sequence[SymbolicFunction],
 ) -> ToolRegion | None:
-    """Returns the region that the tool of a robot with loops reaches within its actuator limits.
+    """Returns the region that the tool of a robot with loops reaches within the actuator limits.
 
     Like :func:`~chasles.derive.latex.drawing.reached.reached`, without configurations at which a
     loop is open.
@@ -167,10 +167,10 @@ def reached_by_loops(
         mechanism: The description.
         terms: The parameters of the mechanism, at default values.
         skeleton: Its bodies.
-        functions: The functions of the robot, with ``fk`` and ``margin``.
+        functions: The functions of the robot, which include ``fk`` and ``margin``.
 
     Returns:
-        The region, or None, also if ``fk`` has no closed form.
+        The region, or None if no region is known or if ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [
@@ -198,7 +198,7 @@ def reached_by_loops(
 
 
 def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> SymbolicFunction:
-    """Returns the tool position, followed by the loop margins."""
+    """Returns the tool position, followed by the margins of the loops."""
     entries = [fk.outputs[0].entries[k] for k in _POSITION]
     if margin is not None:
         entries += margin.outputs[0].entries

@@ -1,4 +1,4 @@
-"""Selects the view of a mechanism: normal to its loop plane, or obliquely from above."""
+"""Selects the view of a mechanism: along the normal of its loop plane, or obliquely from above."""
 
 import math
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """Returns the picture's directions (right, up, towards the eye), and whether it is planar.
+    """Returns the directions of the picture (right, up, towards the eye), and whether it is planar.
 
-    If the planes of all planar loops are parallel in this configuration, the view is onto that
-    plane. The base's z axis is upright if the plane contains it. The same rule holds for a planar
-    robot without loops. All other robots are viewed obliquely from above.
+    If the planes of all planar loops are parallel in this configuration, the picture shows this
+    plane. The z axis of the base points upwards if the plane contains it. The same rule applies to
+    a planar robot without loops. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.
@@ -44,7 +44,7 @@ def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
 
 
 def _along(normal: Array) -> Array:
-    """Returns the picture's directions for a view along a normal, with the z axis upright."""
+    """Returns the directions of the picture for a view along a normal, with the z axis upwards."""
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
     if up is None:
         return np.eye(3)
@@ -53,7 +53,7 @@ def _along(normal: Array) -> Array:
 
 
 def _facing(right: Array) -> Array:
-    """Returns signs of the picture's directions so that x, or else y, points right."""
+    """Returns signs for the picture's directions, so that x (or else y) points right."""
     leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 
@@ -77,7 +77,7 @@ def _common_normal(
 
 
 def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
-    """Returns the common direction of all revolute axes, if sliders move perpendicular to it."""
+    """Returns the common direction of all revolute axes, if all sliders are perpendicular to it."""
     axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
     for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
         assert body.joint is not None
@@ -93,7 +93,7 @@ def _are_parallel(directions: Sequence[Array]) -> bool:
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """Returns a direction's unit projection onto a plane, or None for a normal direction."""
+    """Returns the unit projection of a direction onto a plane, or None for the plane's normal."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
     return inside / length if length > math.sqrt(SAME_POINT) else None

@@ -1,4 +1,4 @@
-"""Prints the equations of a six-joint arm without a closed-form structure."""
+"""Prints the equations of a six-joint arm whose axes have no closed-form structure."""
 
 from ...inverse.general.elimination_choice import slides_of
 from ...inverse.general.general_inverse import GeneralInverse
@@ -7,11 +7,11 @@ from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"
-"""Symbol of the angle of the sixth joint, added to a five-joint arm."""
+"""Symbol of the angle of the sixth joint, which is added to a five-joint arm."""
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """Prints the loop equation, the elimination and the determinant, in the arm's symbols.
+    """Prints the loop equation, the elimination and the determinant in the symbols of the arm.
 
     Args:
         page: The symbols and expressions of the arm.
@@ -52,7 +52,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
 
 
 def _slide(sliding: list[str]) -> str:
-    """Explains the motion of prismatic joints, if any."""
+    """Explains the motion of prismatic joints, if the arm has any."""
     return " and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
 
 
@@ -67,7 +67,7 @@ def _number(roots: int, sliding: list[str]) -> str:
 
 
 def _powers(sliding: list[str]) -> str:
-    """Explains the replacement of cosine and sine for prismatic joints, if any."""
+    """Explains what replaces cosine and sine for prismatic joints, if the arm has any."""
     if not sliding:
         return ""
     pairs = [f"${tex}$ and ${tex}^2$" for tex in sliding]
@@ -80,7 +80,7 @@ def _coordinates(page: Page) -> list[str]:
 
 
 def _given(page: Page, general: GeneralInverse) -> str:
-    """Returns the unknown joints as the subject of an article sentence."""
+    """Returns the unknown joints as the subject of a sentence in the article."""
     given = general.choice.given
     slides = slides_of(page.robot)
     joints = "joints" if slides else "revolute joints"

@@ -34,9 +34,9 @@ def inverse(page: Page) -> str:
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """Prints the main chain's inverse; prismatic joints replace translating segments."""
+    """Prints the inverse of the main chain; prismatic joints replace its translating segments."""
     chain = page.chain
-    # A robot with loops has only the task of the complete pose.
+    # A robot with loops has only the task for the complete pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
@@ -68,7 +68,7 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots whose only closed form is from main chain to actuators."""
+    """Explains the actuators of robots whose only closed form leads from the main chain to them."""
     freedoms = len(page.hybrid.q)
     reached = (
         f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
@@ -94,7 +94,7 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
 
 
 def _position_task(found: Inverses) -> str:
-    """Explains the position task of a robot with a nominally translating tool."""
+    """Explains the position task of a robot whose tool nominally only translates."""
     if not found.polished_tasks:
         return ""
     names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
@@ -166,13 +166,13 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Converts all tasks to printed symbols; step numbers continue from task to task.
+    """Converts all tasks to printed symbols; the step numbers continue from task to task.
 
     Args:
         page: The symbols and expressions of the chain.
         inverses: Its inverse.
-        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
-            name.
+        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
+            keyed by name.
     """
     found: dict[str, PrintedTask] = {}
     first = 1
@@ -184,7 +184,7 @@ def printed_tasks(
 
 
 def _method(tasks: Iterable[PrintedTask]) -> str:
-    """Explains the method of all steps, and the numbering of subproblems."""
+    """Explains the method of all solution steps, and the numbering of subproblems."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):
@@ -209,7 +209,7 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
 def _task(
     page: Page, task: PrintedTask, earlier: PrintedTask | None, *, titled: bool
 ) -> Iterable[str]:
-    """Prints inputs, steps, remaining joints and solution slots of a task; omits repeated steps."""
+    """Prints inputs, steps, remaining joints and slots of a task; repeated steps are omitted."""
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
@@ -241,7 +241,7 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """Prints the vectors that do not depend on the result of any step."""
+    """Prints the vectors that do not depend on the result of a solution step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -261,14 +261,14 @@ def _vectors(page: Page, task: PrintedTask) -> str:
 
 
 def _speaking(page: Page, task: PrintedTask, after: int) -> str:
-    """Prints the vectors that depend on the result of the preceding step."""
+    """Prints the vectors that depend on the result of the previous solution step."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
     clauses = [f"${vector.letter}$ is {page.words(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
-    """Prints a solution step for one unknown."""
+    """Prints a solution step that determines one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     unknown = f"${name}$"
@@ -282,9 +282,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns how many first steps equal the steps of an earlier task, except for term names.
+    """Returns the number of first steps that equal the steps of an earlier task, except for names.
 
-    The result is None if a later step uses a term of these equal steps.
+    The result is 0 if a later step uses a term that one of these steps defines.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]
@@ -297,7 +297,7 @@ def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
 
 
 def _anonymous(page: Page, task: PrintedTask) -> list[str]:
-    """Returns the text of each step without its number and term names."""
+    """Returns the text of each solution step without its number and its term names."""
     texts, names = [], []
     for group in _groups(task):
         if len(group) > 1 or isinstance(group[0].equation, JointEquation):
@@ -312,7 +312,7 @@ def _anonymous(page: Page, task: PrintedTask) -> list[str]:
 
 
 def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
-    """Returns a sentence that replaces steps repeated from an earlier task."""
+    """Returns a sentence that replaces the solution steps repeated from an earlier task."""
     names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
     own = _numbers(steps[0].number, len(steps))
     return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
@@ -326,13 +326,13 @@ def _numbers(first: int, count: int) -> str:
 
 
 def _groups(task: PrintedTask) -> Iterable[list[PrintedInverseStep]]:
-    """Prints the steps; steps for one equation are grouped."""
+    """Prints the solution steps; steps that solve the same equation are grouped."""
     for _, run in groupby(task.steps, key=lambda step: id(step.step.found.equation)):
         yield list(run)
 
 
 def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
-    """Prints the steps that solve one equation with several unknowns."""
+    """Prints the solution steps that solve one equation with several unknowns."""
     printer, (first, *_, last) = _printer(page), steps
     names = listed(printer.tex(step.name) for step in steps)
     opening = (
@@ -343,7 +343,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Prints the coordinates that no step determines."""
+    """Prints the coordinates that no solution step determines."""
     printer = _printer(page)
     parts = []
     if task.rest:

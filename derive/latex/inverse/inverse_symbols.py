@@ -1,4 +1,4 @@
-"""Defines the printed symbols of inputs, signs, joints and joint sums of one task."""
+"""Defines the printed symbols of inputs, signs, joints and joint sums in one task."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -24,10 +24,10 @@ KINDS = {
 
 
 class InverseLetters:
-    """The letters for symbols of one robot."""
+    """The letters for the symbols of one robot."""
 
     def __init__(self, robot: SerialRobot, notation: Notation) -> None:
-        """Collects the used letters: parameters, coordinates and short symbols."""
+        """Collects the used letters, which are parameters, coordinates and short symbols."""
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         heads = map(names.head, (*parameters.values(), *notation.called))
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, otherwise the last letter (upright if it is Latin)."""
+        """Returns the first free letter, or else the last letter (upright if it is Latin)."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -45,19 +45,19 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Position of a step's coefficients in a product: after the vectors of a loop solution."""
+"""Position of the coefficients of a step in a product, after the vectors of a loop solution."""
 
 
 class InverseSymbols:
-    """The printed symbols of a task.
+    """The printed symbols that one task uses.
 
     Attributes:
-        notation: The robot's short symbols; receives new symbols.
-        letters: The letters that the article does not use yet.
+        notation: The short symbols of the robot; this object receives new symbols.
+        letters: The letters that the article has not used so far.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
-        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
-            name.
+        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
+            keyed by name.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class InverseSymbols:
         )
 
     def _named_inputs(self, solved: Solved) -> dict[sp.Symbol, sp.Symbol]:
-        """Returns the printed symbol of each input; coordinates stay unchanged."""
+        """Returns the printed symbol of each input; coordinates keep their symbols."""
         entries = zip(POSE_SYMBOLS, self.notation.entries(), strict=True)
         named = {symbol: entry for symbol, entry in entries if entry is not None}
         for asked in solved.inputs:
@@ -89,8 +89,8 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # In robots with loops, the symbol of a fixed joint differs from the coordinate symbol
-            # of the chain.
+            # In robots with loops, a fixed joint has another symbol than the coordinate of the
+            # chain.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
@@ -119,11 +119,11 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
     def side(self) -> sp.Symbol:
-        """Returns the symbol for a sign (1 or -1) of an expression."""
+        """Returns the symbol that stands for the sign (1 or -1) of an expression."""
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """Returns the value of a joint, or of a prismatic joint that replaces several."""
+        """Returns the value of a joint, or of a prismatic joint that replaces several joints."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
             # The symbol of the added joint, which rotates the tool.
@@ -135,13 +135,13 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
-        """Returns the signed sum of the angles of parallel joints, in terms of the coordinates.
+        """Returns the signed sum of the angles of parallel joints, as a sum of coordinates.
 
         An angle is negative if its axis is opposite to the axis of the first joint.
 
         Args:
             joints: Names of the joints.
-            done: Indices of solved prismatic joints; the next joint with the same name is used.
+            done: Indices of the solved prismatic joints; the next joint of the same name is used.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]
@@ -157,6 +157,6 @@ class InverseSymbols:
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """Returns the first axis with this name whose joint is not in ``done``."""
+        """Returns the first axis with this name whose joint is not contained in ``done``."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

@@ -1,8 +1,8 @@
 """Converts the terms of an inverse to printed symbols, with or without names.
 
 Products of terms are written in full. A sum that occurs repeatedly, or is too long for a bracket,
-becomes a shared term. The printed cosine and sine of a solved angle are c and s with the index of
-the angle.
+becomes a shared term. The printed cosine and sine of a solved angle are the letters c and s with
+the index of the angle.
 """
 
 from collections import Counter
@@ -25,20 +25,21 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Maximum width (pt) of a sum that is always written in full, and of an unnamed coefficient."""
+"""Maximum width (pt) of a sum that is always written in full, and maximum width of an unnamed
+coefficient."""
 
 
 class InverseTerms(TermNames):
-    """The terms of one task during conversion to printed symbols.
+    """The terms of one task while they are converted to printed symbols.
 
     Attributes:
-        changed: Definitions for printing that replace the terms' original definitions.
-        preferred: Names of terms that are components of a named vector.
-        uses: Number of printed occurrences of each term.
+        changed: Definitions that replace the original definitions of terms in print.
+        preferred: Names of the terms that are components of a named vector.
+        uses: Number of times that each term is printed.
     """
 
     def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
-        """Creates the terms of a task, without names."""
+        """Creates the terms of a task; no term has a name yet."""
         self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
         self.printed_constants = PrintedTerms(terms, symbols.notation, {})
         self.printer = self.printed_constants.printer
@@ -78,11 +79,11 @@ class InverseTerms(TermNames):
         return definition.xreplace(tiny)
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the unnamed terms that entries depend on, in definition order."""
+        """Returns the unnamed terms on which entries depend, in definition order."""
         return open_terms(self.terms, self.known, entries, self._definition)
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
-        """Counts the occurrences of each term with products written in full."""
+        """Counts how often each term occurs if products are written in full."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(self._open(entries)):
             definition = self._definition(term)
@@ -93,7 +94,7 @@ class InverseTerms(TermNames):
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names the terms on which an entry depends, or stores their full form."""
+        """Names the terms on which an entry depends, or stores them in full."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -140,20 +141,20 @@ class InverseTerms(TermNames):
         return _tidy(expression.xreplace(known))
 
     def _lasting(self, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the name of a term; cosine and sine of a sum are named at first use."""
+        """Returns the name of a term; the cosine and sine of a sum are named at their first use."""
         shown = self.known[symbol]
         if isinstance(shown, sp.cos | sp.sin) and shown.free_symbols & set(self.notation.q):
             shown = self.known[symbol] = self.trigonometric(shown.func, shown.args[0])
         return shown
 
     def taken(self) -> list[Definition]:
-        """Returns the definitions that were added since the last call."""
+        """Returns the definitions that were added since the previous call."""
         taken, self.definitions = self.definitions, []
         return taken
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:
-    """Moves the minus sign of an all-negative sum in front of its bracket."""
+    """Moves the minus sign in front of the bracket of a sum that has only negative terms."""
     if expression.is_Add:
         return expression.func(*map(_tidy, expression.args))
     if not expression.is_Mul:

@@ -1,4 +1,4 @@
-"""Combines rotations about consecutive parallel axes: c_{23} instead of c_2 c_3 - s_2 s_3."""
+"""Combines rotations about consecutive parallel axes: c_{23} replaces c_2 c_3 - s_2 s_3."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 
 
 @dataclass(frozen=True)
 class ParallelPair:
-    """Two adjacent joints with parallel axes.
+    """Two adjacent joints whose axes are parallel.
 
     Attributes:
-        names: Names of the joints.
+        names: Names of the two joints.
         one: The rotation about the first axis.
         other: The rotation about the second axis, positive in the sense of the first axis.
-        total: Symbols of the rotation by the sum.
+        total: Symbols of the rotation by the sum of both angles.
     """
 
     names: tuple[str, str]
@@ -53,13 +53,13 @@ def merged(
 ) -> dict[sp.Symbol, sp.Expr]:
     """Replaces two rotations about parallel axes by one rotation by the sum of their angles.
 
-    A term changes only if it contains neither rotation of a pair without the other.
+    A term is rewritten only if it contains both rotations of a pair, or neither of them.
 
     Args:
         definitions: The defining expression of each named term.
         terms: The terms to examine, in definition order.
         pairs: The parallel joints.
-        is_known: Whether a term has a name and stays unchanged.
+        is_known: Function that returns whether a term has a name; such a term does not change.
     """
     found: dict[sp.Symbol, sp.Expr] = {}
     for term in terms:
@@ -78,7 +78,7 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """Rewrites a twice rotated vector as one rotation by the angle sum, or None for other terms."""
+    """Rewrites a vector that is rotated twice as one rotation by the angle sum; None for others."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None
@@ -101,7 +101,7 @@ def _merged(
 
 
 def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Returns sign and symbol of the cosine and the sine."""
+    """Returns the sign and the symbol of the cosine and the sine of an angle."""
     return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
 
 

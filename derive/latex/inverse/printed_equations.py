@@ -1,4 +1,4 @@
-"""Prints solution steps: one rule for each kind of equation, independent of the arm family."""
+"""Prints solution steps; one rule for each kind of equation applies to all arm families."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -84,15 +84,17 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""Rules for equations with one unknown: (equation, LaTeX of the unknown, printer)."""
+"""Functions that print an equation with one unknown, keyed by equation type. Their arguments are
+the equation, the LaTeX of the unknown and the printer."""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
-"""Rules for equations with several angles: (equation, joint rotations, printer)."""
+"""Functions that print an equation with several angles, keyed by equation type. Their arguments are
+the equation, the joint rotations and the printer."""
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
-    """Prints relation, shared terms and solution of a step with one unknown."""
+    """Prints the relation, the shared terms and the solution of a step with one unknown."""
     name = printer.tex(printed.name)
     related = _RELATIONS[type(printed.equation)](printed.equation, name, printer)
     shared = definitions(printer, printed.definitions)
@@ -109,7 +111,7 @@ def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
 
 
 def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinter) -> str:
-    """Prints shared terms and relation of the steps for one equation."""
+    """Prints the shared terms and the relation of the steps that solve one equation."""
     first = steps[0]
     shared = definitions(printer, first.definitions)
     blocks = ["With", aligned(shared)] if shared else []
@@ -132,7 +134,7 @@ def _terms(printer: FractionPrinter, value: sp.Expr) -> list[str]:
 
 
 def _sum(printer: FractionPrinter, products: Iterable[tuple[sp.Expr, str]]) -> str:
-    """Formats a sum of coefficients times functions of the unknown, without zeros."""
+    """Formats a sum of coefficients times functions of the unknown; zero terms are omitted."""
     return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0])) or "0"
 
 
@@ -143,6 +145,6 @@ def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
 
 
 def _signed(terms: Sequence[str]) -> list[str]:
-    """Joins the terms of a sum; each term after the first has its sign in front."""
+    """Joins the terms of a sum; each term after the first starts with its sign."""
     rest = (f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in terms[1:])
     return [*terms[:1], *rest]

@@ -1,8 +1,8 @@
-"""Converts the steps of an inverse to printed symbols, in terms of earlier results.
+"""Converts the solution steps of an inverse to printed symbols, expressed in earlier results.
 
-Each solution step has an equation. This module prints the equation's coefficients; long
-coefficients get the names A, B, C with the step's number. The relation and the solution of a step
-are printed from its equation.
+Each solution step has an equation. This module prints the coefficients of the equation; long
+coefficients get the names A, B, C, with the number of the step. The relation and the solution of a
+step follow from its equation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ from .inverse_terms import SHORT, InverseTerms
 from .parallel_sums import merged, parallel_pairs
 
 DIRECT = 0.6 * LINE
-"""Maximum width (pt) of two coefficients inside an atan2."""
+"""Maximum width (pt) of two coefficients that are printed inside an atan2."""
 Equation = AngleEquation | LengthEquation | JointEquation
 
 
@@ -43,15 +43,15 @@ class PrintedInverseStep:
     """One solution step of an inverse in printed symbols.
 
     Attributes:
-        step: The solution step that is printed.
+        step: The solution step that this object prints.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients, each expressed in earlier terms.
-        unknown: The coordinate or coordinate sum that the step determines.
-        name: The coordinate, or a name for the sum of coordinates.
-        sense: -1 if the unknown is opposite to the rotation about the step's axis.
+        definitions: Shared terms and coefficients of the step, each expressed in earlier terms.
+        unknown: The coordinate, or the sum of coordinates, that the step determines.
+        name: The coordinate, or the name of the sum of coordinates.
+        sense: -1 if the unknown is opposite to the rotation about the axis of the step.
         equation: The equation of the step, with named or explicit coefficients.
-        solution: Terms whose sum is the unknown; the value is empty if a quartic solves the
-            equation for several unknowns.
+        solution: Terms whose sum is the unknown; empty if a quartic solves the equation for several
+            unknowns.
     """
 
     step: InverseStep
@@ -71,8 +71,8 @@ class PrintedVector:
     Attributes:
         vector: The vector itself.
         letter: LaTeX of the letter that names the vector.
-        shown: Components of the vector, with names for sums; the value is empty if the vector
-            depends on solution steps.
+        shown: Components of the vector, with names for sums; empty if the vector depends on
+            solution steps.
     """
 
     vector: NamedVector
@@ -87,7 +87,7 @@ class PrintedTask:
     Attributes:
         solved: The task.
         inputs: The symbols of each input of the task.
-        signs: The sign symbols of the task.
+        signs: The sign symbols that select the solutions of the task.
         vectors: The vectors that the solution steps use.
         definitions: Components of vectors that do not depend on a solution step.
         steps: The steps.
@@ -121,19 +121,19 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The robot's short symbols; receives new symbols and continues the count of shared
-            terms.
+        notation: The short symbols of the robot; this object receives new symbols and continues the
+            count of shared terms.
         lines: Its axes.
         solved: The task.
         first: Number of the first printed solution step.
-        actuators: Printed symbols of actuated coordinates that the steps may determine, keyed by
-            name.
+        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
+            keyed by name.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
 
 
 class _Writer:
-    """A task during conversion to printed symbols."""
+    """A task while it is converted to printed symbols."""
 
     def __init__(
         self,
@@ -183,7 +183,7 @@ class _Writer:
         )
 
     def _seed_turns(self) -> None:
-        """Names cosine and sine of every angle that is solved by a step or from a sum."""
+        """Names the cosine and the sine of every angle that follows from a step or from a sum."""
         for step in self.work.steps:
             if isinstance(step.found, FoundTurn):
                 self.terms.seed(step.found.turn, self.symbols.angle(step.joints))
@@ -196,14 +196,14 @@ class _Writer:
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # The symbols c_{23} and s_{23} are defined where they are first used.
+            # The symbols c_{23} and s_{23} are defined at their first use.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)
         self.terms.changed |= merged(terms.definitions, needed, pairs, known.__contains__)
 
     def _vector(self, vector: NamedVector) -> PrintedVector:
-        """Names the sums and quotients among a vector's components after the vector's letter."""
+        """Names the sums and quotients in a vector's components after the vector's letter."""
         letter = self.symbols.letters.free(vector.letters)
         shown = []
         for axis, component in zip("xyz", vector.vector, strict=True):
@@ -217,7 +217,7 @@ class _Writer:
         return PrintedVector(vector, letter, tuple(shown))
 
     def _equation(self, step: InverseStep) -> Equation:
-        """Returns the equation of a step in its unknown coordinate."""
+        """Returns the equation of a step, written in its unknown coordinate."""
         equation = step.found.equation
         if isinstance(equation, JointEquation):
             return equation
@@ -240,14 +240,14 @@ class _Writer:
         return PrintedInverseStep(step, number, definitions, unknown, name, sense, shown, solution)
 
     def _is_upright(self, equation: Equation, shown: Equation) -> bool:
-        """Whether the coefficient vector (a, b) of a linear equation has the angle 0."""
+        """Whether the coefficient vector (a, b) of a linear equation always has the angle 0."""
         if not isinstance(shown, Linear) or shown.b != 0 or shown.d == 0:
             return False
         a, terms = equation.coefficients[0], self.work.terms
         return terms.is_constant(a) and bool(terms.value(a) > 0)
 
     def _slide(self, step: InverseStep, found: FoundLength, value: sp.Expr) -> None:
-        """Prints a solved length as its coordinate in all later steps."""
+        """Replaces a solved length by its coordinate in all later steps."""
         sign, term = found.length.as_coeff_Mul()
         if self.terms.is_open(term):
             self.terms.known[term] = sign * value
@@ -270,14 +270,14 @@ class _Writer:
         return equation.with_coefficients(shown)
 
     def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
-        """Whether the solution of a step is short even if its coefficients are written in full."""
+        """Whether the solution of a step is short even with its coefficients written in full."""
         if isinstance(equation, LineAndPlane):
             return True
         wide = sum(width(self.terms.printer.tex(value)) for value in values)
         return isinstance(equation, Direction) and wide < DIRECT
 
     def _coefficient(self, entry: sp.Expr, letter: str, number: int) -> sp.Expr:
-        """Returns a coefficient in full if it is short, otherwise the name of its sum."""
+        """Returns a coefficient in full if it is short, otherwise the name of this coefficient."""
         value = self.terms.value(entry)
         if not value.is_Add and width(self.terms.printer.tex(value)) < SHORT:
             return value
@@ -290,7 +290,7 @@ class _Writer:
         return name
 
     def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
-        """Returns the coordinates that are computed from a sum and its other coordinates."""
+        """Returns the coordinates that follow from a sum and the other coordinates of the sum."""
         found = []
         for remainder in self.work.remainders:
             step = next(step for step in steps if step.step.joints == remainder.joints)
@@ -301,7 +301,7 @@ class _Writer:
         return found
 
     def _free(self) -> tuple[sp.Symbol, ...]:
-        """Returns the undetermined coordinates, set to 0."""
+        """Returns the coordinates that are not determined and are set to 0."""
         if self.symbols.actuators:
             return ()
         done = {name for step in self.work.steps if len(step.joints) == 1 for name in step.joints}

@@ -1,4 +1,4 @@
-"""Describes the closed-form structure of the axes, or the most similar structures."""
+"""Describes the closed-form structure of the axes or, without one, the most similar structures."""
 
 import re
 from collections.abc import Iterable
@@ -10,11 +10,11 @@ from ..setting.names import escape
 from ..setting.page import Page
 
 MAX_MISSED = 3
-"""Number of listed structures if the axes have no closed-form structure."""
+"""Number of similar structures in the list if the axes have no closed-form structure."""
 
 
 def missing_structure(classification: Classification) -> str:
-    """Lists the most similar closed-form structures with their violated conditions."""
+    """Lists the most similar closed-form structures, with the conditions that the axes violate."""
     rows = nearest(classification)[:MAX_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."

@@ -1,4 +1,4 @@
-r"""Prints an example of a robot with loops near its reference: forward and inverse."""
+r"""Prints an example for a robot with loops, near its reference: forward and inverse kinematics."""
 
 import math
 from collections.abc import Mapping
@@ -14,18 +14,18 @@ from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference configuration, as fractions of the coordinate ranges. The first offset
-with closed loops is used. The reference configuration itself has round values, which may hide a
-wrong sign."""
+"""Offsets from the reference configuration, as fractions of the range of each coordinate. The first
+offset at which the loops can be closed is used. The reference configuration itself has round
+values, which may hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
-"""Assumed range of a coordinate without limits."""
+"""Assumed range of a coordinate that has no limits."""
 
 
 def worked_example_of_loops(page: LoopPage) -> str:
-    """Prints a configuration, its tool pose, and all configurations with this pose.
+    """Prints a configuration, its tool pose, and all configurations that have this pose.
 
-    If an iteration solves the loops from the actuators, the example lists all actuator solutions of
-    a pose.
+    If an iteration solves the loops from the actuators, the example lists all actuator vectors for
+    the pose.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:
@@ -77,7 +77,7 @@ def _is_within(page: LoopPage, q: NDArray[np.float64]) -> bool:
 
 
 def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
-    """Returns coordinates near the reference with closed loops, or the reference coordinates."""
+    """Returns coordinates near the reference at which the loops can be closed, or the reference."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:
         q = np.array([_near(c, r, part) for c, r in zip(coordinates, reference, strict=True)])
@@ -89,7 +89,7 @@ def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
 def _near(
     coordinate: Coordinate | Joint, reference: float, part: float, length: float = 1.0
 ) -> float:
-    """Returns a round value near the reference, within the limits."""
+    """Returns a round value that is near the reference and within the limits."""
     low, high = bounds(coordinate)
     free = SOME[coordinate.unit] * (length if coordinate.unit == "m" else 1.0)
     span = high - low if math.isfinite(high - low) else free

@@ -1,6 +1,6 @@
 r"""Prints the LaTeX fragment for planar platforms on legs with revolute or prismatic joints.
 
-The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, the elimination from
+The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, and the elimination from
 :mod:`chasles.derive.loops.modes.leg_elimination`.
 """
 
@@ -26,19 +26,19 @@ VECTORS = {"w": r"\mathbf{w}", "u": r"\mathbf{u}", "n": r"\mathbf{n}", "l": r"\e
 
 
 class PrintedLegs:
-    """The printed symbols of three legs.
+    """The printed symbols of the three legs.
 
     Attributes:
         page: The robot.
         terms: The terms of the robot, expressed only in coordinates and parameters.
         phi: The platform's angle.
-        letters: Letters of the polynomial's symbols.
+        letters: Letters for the symbols of the polynomial.
         legs: The circle or line of each leg (meter).
-        equations: The elimination of the platform's position.
+        equations: The elimination of the platform position.
     """
 
     def __init__(self, page: LoopPage, triad: Triad) -> None:
-        """Converts the legs to printed symbols."""
+        """Converts the quantities of the legs to printed symbols."""
         hybrid = page.hybrid
         coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
         known = dict(zip(*coordinates, strict=True))
@@ -112,7 +112,7 @@ def _legs(printed: PrintedLegs) -> str:
 
 
 def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
-    """Returns the equation of a leg's radius, or of its square if the root is too wide to print."""
+    """Returns the equation for the radius of a leg, or for its square if the root is too wide."""
     is_long = width(printed.tex(length)) > LINE / 2
     if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
         return printed.equation(rf"\ell_{{{i}}}^2", length.base)
@@ -120,7 +120,7 @@ def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
 
 
 def _conditions(circles: int) -> str:
-    """Prints the leg equations: first the circles, then the lines."""
+    """Prints the leg equations: first those of circles, then those of lines."""
     numbers = [str(i) for i in range(1, LEGS + 1)]
     of = [
         (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),
@@ -131,7 +131,7 @@ def _conditions(circles: int) -> str:
 
 
 def _lines(legs: Triad) -> str:
-    """States which bodies carry the lines."""
+    """States which bodies carry the lines of the legs."""
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
@@ -185,7 +185,7 @@ def _pair_of(circles: int) -> str:
 
 
 def _solved(printed: PrintedLegs) -> str:
-    """Returns the solution of the linear equations, and the equation where it is substituted."""
+    """Returns the solution of the linear equations, and the equation into which it is inserted."""
     shown = printed.page.vectors.tex(printed.equations.solution)
     whose, into = (
         ("They are", "the first circle")
@@ -200,7 +200,7 @@ def _solved(printed: PrintedLegs) -> str:
 
 
 def _harmonics(printed: PrintedLegs) -> str:
-    """Prints the equation as a polynomial in the platform's angle, and the poses at its zeros."""
+    """Prints the equation as a polynomial in the platform angle, and the poses at its zeros."""
     found, tex = printed.equations, printed.tex
     phi, root, count = tex(printed.phi), printed.letters["root"], found.harmonics
     first = f"{printed.letters['cosine']}_0"

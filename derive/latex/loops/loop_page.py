@@ -25,19 +25,19 @@ from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops, with everything that its article prints.
+    """A robot with loops, with all data that its article prints.
 
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
         skeleton: The bodies of the robot, with drawn shapes.
-        chain: The printed expressions of its main chain; coordinates have the joint symbols of
+        chain: The printed expressions of its main chain; the coordinates have the joint symbols in
             `members`.
-        members: The symbols of its joints.
-        letters: The symbols of intermediate results.
+        members: The printed symbols of its joints.
+        letters: The printed symbols of intermediate results.
         inverse: The inverse of the robot, or None if it was not derived.
         functions: The functions derived in closed form.
-        geometry: The functions with geometry as input, or None without parametric functions.
+        geometry: The functions whose geometry is an input, or None without parametric functions.
     """
 
     mechanism: Mechanism
@@ -52,7 +52,7 @@ class LoopPage:
 
     @classmethod
     def of(cls, derivation: Derivation) -> "LoopPage":
-        """Collects the symbols and steps of a derivation."""
+        """Collects the symbols and solution steps of a derivation."""
         mechanism, hybrid = derivation.robot, derivation.hybrid
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
@@ -73,7 +73,7 @@ class LoopPage:
 
     @property
     def terms(self) -> Terms:
-        """Returns the names of all loop terms."""
+        """Returns the names of all terms of the loops."""
         return self.hybrid.terms
 
     @cached_property
@@ -88,7 +88,7 @@ class LoopPage:
 
     @cached_property
     def joints(self) -> dict[str, sp.Symbol]:
-        """Returns the printed symbols of the full configuration's entries, keyed by name."""
+        """Returns the printed symbols of all entries of the configuration, keyed by name."""
         known = dict(zip(self.members.q, self.q, strict=True))
         known |= dict(zip(self.members.theta, self.theta, strict=True))
         return {
@@ -98,7 +98,7 @@ class LoopPage:
 
     @cached_property
     def printed_terms(self) -> PrintedTerms:
-        """Returns the loop terms in printed symbols."""
+        """Returns the terms of the loops in printed symbols."""
         hybrid = self.hybrid
         known = dict(zip(hybrid.q, self.q, strict=True))
         known |= dict(zip(hybrid.theta, self.theta, strict=True))
@@ -115,12 +115,12 @@ class LoopPage:
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps from the actuators."""
+        """Returns the solution steps that start from the actuators."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps from the main chain, numbered after the steps from the actuators."""
+        """Returns the steps that start from the main chain, numbered after the other steps."""
         first = 1 + len(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
@@ -128,13 +128,13 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Returns the dead points of the steps from the actuators, by step number."""
+        """Returns the dead points of the steps that start from the actuators, by step number."""
         with_margin = [step.number for step in self.forward_steps if step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant in printed symbols, term by term if short."""
+        """Returns a constant in printed symbols; a short constant is converted term by term."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))

@@ -1,4 +1,4 @@
-r"""Prints the loops: products of exponentials, and the scalar equations."""
+r"""Prints the loops as products of exponentials, and their scalar equations."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -45,7 +45,7 @@ def loops(page: LoopPage) -> str:
 
 
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
-    """Prints the least-squares condition for redundant loops with contradicting constraints."""
+    """Prints the least-squares condition for redundant loops with contradictory constraints."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
     meters = rf"{page.hybrid.numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
@@ -125,7 +125,7 @@ def _equals_one(product: Sequence[str]) -> str:
 
 
 def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -> str:
-    """Prints the screws as table rows."""
+    """Prints the screws of the joints as table rows."""
     names = [rf"$\mathcal{{S}}_{{{page.tex(values[f.name])}}}$" for f in loop.factors]
     columns: list[Column] = [
         ("screw", names),
@@ -134,7 +134,7 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
     rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
     columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
-    # Screws of planar loops have three nonzero components.
+    # Screws in planar loops have only three nonzero components.
     shown = [column for column in columns if set(column[1]) != {"$0$"}]
     return tabular(shown, repeated=1)
 
@@ -150,7 +150,7 @@ def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
 
 
 def _decimal(page: LoopPage, entry: sp.Expr) -> str:
-    """Formats a constant as a decimal if the decimal is shorter."""
+    """Formats a constant as a decimal number if this number is shorter."""
     tex = _constant(page, entry)[1:-1]
     rounded = f"{round(float(page.terms.value(entry)), DECIMALS) + 0.0:.{DECIMALS}f}"
     return min(tex, rounded, key=width)
@@ -161,7 +161,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """Prints the scalar equations, with names for long squared terms."""
+    """Prints the scalar equations; long squared terms get names."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

@@ -51,7 +51,7 @@ def _coordinates(page: LoopPage) -> str:
 
 
 def _moved(page: LoopPage, c: Coordinate) -> str:
-    """Returns the symbol of the joint that a coordinate moves, and the transmission ratio."""
+    """Returns the symbol of the joint that a coordinate moves, and its transmission ratio."""
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)
@@ -70,7 +70,7 @@ def _by(drive: Drive) -> str:
 
 
 def _followers(page: LoopPage) -> str:
-    """Describes drives that are not actuated because their motors depend on other motors."""
+    """Describes the drives that are not actuated because their motors depend on other motors."""
     message = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])
@@ -81,7 +81,7 @@ def _followers(page: LoopPage) -> str:
 
 
 def _others(page: LoopPage) -> str:
-    """Prints the joints of the tree outside the main chain."""
+    """Prints the tree joints that are not in the main chain."""
     main = {joint.name for joint in page.chain.robot.joints}
     others = [joint for joint in page.mechanism.joints if joint.name not in main]
     if not others:

@@ -1,7 +1,8 @@
 """Names the joints of a robot with loops, in formulas and in sentences.
 
-Main-chain joints are theta, actuated coordinates q and other joints psi, each letter with an index.
-A joint name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed unchanged.
+Main-chain joints have the letter theta, actuated coordinates q and other joints psi, each with an
+index. A joint name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed without
+change.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,7 +18,7 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters in order of preference; letters that the description uses are skipped."""
+"""Letters for joints in order of preference; letters that the description uses are skipped."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
@@ -39,17 +40,17 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""Letters of the intermediate results of a solution, in order of preference."""
+"""Letters for the intermediate results of a solution, in order of preference."""
 
 
 @dataclass(frozen=True)
 class Members:
-    """Printed symbols of a mechanism's joints.
+    """Printed symbols of the joints of a mechanism.
 
     Attributes:
-        theta: LaTeX of the main-chain joints.
-        q: LaTeX of the actuated coordinates.
-        of: LaTeX of every entry of the full configuration, keyed by name.
+        theta: LaTeX names of the main-chain joints.
+        q: LaTeX names of the actuated coordinates.
+        of: LaTeX names of all configuration entries, keyed by entry name.
     """
 
     theta: tuple[str, ...]
@@ -84,7 +85,7 @@ def members(mechanism: Mechanism) -> Members:
 
 
 class _Chosen:
-    """Returns the names that are symbols; other names become indices of a letter."""
+    """Returns the names that are symbols; any other name becomes the index of a letter."""
 
     def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
         self.own: dict[str, str] = {}
@@ -103,25 +104,25 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """Adds a dot to a symbol, for the rate of its quantity."""
+    """Adds a dot to a symbol, which then denotes the rate of its quantity."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
 def words(name: str) -> str:
-    """Formats a name in a sentence, with spaces between its words."""
+    """Formats a name in a sentence; its words are separated by spaces."""
     strut, dot, part = name.partition(".")
     plain = names.escape(strut.replace("_", " "))
     kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
     kind = kinds.get(part.partition(".")[0])
     if not dot or kind is not None:
         return f"{kind} {plain}" if dot else plain
-    # The name of a pin that two struts share on one body.
+    # The name belongs to a pin that two struts share on one body.
     return f"pin between {plain} and {words(part)}"
 
 
 class Letters:
-    """Letters for the kinds of intermediate results that the robot does not use."""
+    """Letters, for each kind of intermediate result, that the robot does not use."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
         """Selects letters that the robot does not use."""
@@ -142,6 +143,6 @@ class Letters:
         return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
-        """Returns the symbol of a step's intermediate result, or of its component."""
+        """Returns the symbol of an intermediate result of a step, or of its component."""
         tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

@@ -2,8 +2,8 @@
 
 Each solution step has equations in local quantities
 (:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). This module assigns a printed
-symbol to each quantity whose value is not short, and rewrites the equations in these symbols. The
-code is the same for all kinds of steps.
+symbol to each quantity whose value is long, and rewrites the equations in these symbols. The same
+code is used for all kinds of steps.
 """
 
 from collections.abc import Iterable, Mapping
@@ -35,12 +35,12 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles of the equation, with the vectors that these angles rotate."""
+"""Angles of the equation, and the vectors that are rotated by these angles."""
 
 
 @dataclass(frozen=True)
 class PrintedAngle:
-    """An angle that a step solves: its cosine and sine, up to a common positive factor."""
+    """An angle that a step solves, given by its cosine and sine up to a common positive factor."""
 
     symbol: sp.Symbol
     cosine: sp.Expr
@@ -49,14 +49,13 @@ class PrintedAngle:
 
 @dataclass(frozen=True)
 class PrintedRate:
-    """One linear equation between rates, in printed symbols.
+    """One linear equation between rates, written in printed symbols.
 
     Attributes:
         left: Unknowns, each with the factor of its rate in the equation.
         right: Known expressions, each with the factor of its rate in the equation.
-        projected: LaTeX of two vectors: the left side is their scalar product, with the second
-            vector differentiated. The field is None if the left side is printed as a sum of
-            products.
+        projected: LaTeX names of two vectors: the left side is their scalar product, with the
+            second vector differentiated. The field is None if the left side is a sum of products.
     """
 
     left: Weighted
@@ -69,19 +68,19 @@ class PrintedLoopStep:
     """One step of a solution in printed symbols.
 
     Attributes:
-        step: The solution step that is printed.
+        step: The solution step that this object prints.
         number: Number of the step in the article.
-        unknown: The unknown side of the loop equation: angles and vectors.
+        unknown: The unknown side of the loop equation, which consists of angles and vectors.
         given: The known side of the loop equation.
         vectors: Components and lengths of the known vectors.
-        results: Intermediate results and displacements, each in terms of earlier results.
+        results: Intermediate results and displacements, each expressed by earlier results.
         angles: The resulting angles.
-        margin: The step's margin, or None if the step always has a solution.
-        rates: The rate equations of the unknowns.
-        positions: Components of each known vector that the equations abbreviate by one symbol.
-        points: Components of each vector that the results abbreviate by one symbol.
-        remark: A sentence that explains the choice of the root.
-        dead_point: Description of the configurations with margin 0.
+        margin: The margin of the step, or None if the step always has a solution.
+        rates: The rate equations for the unknowns of the step.
+        positions: Components of each known vector that the equations represent by a single symbol.
+        points: Components of each vector that the results represent by a single symbol.
+        remark: A sentence that explains which root is chosen.
+        dead_point: Description of the configurations at which the margin is 0.
     """
 
     step: LoopStep
@@ -100,7 +99,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """A printer that can also print scalar and vector products."""
+    """A printer that also prints scalar products and vector products."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -126,14 +125,14 @@ def printed_steps(
     first: int,
     joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedLoopStep, ...]:
-    """Converts the steps of a solution, and adds the symbols of their unknowns to ``terms``.
+    """Converts the steps of a solution, and adds the symbols of the unknowns to ``terms``.
 
     Args:
-        terms: The robot's terms in printed symbols; receives the unknowns.
-        letters: Letters that are still free for the unknowns.
-        solution: The solution from actuators to main chain, or from main chain to actuators.
+        terms: The terms of the robot in printed symbols; this object receives the unknowns.
+        letters: Letters that no symbol uses yet; they are free for the unknowns.
+        solution: The solution, from actuators to main chain or from main chain to actuators.
         first: Number of the first printed solution step.
-        joints: Symbols of the joints, used for unknown joint values.
+        joints: Symbols of the joints, which denote unknown joint values.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     return tuple(
@@ -143,13 +142,13 @@ def printed_steps(
 
 
 class _Writer:
-    """One solution step during conversion to printed symbols.
+    """One solution step while it is converted to printed symbols.
 
     Attributes:
         shown: The printed form of each quantity in the step.
         vectors: Definitions of the components and lengths of known vectors.
         results: Definitions of the intermediate results.
-        positions: Components of the vectors that the equations use as one symbol.
+        positions: Components of the vectors that the equations represent by a single symbol.
         found: Angles that this solution step determines.
     """
 
@@ -171,7 +170,7 @@ class _Writer:
         self.found = {s for s in step.solved if s not in terms.known}
 
     def printed(self) -> PrintedLoopStep:
-        """Converts the step, and names its unknowns."""
+        """Converts the solution step to printed symbols, and names its unknowns."""
         equations = self.equations
         self._name_vectors()
         sought = {*self.found, *(t.as_coeff_Mul()[1] for t in equations.unknowns.values())}
@@ -202,7 +201,7 @@ class _Writer:
         return self.letters.of_step(letter, self.number, axis)
 
     def _name_vectors(self) -> None:
-        """Names the components of vectors, except letters and single numbers."""
+        """Names the components of vectors; letters and single numbers need no name."""
         for letter, vector in self.equations.vectors.items():
             parts = [self.printed_terms.of(part) for part in vector]
             is_alone = sum(part != 0 for part in parts) == 1
@@ -221,7 +220,7 @@ class _Writer:
             self.shown[symbol] = self.printed_terms.of(term)
 
     def _name_position(self, letter: str, size: int) -> None:
-        """Returns a vector by its name if the equations use the vector as one symbol."""
+        """Returns the name of a vector if the equations represent the vector by one symbol."""
         whole = quantity(letter)
         if any(whole in value.free_symbols for _, value in self.equations.results):
             self.shown[whole] = self._symbol(whole)
@@ -229,7 +228,7 @@ class _Writer:
             self.positions[self.shown[whole]] = tuple(self.shown[entry] for entry in entries)
 
     def _name_length(self, letter: str) -> None:
-        """Returns the length of a vector by name, or its single component with any sign."""
+        """Returns the name of a vector's length, or the signed single component of the vector."""
         vector = self._vector(letter)
         if ZERO in vector:
             self.shown[length_of(letter)] = sp.Add(*vector)
@@ -257,7 +256,7 @@ class _Writer:
             self.shown[angle] = terms.known[angle]
 
     def _add_result(self, symbol: sp.Symbol, value: sp.Expr) -> None:
-        """Names an intermediate result, except letters and numbers."""
+        """Names an intermediate result; letters and numbers need no name."""
         shown = self._put(value)
         if symbol in self.equations.unknowns:
             self.results.append((self.shown[symbol], shown))
@@ -280,15 +279,15 @@ class _Writer:
     # --- equations ---
 
     def _put(self, value: sp.Expr) -> sp.Expr:
-        """Converts an expression in the step's quantities to printed symbols."""
+        """Converts an expression in the quantities of the step to printed symbols."""
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
-            # SymPy would distribute the factor, so the step keeps the factor in front of the
-            # bracket.
+            # SymPy would distribute the factor over the sum, so the step keeps the factor in front
+            # of the bracket.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
         return value.xreplace(self.shown)
 
     def _sides(self, sought: Iterable[sp.Symbol]) -> tuple[Sum, Sum]:
-        """Returns the loop equation with the unknowns on one side."""
+        """Returns the loop equation with all unknowns on one side."""
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
             free = angle.free_symbols | re.free_symbols | im.free_symbols
@@ -300,7 +299,7 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """Returns the angle from A to C; common factors of the atan2 arguments are cancelled."""
+        """Returns the angle from A to C, after cancelling common factors of the atan2 arguments."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)
@@ -308,7 +307,7 @@ class _Writer:
         return PrintedAngle(self.shown[equation.angle], dot(A, C) / scale, cross(A, C) / scale)
 
     def _is_new(self, rate: RateEquation) -> bool:
-        """Whether the unknowns of a rate equation were unknown before the step."""
+        """Whether the unknowns of a rate equation were also unknown before the step."""
         return all(s in self.found or s not in self.step.solved for s, _ in rate.left)
 
     def _rate(self, rate: RateEquation) -> PrintedRate:
@@ -320,7 +319,7 @@ class _Writer:
         return PrintedRate(left, right, projected)
 
     def _in_words(self, words: str) -> str:
-        """Replaces the letters of quantities in a text by the symbols of these quantities."""
+        """Replaces, in a text, the letters of quantities by the symbols of these quantities."""
         letters = {field for _, field, _, _ in Formatter().parse(words) if field}
         names = {letter: self._symbol(quantity(letter)) for letter in letters}
         return words.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})

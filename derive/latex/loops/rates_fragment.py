@@ -16,24 +16,25 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum terms of a sum in which rates of intermediate results are written in full."""
+"""Maximum number of terms of a sum in which the rates of intermediate results are written in
+full."""
 MAX_EXPANDED = 500
-"""Maximum addends of a rate that is expanded on trial."""
+"""Maximum number of addends of a rate that is expanded as a trial."""
 BRACKET = 0.75 * LINE
 """Maximum width (pt) of a sum that is multiplied by a rate."""
 
 
 class Rates:
-    """Time derivatives of printed expressions, linear in the rates of coordinates and unknowns.
+    """Time derivatives of printed expressions, linear in the coordinate and unknown rates.
 
     Attributes:
-        dotted: The rate of each coordinate and unknown.
-        definitions: Meaning of each symbol except coordinates and unknowns.
-        inner: The rates of defined symbols with named rates.
+        dotted: The rate symbol of each coordinate and unknown.
+        definitions: The definition of each symbol that is not a coordinate or an unknown.
+        inner: The rates of defined symbols, for the rates that have a name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Creates the known rates, which are the rates of the coordinates."""
+        """Creates the rates that are known, which are the rates of the coordinates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
@@ -41,7 +42,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns the rates of a step and their expressions; later steps use these rates."""
+        """Returns the rates of a step and their expressions, which later steps use."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -59,7 +60,7 @@ class Rates:
         return results
 
     def left(self, rate: PrintedRate) -> str:
-        """Formats the left side of a rate equation."""
+        """Formats the left-hand side of a rate equation."""
         if rate.projected:
             arm, point = rate.projected
             return rf"({arm}) \cdot {dotted(point)}"
@@ -75,7 +76,7 @@ class Rates:
         return sp.Add(*(derivative(expression, symbol) * rate for symbol, rate in rates.items()))
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
-        """Returns the time derivative of a component; a named component gets a dotted name."""
+        """Returns the time derivative of a component; a named component has a dotted name."""
         if part not in self.definitions:
             return self.of(part)
         if part not in self.inner:
@@ -91,7 +92,7 @@ class Rates:
         return self._found[symbol]
 
     def _collected(self, total: sp.Expr) -> sp.Expr:
-        """Collects a sum into one term per rate, if the brackets stay short."""
+        """Collects a sum into one term per rate, if the brackets then stay short."""
         rates = [*self.dotted.values(), *self.inner.values()]
         parts, expanded = [], sp.expand(total)
         for rate in rates:
@@ -106,7 +107,7 @@ class Rates:
 
 
 def _by_angles(part: sp.Expr) -> sp.Expr:
-    """Collects a sum by cosines and sines."""
+    """Collects the terms of a sum by cosines and sines."""
     functions = sorted(part.atoms(sp.cos, sp.sin), key=str)
     if not functions:
         return part

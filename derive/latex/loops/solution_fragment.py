@@ -20,9 +20,9 @@ from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
 MAX_ZEROS = 4
-"""Maximum number of listed dead points per step."""
+"""Maximum number of dead points that are listed for a step."""
 MIN_PRINTED = 0.01
-"""Minimum lower bound of a margin that is printed."""
+"""A lower bound of a margin is printed only if it is at least this value."""
 
 
 def solution(page: LoopPage) -> str:
@@ -95,7 +95,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """Prints the loop equation; a wide equation becomes a zero sum, with breaks between terms."""
+    """Prints the loop equation; a wide equation becomes a zero sum with line breaks."""
 
     def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
         found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
@@ -111,12 +111,12 @@ def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
 
 
 def _tight(term: str) -> str:
-    """Removes the space before an exponential without a factor."""
+    """Removes the space before an exponential that has no factor."""
     return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 
 def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
-    """Formats a sum of vectors, each with its rotating exponential."""
+    """Formats a sum of vectors, each with the exponential that rotates it."""
     i = terms.notation.symbol(r"\mathrm{i}", (OTHER, ("a",)))
     total = sp.S.Zero
     for k, (angle, (re, im)) in enumerate(vectors):
@@ -132,7 +132,7 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
 
 
 def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """Prints the margin and its zeros."""
+    """Prints the margin and the configurations at which it is zero."""
     if printed.margin is None:
         return ""
     margin = rf"\mu_{{{printed.number}}}"
@@ -161,7 +161,7 @@ def _floor(value: float) -> str:
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
-    """Formats a quotient in a sentence, on one line."""
+    """Formats a quotient in a sentence on one line."""
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
     # A single decimal number is easier to read than a fraction of two decimals.
@@ -176,7 +176,7 @@ def _quotient(page: LoopPage, value: sp.Expr) -> str:
 
 
 def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:
-    """Prints joint values as sums."""
+    """Prints joint values that are sums."""
     found: list[Equation] = []
     for name, symbol in page.joints.items():
         value = solved.values.get(name)
@@ -194,7 +194,7 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _overdetermined(page: LoopPage) -> str:
-    """Describes actuators that outnumber the degrees of freedom; empty for other robots."""
+    """Describes actuators in excess of the degrees of freedom; empty for other robots."""
     hybrid = page.hybrid
     if not hybrid.is_overdetermined:
         return ""
@@ -206,7 +206,7 @@ def _overdetermined(page: LoopPage) -> str:
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
-    """Describes the joints without a closed form."""
+    """Describes the joints that have no closed form."""
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
@@ -231,7 +231,7 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
 
 
 def _collapsed(page: LoopPage) -> list[str]:
-    """Describes segments of the main chain that only translate."""
+    """Describes the segments of the main chain that only translate."""
     hybrid = page.hybrid
     if hybrid.forward.open:
         return []

@@ -10,14 +10,14 @@ from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 
 _POSITION = (3, 7, 11)
-"""Indices of the position in a row-major pose."""
+"""Indices of the position entries in a row-major pose."""
 _BRACKET = 0.36 * LINE
 """Maximum width (pt) of a sum that is written as a factor."""
 _LETTER = r"\varrho"
 
 
 def tool_position(page: LoopPage) -> str:
-    """Returns the forward kinematics with main-chain joints replaced by the loop solution.
+    """Returns the forward kinematics with the loop solution inserted for the main-chain joints.
 
     The LaTeX fragment is empty if an iteration solves the loops.
     """
@@ -70,7 +70,7 @@ def _is_guard(terms: Terms, addend: sp.Expr) -> bool:
 def _named_factors(
     page: LoopPage, expression: sp.Expr, brackets: dict[sp.Expr, sp.Symbol]
 ) -> sp.Expr:
-    """Names the wide sums among the factors of an expression's terms."""
+    """Names the wide sums among the factors of each term of an expression."""
     notation = page.chain.equations.notation
     found = []
     for addend in sp.Add.make_args(expression):

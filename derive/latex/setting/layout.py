@@ -1,4 +1,4 @@
-r"""Sets displays that fit the page: aligned equations broken between terms, matrices in rows.
+r"""Sets displays that fit the page: aligned equations with breaks between terms, and matrices.
 
 All results need only amsmath and belong in text, not inside a formula.
 """
@@ -11,7 +11,7 @@ from .widths import LINE, width
 
 Row = Sequence[str]
 Equation = tuple[str, Sequence[str]]
-"""Left side and signed terms of the right side."""
+"""Left-hand side, and signed terms of the right-hand side, of an equation."""
 
 
 class Display(NamedTuple):
@@ -22,22 +22,22 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""Indentation of a continued line (pt)."""
+"""Indentation of the continued lines of an equation (pt)."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
 """Maximum error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a display on one page with the text after it."""
+"""Keeps a display on the same page as the text after it."""
 SHORTEST_RUN = 4
-"""Minimum number of consecutive short equations for two columns."""
+"""Minimum number of consecutive short equations that are set in two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
     """Aligns equations; short equations are set in pairs, to be read from left to right.
 
-    Long right sides continue on an indented line; the list may break across pages.
+    Long right-hand sides continue on an indented line; the list may break across pages.
     """
     runs = _runs(equations)
     displays = []
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Reorders equations so that two columns are read downwards, the left column first."""
+    """Reorders equations so that two columns are read downwards, first the left column."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -62,7 +62,7 @@ def read_down(equations: Sequence[Equation]) -> list[Equation]:
 
 
 def _runs(equations: Sequence[Equation]) -> list[tuple[bool, list[Equation]]]:
-    """Divides equations into two-column runs of short equations and other runs."""
+    """Divides equations into runs of short equations, for two columns, and other runs."""
     runs: list[tuple[bool, list[Equation]]] = []
     for short, group in groupby(equations, key=_is_short):
         run = list(group)
@@ -96,13 +96,13 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Places a display between two settings, without a trailing space that could begin a line."""
+    """Places a display between two settings; no trailing space remains that could begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Breaks signed terms into lines of a width; continued lines are shorter by an indent."""
+    """Breaks signed terms into lines of a width; continued lines are shorter by the indentation."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:
@@ -152,7 +152,7 @@ def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -
 
 
 def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
-    """Joins the rows of a display, without a page break after the first or before the last row."""
+    """Joins the rows of a display; no page break follows the first row or precedes the last row."""
     body = rows[0]
     for k, row in enumerate(rows[1:], 1):
         star = "*" if k in (1, len(rows) - 1) else ""
@@ -161,7 +161,7 @@ def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
 
 
 def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
-    """Formats an equation with several right sides, one per line."""
+    """Formats an equation with several right-hand sides, one per line."""
     body = " \\\\*[1ex]\n&= ".join(sides)
     return _display("align*", f"{name} &= {body}{end}")
 

@@ -11,7 +11,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Minimum length of a word of a description that may be broken across lines."""
+"""Minimum length of a word in a description that may be broken across lines."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -49,16 +49,16 @@ _ESCAPES = {
     },
 }
 _WORDS = ("a", "A", "I")
-"""Names that are also English words."""
+"""Joint names that are also English words."""
 _BREAKS = "_/"
-"""Characters after which a long word may break."""
+"""Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
-"""Accented letters of a T1 font."""
+"""Accented letters that a T1 font contains."""
 
 
 def escape(text: str) -> str:
-    """Escapes text for a paragraph, with possible breaks in long words.
+    """Escapes text for a paragraph; long words may be broken.
 
     Letters that plain pdfLaTeX cannot set are printed as codes, such as ``[U+4E2D]``.
     """
@@ -83,7 +83,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    r"""Formats a parameter name: ``d1`` is d_{1}, ``alpha_1`` is \alpha_{1}, ``l_HI`` is l_{HI}."""
+    r"""Formats a parameter name: ``alpha_1`` becomes \alpha_{1}, and ``l_HI`` becomes l_{HI}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -99,9 +99,9 @@ def is_symbol(name: str) -> bool:
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns joint names as LaTeX if they are article symbols: Greek angles, lower-case lengths.
+    """Returns joint names as LaTeX if all of them are symbols: Greek angles or lower-case lengths.
 
-    Empty if a joint has a different kind of name, or if a symbol occurs twice.
+    The result is empty if a joint has another kind of name, or if a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]
@@ -120,7 +120,7 @@ def _is_own_symbol(joint: Joint | Motor) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Escapes text for a paragraph; joint names are replaced by symbols."""
+    """Escapes text for a paragraph; symbols replace joint names."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:
@@ -135,7 +135,7 @@ def head(tex: str) -> str:
 
 
 def frame(name: str) -> str:
-    """Formats a frame's name as an index: digits and single letters unchanged, words upright."""
+    """Formats a frame name as an index: digits and single letters stay, words are upright."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"

@@ -1,6 +1,6 @@
-r"""Defines short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), constants, shared terms.
+r"""Defines short symbols, such as s_{23} for sin(q_2 + q_3), and named constants and shared terms.
 
-A short symbol is a SymPy symbol with its LaTeX as name; braces distinguish it from parameters.
+A short symbol is a SymPy symbol whose name is its LaTeX; braces distinguish it from parameters.
 :attr:`Notation.meanings` contains its meaning in coordinates and parameters, for the symbol table
 and for tests of printed equations.
 """
@@ -17,17 +17,17 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Position of a factor in a product: class, then rank in the class."""
+"""Position of a factor in a product: its class, then its rank within the class."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in a number that is printed as the sum or product of these
-constants."""
+"""Maximum number of named constants in a number; such a number is printed as their sum or
+product."""
 MAX_WRITTEN = 200
-"""Maximum number of symbols and numbers in a constant that is expressed in parameters alone."""
+"""Maximum number of symbols and numbers in a constant that is expressed only in parameters."""
 COMMAS_FROM = 10
-"""Above this number of coordinates, commas separate the indices of a sum."""
+"""With more coordinates than this number, commas separate the indices of a sum."""
 LONG_RUN = 3
 """Minimum number of consecutive indices that are printed as a range."""
 LETTERS = {
@@ -39,30 +39,30 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""Letters for each kind of symbol in order of preference, without letters of parameters."""
+"""Letters for each kind of symbol in order of preference; letters of parameters are excluded."""
 
 
 class Notation:
-    """The short symbols of one derivation.
+    """The short symbols that one derivation uses.
 
     Attributes:
-        terms: The derivation's terms and constants.
+        terms: The terms and constants of the derivation.
         q: The coordinates.
-        called: LaTeX of the coordinates if their symbols are not q_1 and so on, otherwise empty.
+        called: LaTeX of the coordinates, or empty if their symbols are q_1 and so on.
         tex: LaTeX of coordinates, parameters and short symbols.
-        order: Position of each of these symbols in a product.
-        meanings: Each short symbol in terms of coordinates and parameters; a long constant is
-            expressed in terms of earlier short symbols.
-        angles: The angles of cosines and sines, with accent and index, in order of first use.
+        order: Position of each printed symbol in a product.
+        meanings: The definition of each short symbol in coordinates and parameters; a long constant
+            is defined by earlier short symbols.
+        angles: The angles of cosines and sines, each with accent and index, in order of first use.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees cause roots of 3; in this case, 1/2 is printed as
-            a fraction.
+        halves: Whether angles of 30 or 60 degrees cause roots of 3; 1/2 is then printed as a
+            fraction.
     """
 
     def __init__(
         self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
     ) -> None:
-        """Starts the notation of a chain with its coordinates and parameters."""
+        """Starts the notation of a chain, with the symbols of its coordinates and parameters."""
         self.terms, self.q = terms, tuple(q)
         self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
@@ -85,7 +85,7 @@ class Notation:
         self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the short symbol, or its negative, of a coordinate sum's cosine or sine."""
+        """Returns the short symbol, or its negative, for the cosine or sine of a coordinate sum."""
         (angle,) = expression.args
         angle = sp.expand(self.expanded(angle))
         lead = next((q for q in self.q if angle.has(q)), None)
@@ -102,7 +102,7 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a coordinate-free expression in printed symbols, in full or as a name.
+        """Returns an expression without coordinates in printed symbols, in full or as a name.
 
         Numbers of equal value share one name.
         """
@@ -136,7 +136,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression in coordinates and parameters, without named terms."""
+        """Returns an expression in coordinates and parameters; named terms are expanded."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -147,7 +147,7 @@ class Notation:
         return expression.xreplace(known)
 
     def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the value of each constant's short symbol, at default parameters."""
+        """Returns the value of the short symbol of each constant, at default parameters."""
         found: dict[sp.Symbol, sp.Expr] = {}
         for symbol, meaning in self.meanings.items():
             if self.order[symbol][0] in (CONSTANT, CONSTANT_TRIGONOMETRY):
@@ -155,13 +155,13 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """Returns the next shared term; the caller stores its definition."""
+        """Returns the symbol of the next shared term; the caller stores its definition."""
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
         return self.symbol(tex, (TERM, (self._terms,)))
 
     def geometric(self) -> sp.Symbol:
-        """Returns the next shared term of the screw axes."""
+        """Returns the symbol of the next shared term of the screw axes."""
         self._geometric += 1
         tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
         return self.symbol(tex, (TERM, (self._geometric,)))
@@ -184,7 +184,7 @@ class Notation:
         return symbol
 
     def _angle(self, angle: sp.Expr) -> tuple[str, str]:
-        """Returns the accent (a pattern for the letter) and the index of an angle."""
+        """Returns the accent (a pattern for the letter) and the index of an angle's symbols."""
         if angle not in self.angles:
             index, plain = self._index(angle)
             used = sum(
@@ -221,7 +221,7 @@ class Notation:
         return self._named_sum(raw) if raw.is_Add else self.named(raw)
 
     def _named_sum(self, raw: sp.Expr) -> sp.Expr:
-        """Returns a sum by its name, or as a multiple of a named sum."""
+        """Returns the name of a sum, or a multiple of a sum that has a name."""
         content, primitive = raw.primitive()
         if primitive.could_extract_minus_sign():
             content, primitive = -content, -primitive
@@ -230,7 +230,7 @@ class Notation:
         return content * self._sums[primitive]
 
     def _by_parts(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a long constant, with a name for its sum or product of named constants."""
+        """Returns a long constant; the sum or product of named constants in it gets a name."""
         sign, symbol = expression.as_coeff_Mul()
         if symbol not in self.terms.constants:
             return self.named(self._in_names(expression))
@@ -240,12 +240,12 @@ class Notation:
         return sign * self._constants[symbol]
 
     def _in_names(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant in the printed forms of its subexpressions."""
+        """Returns a constant, assembled from the printed forms of its subexpressions."""
         parts = sorted(expression.free_symbols & self.terms.constants.keys(), key=numbered)
         return expression.xreplace({part: self.constant(part) for part in parts})
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
-        """Returns a number as the name of its absolute value, with its sign."""
+        """Returns a number as a signed name, where the name denotes its absolute value."""
         value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)
@@ -273,7 +273,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number consists of more than ``MAX_PARTS`` numbers."""
+    """Whether a number consists of more numbers than ``MAX_PARTS``."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()
@@ -287,17 +287,17 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant of parameters is too long without names for its parts."""
+    """Whether a constant made of parameters is too long unless its parts have names."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """Sorts terms in the order of their numbers."""
+    """Sorts terms by the order of their numbers."""
     return len(symbol.name), symbol.name
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:
-    """Formats the indices of a sum, with a bar if subtracted; a long run is a range, ``1:14``."""
+    """Formats the indices of a sum: bars for subtracted indices, ``1:14`` for a long run."""
     shown: list[str] = []
     k = 0
     while k < len(indices):
@@ -330,7 +330,7 @@ def _is_plain_sum(expression: sp.Expr) -> bool:
 
 
 def _letters(taken: set[str]) -> dict[str, str]:
-    """Returns the letter of each kind of symbol; cosine and sine change together."""
+    """Returns the letter for each kind of symbol; cosine and sine letters change together."""
     pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
     free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
     letters = {"cos": free[0][0], "sin": free[0][1]}
@@ -341,7 +341,7 @@ def _letters(taken: set[str]) -> dict[str, str]:
 
 
 def _has_thirds(robot: SerialRobot) -> bool:
-    """Whether angles of a robot are odd multiples of 30 or 60 degrees."""
+    """Whether a robot has angles that are odd multiples of 30 or 60 degrees."""
     sixths = (
         6 * motion.angle / sp.pi
         for placement in robot.placements
@@ -352,7 +352,7 @@ def _has_thirds(robot: SerialRobot) -> bool:
 
 
 def _places(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
-    """Orders coordinates and parameters by the joint at which they first act."""
+    """Orders coordinates and parameters by the first joint that they affect."""
     places: dict[sp.Symbol, tuple[object, ...]] = {}
     declared = [parameter.symbol for parameter in robot.parameters]
 

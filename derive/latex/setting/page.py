@@ -1,4 +1,4 @@
-"""Collects everything that the article fragments of a chain print."""
+"""Collects everything that the fragments of a chain print in the article."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -21,20 +21,20 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
 @dataclass(frozen=True)
 class Page:
-    """A serial chain with everything that its article prints.
+    """A serial chain, with all data that its article prints.
 
     Short symbols are numbered in the order of first use. This class creates all expressions in
-    short symbols together, in attribute order, so that no LaTeX fragment depends on earlier
-    fragments.
+    short symbols together, in the order of its attributes, so that no LaTeX fragment depends on the
+    others.
 
     Attributes:
         robot: The chain.
-        equations: Forward kinematics and Jacobians in short symbols.
-        links: The transforms between adjacent frames in short symbols.
-        screws: Screw axes and home pose in short symbols.
-        inverse: The inverse kinematics, expressed in the terms of the equations.
-        singular: The singular configurations, in short symbols.
-        geometry: The functions with geometry as input, or None without parametric functions.
+        equations: Forward kinematics and Jacobians, printed in short symbols.
+        links: The transforms between adjacent frames, printed in short symbols.
+        screws: Screw axes and home pose, printed in short symbols.
+        inverse: The inverse kinematics, expressed by the terms of the equations.
+        singular: The singular configurations, described in short symbols.
+        geometry: The functions whose geometry is an input, or None without parametric functions.
     """
 
     robot: SerialRobot
@@ -57,9 +57,9 @@ class Page:
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of its coordinates; by default its joint names if they are symbols,
+            called: LaTeX of its coordinates; by default, its joint names if they are symbols,
                 otherwise q_1 and so on.
-            coordinates: The number of coordinates that move a main chain of a robot with loops.
+            coordinates: The number of coordinates that move the main chain of a robot with loops.
             methods: The inverse methods that the article may print.
         """
         robot = derivation.robot
@@ -83,7 +83,7 @@ class Page:
         return self.equations.printer.tex(expression)
 
     def words(self, text: str) -> str:
-        """Formats a sentence; joint names that are symbols are replaced."""
+        """Formats a sentence; symbols replace joint names that are symbols."""
         notation = self.equations.notation
         if not notation.called:
             return escape(text)
@@ -97,21 +97,21 @@ class Page:
         return transforms.transform(*map(frame, frames))
 
     def matrix(self, name: str, entries: sp.Matrix) -> Display:
-        """Formats an equation ``name = matrix``."""
+        """Formats an equation whose right-hand side is a matrix."""
         return named_matrix(name, [[self.tex(entry) for entry in row] for row in entries.tolist()])
 
     def column(self, name: str, entries: Iterable[sp.Expr]) -> Display:
-        """Formats an equation ``name = column vector``."""
+        """Formats an equation whose right-hand side is a column vector."""
         return named_matrix(name, [[self.tex(entry)] for entry in entries])
 
 
 def listed(formulas: Iterable[str]) -> str:
-    """Lists formulas in a sentence, with possible breaks between them."""
+    """Lists formulas in a sentence; a line may break between two formulas."""
     return ", ".join(f"${tex}$" for tex in formulas)
 
 
 def sentence(*blocks: str) -> str:
-    """Joins words and displays into one paragraph."""
+    """Joins words and displays into a single paragraph."""
     return "\n".join(block for block in blocks if block)
 
 

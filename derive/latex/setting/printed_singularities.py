@@ -1,4 +1,4 @@
-"""Converts the singular configurations of an arm to short symbols, with descriptions."""
+"""Converts the singular configurations of an arm to short symbols, and describes them in words."""
 
 import math
 import re
@@ -17,9 +17,9 @@ from ...model.robot import Parameter, SerialRobot
 from .notation import Notation
 
 MAX_ADDENDS = 12
-"""Maximum terms of a printed factor."""
+"""Maximum number of terms in a printed factor."""
 CONFIGURATIONS = 4
-"""Number of singular configurations to print if the factors are longer."""
+"""Number of singular configurations that are printed if the factors are longer."""
 GENERIC = sp.Rational(271, 379)
 """Value (radian or meter) of the first fixed coordinate when the axes are described."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
@@ -28,12 +28,11 @@ ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 
 @dataclass(frozen=True)
 class PrintedCondition:
-    """Factors that vanish together in singular configurations.
+    """Factors that all vanish in certain singular configurations.
 
     Attributes:
-        factors: The factors, printed in short symbols.
-        words: Description of the axes in such configurations; the value is empty if no description
-            fits.
+        factors: The factors in short symbols.
+        words: Description of the axes in these configurations; empty if no description fits.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -45,12 +44,12 @@ class PrintedSingularities:
     """The singular configurations of an arm.
 
     Attributes:
-        determinant: The constant of the determinant, and its factors with exponents, for a square
-            Jacobian with short factors.
+        determinant: The constant of the determinant, and its factors with exponents; only for a
+            square Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         configurations: Singular configurations (radian, meter), if there are no short conditions.
-        fixed: The fixed coordinates, if the determinant belongs only to the other joints.
-        rank: The largest rank of the Jacobian, if it never has full rank.
+        fixed: The fixed coordinates, if the determinant belongs to the other joints only.
+        rank: The largest rank of the Jacobian, if it is rank deficient in every configuration.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
 
@@ -70,8 +69,9 @@ def printed_singularities(
     Args:
         robot: A serial robot.
         notation: The short symbols of the robot.
-        given: Indices of the fixed coordinates of the inverse. If the conditions of the complete
-            arm are long, the conditions for the free joints alone are also printed.
+        given: Indices of the coordinates that the inverse has as fixed inputs. If the conditions of
+            the complete arm are long, the article also prints the conditions for the free joints
+            alone.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
@@ -98,7 +98,7 @@ def printed_singularities(
 def _singularities_with_fixed_joints(
     robot: SerialRobot, notation: Notation, given: Sequence[int]
 ) -> PrintedSingularities:
-    """Returns the Jacobian determinant of the free joints."""
+    """Returns the Jacobian determinant of the free joints only."""
     if not given:
         return PrintedSingularities(None, ())
     values = {robot.moving[k].name: notation.q[k] for k in given}
@@ -124,10 +124,10 @@ def _singularities_with_fixed_joints(
 
 
 def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
-    """Returns a condition with its axes numbered as in the complete arm.
+    """Returns a condition whose axis numbers are those of the complete arm.
 
     Args:
-        condition: A condition whose axis numbers count only the moving axes.
+        condition: A condition whose axis numbers count only moving axes.
         numbers: The number of each moving axis in the complete arm.
     """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)

@@ -1,6 +1,7 @@
-r"""Prints expressions with lengths first, ascending indices, and no leading minus sign.
+r"""Prints expressions with lengths first, indices in ascending order, and no leading minus sign.
 
-A sum is a list of signed terms in chain order, so that a long sum can be broken between its terms.
+A sum is a list of signed terms in the order of the chain; a long sum can be broken between its
+terms.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,16 +19,16 @@ from .shorter import gathered
 SMALL = sp.Rational(1, 10**5)
 """Decimals below this magnitude are printed with a power of ten."""
 _BINARY = (2, 4, 8)
-"""Denominators for which a fraction also has a short decimal form."""
+"""Denominators of fractions that also have a short decimal form."""
 _EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
 class Printer:
-    """Prints expressions in the symbols of a notation.
+    """Prints expressions that are written in the symbols of a notation.
 
     Args:
-        tex: LaTeX of each symbol.
+        tex: LaTeX text of each symbol.
         order: Position of each symbol in a product.
         halves: Whether 1/2 and 3/4 are printed as fractions (next to roots of 3) instead of
             decimals.
@@ -45,7 +46,7 @@ class Printer:
 
     @classmethod
     def of(cls, notation: Notation) -> Self:
-        """Returns the printer for a notation's symbols."""
+        """Returns the printer for the symbols of a notation."""
         return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
@@ -53,7 +54,7 @@ class Printer:
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the terms of a sum with signs; if there is a positive term, it comes first."""
+        """Returns the terms of a sum with their signs; a positive term comes first, if any."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -71,7 +72,7 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
-        # After the argument of a cosine, a further factor would look like a part of the argument.
+        # After the argument of a cosine, another factor would look like a part of the argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)
@@ -127,18 +128,18 @@ class Printer:
 
 
 def _ends_in_argument(factor: sp.Expr) -> bool:
-    """Whether a factor is printed as a function with an unbracketed argument."""
+    """Whether a factor is printed as a function whose argument has no brackets."""
     base: sp.Expr = factor.base if factor.is_Pow else factor
     return base.func in _FUNCTIONS and bool(base.args[0].is_Symbol)
 
 
 def _has_root(product: sp.Expr) -> bool:
-    """Whether a factor of a product is the root of a number."""
+    """Whether a factor of a product is the square root of a number."""
     return any(f.is_Pow and f.base.is_Rational for f in sp.Mul.make_args(product))
 
 
 def _comparable(part: object) -> tuple[object, ...]:
-    """Converts a component of a sort key so that numbers, words and nested keys can be compared."""
+    """Converts a component of a sort key; numbers, words and nested keys then become comparable."""
     if isinstance(part, tuple):
         return 2, tuple(map(_comparable, part))
     return (1 if isinstance(part, str) else 0), part
@@ -170,7 +171,7 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """Formats an exact number: finite decimals, otherwise fractions, roots and multiples of pi."""
+    """Formats an exact number: a finite decimal, or fractions, roots and multiples of pi."""
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
@@ -186,7 +187,7 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_given(value: sp.Rational) -> bool:
-    """Whether a fraction has so few digits that it comes from a file, not from a computation."""
+    """Whether a fraction has so few digits that it comes from a file and not from a computation."""
     places = decimal_places(value)
     digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
     return bool(digits < 10**GIVEN_DIGITS)
@@ -213,8 +214,8 @@ def decimal(value: sp.Expr) -> str:
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """Formats the first digits of a number, with dots for omitted digits."""
-    # SymPy may not recognize a zero sum of roots, which has no digits.
+    """Formats the first digits of a number; dots replace omitted digits."""
+    # SymPy may not recognize that a sum of roots is zero; such a sum has no digits.
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:
@@ -232,7 +233,7 @@ def _with_power(show: Callable[[sp.Expr], str], value: sp.Expr) -> str:
 
 
 def _plain(value: sp.Expr, digits: int) -> str:
-    """Formats a number with a number of digits, without an exponent."""
+    """Formats a number with a certain number of digits, without an exponent."""
     return format(Decimal(str(sp.N(value, digits))), "f")
 
 

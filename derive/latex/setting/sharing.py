@@ -1,9 +1,9 @@
 """Converts functions to printed SymPy objects: shared terms in definition order, then entries.
 
-A derivation names every intermediate result. Printed equations have fewer names: products and sums
-that occur only once are written in place. A sum that occurs repeatedly, or is too long for a
-bracket, becomes a shared term. A robot's functions share these terms: the Jacobians extend the
-terms of forward kinematics.
+A derivation names every intermediate result. Printed equations have fewer names, because products
+and sums that occur only once are written in full. A sum that occurs repeatedly, or is too long for
+a bracket, becomes a shared term. The functions of a robot share these terms: the Jacobians extend
+the terms of forward kinematics.
 """
 
 from collections import Counter
@@ -30,17 +30,17 @@ DEEPEST = 2
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
 MAX_FACTORS = 5
-"""Maximum factors of a product that is always written in full."""
+"""Maximum number of factors of a product that is always written in full."""
 
 
 @dataclass(frozen=True)
 class Printed:
-    """One function in short symbols.
+    """One function of a robot, written in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines, each term expressed in earlier
-            terms.
-        entries: The function's entries in row-major order.
+        definitions: Shared terms that no earlier function defines; each term is expressed in
+            earlier terms.
+        entries: The entries of the function in row-major order.
         names: The name of each entry, or None for an entry without a name.
     """
 
@@ -51,7 +51,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot in printing order, with the first function as derived."""
+    """The printed functions of a robot in printing order; the first function is as derived."""
 
     notation: Notation
     printer: Printer
@@ -62,9 +62,9 @@ class PrintedEquations:
 
 
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
-    """Returns forward kinematics and Jacobians of a derivation in short symbols and shared terms.
+    """Returns forward kinematics and Jacobians in short symbols and shared terms.
 
-    If the derivation lacks one of these functions, the article derives all of them.
+    If the derivation lacks one of these functions, the article derives all these functions.
 
     Args:
         derivation: A serial robot with its functions.
@@ -89,14 +89,14 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
 
 
 class TermNames:
-    """The names of terms whose sums do not fit into brackets.
+    """The names of terms whose sums are too wide for brackets.
 
     Attributes:
         notation: The robot's short symbols.
-        printer: Prints expressions in these symbols.
+        printer: The printer for expressions in these symbols.
         known: The printed symbol, or its negative, of each named term.
-        inlined: The values of terms that are written in full.
-        definitions: The definitions of named terms.
+        inlined: The values of the terms that are written in full.
+        definitions: The definitions of the terms that have a name.
     """
 
     notation: Notation
@@ -106,7 +106,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Names terms in the factors of an expression, if a factor is too wide for brackets."""
+        """Names terms in a factor of an expression if the factor is too wide for brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -120,7 +120,7 @@ class TermNames:
             self.name(term, value)
 
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Defines the next shared term, with the sign of its first printed term."""
+        """Defines the next shared term; its sign is the sign of its first printed term."""
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
         self.definitions.append((name, sign * value))
@@ -139,7 +139,7 @@ class _Sharing(TermNames):
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
-        """Prints the entries of one function; later functions may use their names."""
+        """Prints the entries of one function; later functions may use the names of the entries."""
         self.inlined, self.definitions = {}, []
         open_terms = self._open(entries)
         own = self._nameable(open_terms, entries) if names else set()
@@ -153,13 +153,13 @@ class _Sharing(TermNames):
         return Printed(tuple(self.definitions), tuple(shown), tuple(names))
 
     def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the unnamed terms that entries depend on, in definition order."""
+        """Returns the unnamed terms on which entries depend, in definition order."""
         return open_terms(self.terms, self.known, entries, self.terms.definitions.__getitem__)
 
     def _nameable(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> set[sp.Symbol]:
-        """Returns sums that occur only as entries and share the entry's name."""
+        """Returns sums that occur only as entries; such a sum has the name of the entry."""
         inside = {
             symbol for term in open_terms for symbol in self.terms.definitions[term].free_symbols
         }
@@ -173,7 +173,7 @@ class _Sharing(TermNames):
     def _uses(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> Counter[sp.Symbol]:
-        """Counts the occurrences of each term with products written in full."""
+        """Counts how often each term occurs if products are written in full."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(open_terms):
             expression = self.terms.definitions[term]
@@ -184,7 +184,7 @@ class _Sharing(TermNames):
         return uses
 
     def _settle(self, term: sp.Symbol, uses: int) -> None:
-        """Names a term, or stores its full form."""
+        """Names a term, or stores the term in full."""
         expression = self.terms.definitions[term]
         if is_trigonometric(expression):
             self.known[term] = self.notation.trigonometric(expression)
@@ -197,7 +197,7 @@ class _Sharing(TermNames):
             self.inlined[term] = value
 
     def _value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression of named terms in printed symbols."""
+        """Returns an expression of named terms, converted to printed symbols."""
         self.name_long_factors(expression)
         known = {}
         # A new name gets the next index, so the order must not depend on the order of a set.
@@ -214,7 +214,7 @@ class _Sharing(TermNames):
         names: Sequence[sp.Symbol | None],
         own: set[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Returns the entry values; later expressions use the name of an equal entry."""
+        """Returns the values of the entries; later expressions use the name of an equal entry."""
         shown = []
         for entry, name in zip(entries, names, strict=True):
             shown.append(self._value(entry))
@@ -245,13 +245,13 @@ def open_terms(
     entries: Iterable[sp.Expr],
     definition: Callable[[sp.Symbol], sp.Expr],
 ) -> list[sp.Symbol]:
-    """Returns the terms without a printed name that entries depend on, in definition order.
+    """Returns the terms, without a printed name, on which entries depend, in definition order.
 
     Args:
         terms: The terms.
-        known: The terms with a printed name.
+        known: The terms that have a printed name.
         entries: Expressions in terms.
-        definition: The printed definition of a term. Cosines and sines have separate names, so the
+        definition: The printed definition of a term. Cosines and sines have their own names, so the
             search does not enter their arguments.
     """
     found: set[sp.Symbol] = set()

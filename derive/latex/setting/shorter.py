@@ -1,4 +1,4 @@
-"""Finds shorter forms of expressions: expanded sums, and common factors in front."""
+"""Finds shorter forms of expressions: expanded sums, and common factors before a bracket."""
 
 import sympy as sp
 from sympy.simplify.fu import TR10i
@@ -6,17 +6,17 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
-"""Expansion of a product of sums is tried if the result has at most this number of addends."""
+"""Maximum number of addends up to which the expansion of a product of sums is tried."""
 MAX_ADDED = 400
-"""Angle addition is tried in expressions with at most this number of operations, because SymPy
-compares all pairs."""
+"""Maximum number of operations up to which angle addition is tried in an expression; SymPy compares
+all pairs of angles."""
 MAX_GATHERED = 4
-"""Maximum terms of a sum that is printed with its common root in front; longer sums must be broken
-across lines."""
+"""Maximum number of terms of a sum that is printed with its common root in front; longer sums must
+be broken across lines."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
-    """Shortens a constant of parameters by expansion and angle addition, if possible."""
+    """Shortens a constant made of parameters by expansion and angle addition, if possible."""
     if constant.is_Atom or addends(constant) > MAX_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
@@ -27,7 +27,7 @@ def reduced(constant: sp.Expr) -> sp.Expr:
 
 
 def gathered(expression: sp.Expr) -> sp.Expr:
-    """Moves a common root of all terms in front of a short sum."""
+    """Moves a root that all terms have in common in front of a short sum."""
     if not any(power.base.is_Rational for power in expression.atoms(sp.Pow)):
         return expression
     if expression.is_Mul:

@@ -1,4 +1,4 @@
-"""Prints link transforms: the placements of a joint and its motion, as factors and as a matrix."""
+"""Prints link transforms as factors (the placements of a joint and its motion) and as a matrix."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
 def labels(robot: SerialRobot) -> list[str]:
-    """Returns the indices of the frames: base, links, and tool if different.
+    """Returns the indices of the frames: the base, the links, and the tool if it is different.
 
     Frame 0 is the first frame of the chain. Without a base placement, frame 0 is the base frame.
     Without a tool placement, the last link's frame is the tool frame.
@@ -31,14 +31,14 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns the first joint's index: 0 for a fixed joint before moving joints only, else 1."""
+    """Returns the index of the first joint: 0 for a fixed joint before moving joints, else 1."""
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1
 
 
 def transform(start: str, end: str) -> str:
-    """Returns the name of the pose of a frame in another frame."""
+    """Returns the name for the pose of a frame in another frame."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 
@@ -65,7 +65,7 @@ def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
 
 
 def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
-    """Returns a placement as a matrix (4, 4), with short symbols for cosines and sines."""
+    """Returns a placement as a matrix (4, 4); cosines and sines are short symbols."""
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
@@ -78,7 +78,7 @@ def factors(placement: Placement, printer: Printer) -> list[str]:
 
 
 def symbolic_factors(transform: Placement) -> list[str]:
-    """Formats a convention's link transform as elementary motions, in its field names."""
+    """Formats the link transform of a convention as elementary motions in its field names."""
     used = symbols_of(transform)
     return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
@@ -93,7 +93,7 @@ def _factor(motion: Rotation | Translation, printer: Printer) -> str:
 
 
 def _merged(placement: Placement) -> Placement:
-    """Merges rotations about one axis in a placement, also across translations along that axis."""
+    """Merges rotations about one axis in a placement, even across translations along it."""
     merged: list[Rotation | Translation] = []
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -152,7 +152,7 @@ def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
 
 
 def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
-    """Returns a cosine or sine, or SymPy's equivalent signed function, in short symbols."""
+    """Returns a cosine or sine, or the equal signed function of SymPy, in short symbols."""
     sign, function = value.as_coeff_Mul()
     if function.func in (sp.cos, sp.sin):
         return sign * notation.trigonometric(function)
