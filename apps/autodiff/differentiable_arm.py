@@ -48,12 +48,12 @@ class DifferentiableArm:
 
 
 def fixed_coordinates(robot: Robot) -> tuple[int, ...]:
-    """Return the indices in q of the coordinates that `ik` takes after the pose.
+    """Return the indices in q of the coordinates that are inputs of `ik` after the pose.
 
     Raises:
         InputValueError: An input of `ik` is not a coordinate, such as a swivel angle.
     """
     indices = [item.index for item in robot.redundancy]
     if None in indices:
-        raise InputValueError(f"{robot.name}: ik takes an angle that is not a coordinate")
+        raise InputValueError(f"{robot.name}: an input of ik is an angle that is not a coordinate")
     return tuple(index for index in indices if index is not None)

@@ -189,7 +189,8 @@ def _ik(
         V = jnp.broadcast_to(V[..., None, :], J.shape[:-1])
         for k, rate in zip(fixed, fixed_dot, strict=True):
             V = V - J[..., k] * rate[..., None, None]
-        # A product of NaN and a derivative 0 is NaN, so the inverse is 0 without a solution.
+        # The product of NaN and a derivative of 0 is NaN, so the inverse Jacobian is 0 in slots
+        # without a solution.
         inverse = jnp.where(solved[..., None, None], _inverse(J[..., jnp.array(free)]), 0)
         rates = jnp.einsum("...ij,...j->...i", inverse, V)
         own = [(rate[..., None] * solved)[..., None] for rate in fixed_dot]

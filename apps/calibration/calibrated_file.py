@@ -68,8 +68,8 @@ def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[st
     if robot.manifest.loops.coupling:
         if len(joints) != robot.n:
             raise InputValueError(
-                f"{robot.name}: a joint follows others; write the identified parameters into the "
-                "file of the nominal robot"
+                f"{robot.name}: a joint depends on other joints; write the identified parameters "
+                "into the file of the nominal robot"
             )
         zero = robot.actuators(np.zeros(robot.n))
         L = robot.actuators_D_chain(np.zeros(robot.n))

@@ -154,7 +154,7 @@ def _derivatives(
     sigma: float | tuple[float, float] | None,
     vary: str | Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Return derivatives of measurements (M, r, k) and tool position (M, 3, k), and the names."""
+    """Return derivatives of measurements (M, r, k) and tool positions (M, 3, k), with names."""
     measurements: Measurements
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma

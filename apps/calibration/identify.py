@@ -57,7 +57,7 @@ def identify(
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
-        robust: Whether outliers are excluded. The result lists these parameters as unidentifiable.
+        robust: Whether outliers are excluded. The result lists the excluded rows.
         weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
 
     Raises:

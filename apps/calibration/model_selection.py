@@ -73,7 +73,8 @@ class ModelSelection:
     Attributes:
         model: The selected model.
         calibration: The calibration of this model with all measurements.
-        errors: Median validation error of each model [m], keyed by name; for poses, of positions.
+        errors: Median validation error of each model [m], keyed by name; for poses, the position
+            error.
     """
 
     model: CalibrationModel

@@ -135,9 +135,9 @@ def ik(
 
 @dataclass(frozen=True)
 class _Found:
-    """Solutions q (k, n); the reason if there is none.
+    """Solutions q (k, n), or the reason why there is no solution.
 
-    The residual [m] is the least one of a pose without an exact solution, otherwise NaN.
+    For a pose without an exact solution, the smallest residual [m], otherwise NaN.
     """
 
     q: FloatArray
@@ -154,14 +154,14 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the solutions, or those within the rounding of printed poses if there is none."""
+    """Return the exact solutions, or else the solutions within the rounding of printed poses."""
     if numeric:
         weights = _POSITION if task == "position" else None
         solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=weights)
         return _single(solution, rounding(arm))
     if nearest:
         if seed is None:
-            raise InputValueError("--nearest: expected --q-seed, too")
+            raise InputValueError("--nearest also requires --q-seed")
         found = _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), 0.0)
         is_listed = task == "pose" and bool(fixed) == bool(arm.manifest.redundancy)
         if not len(found.q) and is_listed and found.residual <= rounding(arm):
@@ -177,9 +177,9 @@ def _all(
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
-    """Return all solutions, or all within the rounding of printed poses if none is exact."""
+    """Return all exact solutions, or else all within the rounding of printed poses."""
     if fixed and task == "position":
-        raise InputValueError("--fixed: expected --nearest or --numeric, too, with --task position")
+        raise InputValueError("--fixed with --task position also requires --nearest or --numeric")
     if task == "pose" and arm.manifest.redundancy and not fixed:
         raise InputValueError(_infinitely_many(arm))
     solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
@@ -193,7 +193,7 @@ def _all(
 
 
 def _single(solution: Any, tolerance: float) -> _Found:
-    """Return one solution; one that is not valid needs a residual of at most the tolerance."""
+    """Return one solution; the residual of an invalid solution must be within the tolerance."""
     if solution.valid:
         return _Found(solution.q[None])
     is_near = bool(solution.residual <= tolerance)
@@ -224,7 +224,7 @@ def _pose(
     rotvec: str | None,
 ) -> FloatArray:
     if quat is not None and order is None:
-        raise InputValueError("--quat: expected --order wxyz or --order xyzw, too")
+        raise InputValueError("--quat also requires --order wxyz or --order xyzw")
     angles, plain = ["rad"] * 3, [""] * 4
     turn: dict[str, Any] = {
         "rpy": None if rpy is None else values(rpy, angles, ("roll", "pitch", "yaw"), "--rpy"),

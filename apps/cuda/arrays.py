@@ -17,9 +17,9 @@ class View:
     """The memory of an array.
 
     Attributes:
-        address: The address of its first number.
+        address: The address of the first number of the array.
         shape: Its shape.
-        real: The kind of its numbers, "float" or "double", or "" for other kinds.
+        real: The kind of the numbers, "float" or "double", or "" for other kinds.
     """
 
     address: int
@@ -28,7 +28,7 @@ class View:
 
 
 def view(array: Any) -> View:
-    """Return the memory of an array, whose numbers are computed if it belongs to JAX.
+    """Return the memory of an array; the numbers of a JAX array are computed first.
 
     Raises:
         InputValueError: The array is not contiguous, or not in the memory of a GPU.
@@ -71,7 +71,7 @@ def stream(like: Any) -> int:
 
 
 def is_jax(array: Any) -> bool:
-    """Whether JAX computes an array; its work is not ordered after the kernel."""
+    """Whether an array belongs to JAX, whose work is not ordered after the kernel."""
     return _package(array) == "jaxlib"
 
 

@@ -21,9 +21,9 @@ class Kernels:
     """The exported CUDA kernels of a robot. NVRTC compiles a kernel at its first call.
 
     Arrays are C-contiguous arrays of float32 or float64 of CuPy, PyTorch or JAX, in the memory of
-    one GPU, and are not copied. Their last dimension is the batch: q (n, count), T (4, 4, count).
-    Results are new arrays of the same package. A kernel runs on the current stream of CuPy or
-    PyTorch. A call on arrays of JAX waits for the kernel and works outside `jax.jit` only.
+    one GPU, and are not copied. The last dimension of an array is the batch: q (n, count), T (4, 4,
+    count). Results are new arrays of the same package. A kernel runs on the current stream of CuPy
+    or PyTorch. A call on arrays of JAX waits for the kernel and works outside `jax.jit` only.
 
     Attributes:
         robot: The robot.
@@ -61,7 +61,7 @@ class Kernels:
         """
         info = self.robot.functions.get(name)
         if info is None or len(inputs) != len(info.inputs):
-            raise InputValueError(f"{self.robot.name} has no function {name!r} of such inputs")
+            raise InputValueError(f"{self.robot.name} has no function {name!r} with these inputs")
         shapes = [tuple(item.shape) for item in info.inputs]
         results = [tuple(item.shape) for item in info.outputs]
         found = self._launch(name, inputs, shapes, results)

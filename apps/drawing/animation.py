@@ -124,7 +124,7 @@ def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
 
 
 def _ffmpeg(target: Path) -> str:
-    """Return the path of ffmpeg: the installed program, or that of the package imageio-ffmpeg."""
+    """Return the path of ffmpeg: the installed program, or the program of imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is not None:
         return found

@@ -13,7 +13,7 @@ from .scene import Dimension, Scene
 
 FloatArray = NDArray[np.float64]
 Box = tuple[float, float, float, float]
-"""Left, bottom, right, top in pixels."""
+"""A box: left, bottom, right and top in pixels."""
 
 _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
 _DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)

@@ -61,7 +61,8 @@ class Equilibrium:
         lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
         struts: The rods and cylinders, keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: The strut or the row of G on which each actuator acts, and its motion per unit of q.
+        driven: For each actuator, the strut or the row of G on which the actuator acts, and the
+            motion per unit of q.
         free_rows: The rows of G without an actuator.
         unknowns: The struts and closures with unknown forces; a closure occurs once for each
             unknown component.

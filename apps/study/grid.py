@@ -55,7 +55,8 @@ _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss. Above this
 fraction, the number of cells that all points miss cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
+"""Minimum number of cells along the longest side; with fewer cells, nearly all are at the
+surface."""
 _MAX_CELLS = 10**9
 """Maximum number of cells; the counts of all cells then take 4 GB."""
 

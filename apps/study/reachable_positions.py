@@ -139,7 +139,7 @@ def reachable_positions(
 def _start(
     robot: Robot, R_0_ee: ArrayLike | None, q_seed: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the orientation, and a start position that is reached or near a reached one."""
+    """Return the orientation, and a start position that is reached or near a reached position."""
     if q_seed is None and robot.reference is None:
         raise InputValueError(
             f"reachable_positions: {robot.name} has no reference configuration; expected q_seed"

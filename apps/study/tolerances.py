@@ -26,8 +26,8 @@ TANGENT = 1e-12
 """Circles count as tangent if a cosine differs from 1 by less: a thousand times the rounding
 error."""
 TEST_DISTANCE = 3e-11
-"""Distance of the test points on both sides of an arc, relative to the size of the region; less for
-short arcs. The distance exceeds SAME_ARC, so the test point lies outside all arcs that count as
+"""Distance of the test points on both sides of an arc, relative to the size of the region; smaller
+for short arcs. The distance exceeds SAME_ARC, so the test point lies outside all arcs that count as
 equal."""
 
 # --- static loads ---

@@ -1,8 +1,8 @@
 """Workspace: the positions that a tool reaches, with the number and quality of configurations.
 
 Configurations are sampled in the box of the coordinates. Forward kinematics gives the cell of the
-tool origin, whose count increases. Only cells are stored, so the memory does not depend on the
-number of configurations.
+tool origin, and the count of this cell increases. Only cells are stored, so the memory does not
+depend on the number of configurations.
 """
 
 from __future__ import annotations

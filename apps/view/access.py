@@ -48,7 +48,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header of a host; with a plain name, two ports would share it."""
+        """Return the Set-Cookie header of a host; a plain name would be shared by two ports."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod
@@ -102,7 +102,7 @@ def checked_by(access: Access) -> Iterator[None]:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Context in which viser prints nothing: its address of the page lacks the token."""
+    """Context in which viser prints nothing, because its page address lacks the token."""
     import rich  # noqa: PLC0415
 
     console = rich.get_console()

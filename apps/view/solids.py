@@ -88,7 +88,8 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
     for triangles in _surfaces(shape.kind, points, axis, radius):
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
-        # The ends on joints: the first end of a barrel, the last end of a piston, both of a rod.
+        # The ends on joints: the first end of a barrel, the last end of a piston, both ends of a
+        # rod.
         ends = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
         for end in ends:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))

@@ -1,12 +1,12 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
 Errors near the solution are e + J dx, with the change dx in scaled variables. Known standard
-deviations of parameters add d + D dx, the scaled deviations from nominal. With s the noise, the
-matrix
+deviations of parameters add d + D dx, the scaled deviations from nominal. A matrix H
+combines both with the noise s:
 
     H = J^T J + s^2 D^T D
 
-The inverse of this matrix gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The
+The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The
 fit adapts to an error, so only the fraction 1 - h of the error's variance remains. sum(1 - h) is
 the residual number of degrees of freedom.
 

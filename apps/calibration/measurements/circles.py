@@ -2,10 +2,10 @@
 
 For the joint angle t_i, up to an offset, a target moves on a circle with center c:
 
-    y_i = c + a cos t_i + b sin t_i,
+    y_i = c + a cos t_i + b sin t_i
 
-which is linear in c, a and b. The joint axis passes through c along a x b. Fitting the nominal to
-the measured joint axes gives the base frame in the device frame in closed form.
+This equation is linear in c, a and b. The joint axis passes through c along a x b. Fitting
+the nominal to the measured joint axes gives the base frame in the device frame in closed form.
 
 Source:
     B. W. Mooring, Z. S. Roth, M. R. Driels, Fundamentals of Manipulator Calibration, 1991, chapter

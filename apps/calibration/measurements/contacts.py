@@ -3,8 +3,8 @@
 The tool has one target x, for example a ball or a probe tip. These measurements have no device
 frame; the unknown fixed point or plane is in the base frame of the robot.
 
-    |T_i x - c| = d_i     ball bar between a fixed point c and the target; d_i = r on a sphere
-    n . (T_i x) = h       contact with a plane
+A ball bar between a fixed point c and the target measures the distances d_i = |T_i x - c|. On a
+sphere, all distances d_i are the radius r. Contacts with a plane satisfy n . (T_i x) = h.
 
 Source:
     J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot kinematic

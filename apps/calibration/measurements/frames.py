@@ -1,10 +1,8 @@
 """Estimation of device frames with the nominal robot, to start an identification.
 
 A laser tracker or a camera measures in its device frame W. The target positions in the tool frame
-are unknown. With the nominal tool poses T_i in the base frame,
-
-    y_ij = T_W_base (T_i x_j)         positions of targets x_j
-    Y_i  = T_W_base T_i T_tool_probe  poses of a probe
+are unknown. With the nominal tool poses T_i in the base frame, the targets x_j have the positions
+y_ij = T_W_base (T_i x_j), and a probe has the poses Y_i = T_W_base T_i T_tool_probe.
 
 Source:
     S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,

@@ -1,11 +1,9 @@
 """Measurements from a table: coordinates with target positions or poses, in common formats.
 
-    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]                       one target
-    q1 [deg], ..., q6 [deg], x1 [mm], y1 [mm], z1 [mm], x2 [mm], ...      several targets
-    q1 [deg], ..., q6 [deg], target, x [mm], y [mm], z [mm]               one row per target
-    station, q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]              several stations
-    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
-    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
+A row has the joint angles q1 [deg], ..., q6 [deg]. The position columns x [mm], y [mm], z [mm]
+follow for one target, and x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... for several targets. With a
+column "target", each row has one target. With a column "station", the device has several stations.
+The orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
 
 The columns of the table may have any order. `headings.py` lists the supported headings,
 `table_text.py` the separators. Units are in the headings or in a row below the header. If no angle

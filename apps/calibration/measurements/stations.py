@@ -163,7 +163,7 @@ class StationPositions(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives for positions, and -(v + omega x y) for small station motions."""
+        """Return the derivatives of positions; a small station motion gives -(v + omega x y)."""
         by_p, by_x = self._placed._derivatives(T, J, self._targets(x))
         seen = self._placed._seen
         y, at = self._in_W(x)[seen], self.station[self.configurations]
@@ -185,7 +185,7 @@ class StationPositions(Measurements):
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6) of the station frames, or 0 for the first."""
+        """Return the correction twists (stations, 6) of the station frames; the first is 0."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:

@@ -260,7 +260,7 @@ class Positions(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return v + omega x (R x_j) for the parameters, and R for the targets x_j."""
+        """Return derivatives v + omega x (R x_j) for the parameters, and R for the targets x_j."""
         N, m, _ = self.points.shape
         by_p = velocities_on_tool(T, J, x.reshape(-1, 3))
         by_x = np.zeros((N, m, 3, 3 * m))

@@ -1,7 +1,7 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
 In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic with the symmetric
-matrix C is x^T C x = 0. The pole W of its chord from P to Q is the intersection of the tangents at
+matrix C is x^T C x = 0. The pole W of the chord from P to Q is the intersection of the tangents at
 P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1,
@@ -121,7 +121,7 @@ def _plane(p: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     _, spread, axes = np.linalg.svd(p - middle)
     if spread[2] > STRAIGHT * spread[0]:
         raise InputValueError(
-            f"conic: expected coplanar points, their distance from a plane is {spread[2]:.3g} m"
+            f"conic: expected coplanar points; their distance from a plane is {spread[2]:.3g} m"
         )
     return middle, float(spread[0]), np.asarray(axes[:2])
 

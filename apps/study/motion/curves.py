@@ -295,7 +295,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
     if not _vector(p, e).any():
-        raise InputValueError("arc: start and end are equal; compose a circle of two arcs")
+        raise InputValueError("arc: start and end are equal; combine two arcs for a circle")
     if not (_vector(p, m).any() and _vector(m, e).any()):
         raise InputValueError("arc: via is at the start or the end; use `line`, or another via")
     chord, other = e - p, m - p

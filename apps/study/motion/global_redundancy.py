@@ -282,7 +282,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return the displacement (n, 2) of limits by their whole range, or 0 for infinite limits."""
+    """Return the change (n, 2) that moves each limit inwards by the whole range, or 0."""
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 

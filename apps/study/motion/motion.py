@@ -55,9 +55,9 @@ class Motion:
             parameters are fixed, the configurations are computed by iteration.
         redundancy: The treatment of redundant joints. "fixed": redundancy parameters keep their
             values at q_seed, and the coordinates stay on one branch. "minimum_norm": each pose is
-            solved from q_seed by minimum-norm steps in the joints of the main chain. "global":
-            the parameters move so that no limit is exceeded and the integral of the squared joint
-            rates over the curve is least, as in `resolve_redundancy`; the start is free.
+            solved from q_seed by minimum-norm steps in the joints of the main chain. "global": the
+            parameters move so that no limit is exceeded and the integral of the squared joint rates
+            over the curve is minimal, as in `resolve_redundancy`; the start is free.
 
     Raises:
         InputValueError: `redundancy` is unknown, "minimum_norm", "global" or `fixed` is used
@@ -95,7 +95,7 @@ class Motion:
             if self.fixed is not None:
                 raise InputValueError("Motion: fixed requires a curve of the tool pose")
         if self.redundancy == "global" and self.fixed is not None:
-            raise InputValueError("Motion: global moves all redundancy parameters, without fixed")
+            raise InputValueError('Motion: redundancy="global" does not support fixed joints')
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
@@ -129,7 +129,7 @@ class Motion:
         """
         times = np.atleast_1d(finite("Motion.at: t", t))
         if not len(times) or (np.diff(times) < 0).any():
-            raise InputValueError("Motion.at: expected times in ascending order, at least one")
+            raise InputValueError("Motion.at: expected one or more times in ascending order")
         s, sd, sdd = self.time_scaling.at(times)
         q, by_s, by_ss = self.on_curve(s)
         qd, qdd = by_s * sd[:, None], by_s * sdd[:, None] + by_ss * (sd**2)[:, None]

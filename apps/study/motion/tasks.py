@@ -5,9 +5,13 @@ The rates are exact, without damping or limits, so they are large close to a sin
 The equations contain the directions x and z of the tool's first and third axes, the tool twist
 (v, omega) and the derivative (a, alpha) of the twist:
 
-    pitch: sin P = z_z,      P' cos P = (omega x z)_z,    P'' cos P - P'^2 sin P = z''_z
-    angle: A = atan2(x_y, x_x), A' = omega_z, A'' = alpha_z (for a tool that stays in the base's x-y
-        plane) z'' = alpha x z + omega x (omega x z)
+    pitch: sin P = z_z,  P' cos P = (omega x z)_z,  P'' cos P - P'^2 sin P = z''_z
+
+    angle: A = atan2(x_y, x_x),  A' = omega_z,  A'' = alpha_z
+
+    z'' = alpha x z + omega x (omega x z)
+
+The equations of the angle assume that the tool stays in the x-y plane of the base.
 """
 
 from __future__ import annotations

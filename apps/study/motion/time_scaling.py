@@ -2,13 +2,9 @@
 
 All profiles except "constant" start and end at rest. All derivatives and their jumps are exact.
 
-| profile | limited by | first derivative that jumps |
-|---|---|---|
-| constant | speed | rate |
-| cubic | speed, acceleration | acceleration |
-| quintic | speed, acceleration, jerk | jerk |
-| trapezoidal | speed, acceleration | acceleration |
-| s_curve | speed, acceleration, jerk | jerk |
+The profile "constant" has a speed limit, and its rate jumps. The profiles "cubic" and "trapezoidal"
+have limits of speed and acceleration, and the acceleration jumps. The profiles "quintic" and
+"s_curve" have limits of speed, acceleration and jerk, and the jerk jumps.
 
 Source:
     J. J. Craig, Introduction to Robotics, chapter 7, for polynomials and trapezoids; L. Berscheid,

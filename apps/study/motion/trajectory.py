@@ -165,7 +165,7 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
         InputValueError: There is no trajectory, or the trajectories belong to different robots.
     """
     if not trajectories or len({own.robot for own in trajectories}) > 1:
-        raise InputValueError("concatenate: expected trajectories of one robot, at least one")
+        raise InputValueError("concatenate: expected one or more trajectories of the same robot")
     begin, parts = 0.0, []
     for index, own in enumerate(trajectories):
         kept = slice(None) if index == len(trajectories) - 1 else slice(0, -1)
@@ -208,8 +208,8 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
     if robot is None or (made.robot, made.coordinate_names) == (robot.name, _names(robot)):
         return
     raise InputValueError(
-        f"{path}: a trajectory of {made.robot} ({', '.join(made.coordinate_names)}), expected one "
-        f"of {robot.name} ({', '.join(_names(robot))})"
+        f"{path}: expected robot {robot.name} ({', '.join(_names(robot))}), got robot "
+        f"{made.robot} ({', '.join(made.coordinate_names)})"
     )
 
 

@@ -2,9 +2,9 @@
 
 All borders are computed from candidates, arcs that contain the border. The candidate curves are
 divided at their intersections. A piece belongs to the border if the region lies on exactly one of
-its sides. A region rotates about a point by angles from a to b. The candidates are its border,
-rotated by a and by b, and circles about the point. The circles are tangent to the border or pass
-through its corners.
+its sides. A region rotates about a point by angles from a to b. The candidates are the border of
+the region, rotated by a and by b, and circles about the point. The circles are tangent to the
+border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
 
 
 def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
-    """Yield circles about a center that touch an arc or contain its ends: radius, angle."""
+    """Yield (radius, angle) of circles about a center that touch an arc or meet its ends."""
     away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]

@@ -138,9 +138,10 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
     Args:
         robot: A serial arm. Joints that do not move the point, such as a roll about the tool, are
-            ignored. The other joints must have one of two structures. Planar: parallel revolute
-            joints, and prismatic joints along their axes. Rotated plane: a first joint with a
-            vertical axis, and revolute joints normal to a plane that this joint rotates.
+            ignored. The other joints must have one of two structures. A planar arm has parallel
+            revolute joints, and prismatic joints along their axes. An arm with a rotated plane has
+            a first joint with a vertical axis, and revolute joints normal to a plane that this
+            joint rotates.
         point: "tool": the tool origin; "wrist": the last intersection of consecutive axes for which
             the previous joints have such a structure, such as the center of a spherical wrist.
 

@@ -74,7 +74,8 @@ def singularity_curves(
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]; by default the bounds of the region that all legs reach.
         y: Lower and upper bound of y [m]; by default the bounds of the region that all legs reach.
-        slot: Solution slot of `ik_planar`, which states the branch of each leg; 0: the reference.
+        slot: Solution slot of `ik_planar`, which states the branch of each leg; 0 is the reference
+            branch.
         resolution: Number of grid lines per axis.
 
     Returns:
@@ -82,8 +83,8 @@ def singularity_curves(
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.
-        InputValueError: The bounds are not in ascending order, or the resolution is below 2. Or x
-            or y is None, and the region of `constant_orientation_workspace` is unknown.
+        InputValueError: The bounds are not in ascending order, or the resolution is below 2. An
+            error is also raised if x or y is None and `constant_orientation_workspace` fails.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

@@ -43,7 +43,7 @@ halved."""
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationSpace:
-    """The configurations within limits; free if no body touches an obstacle or another body.
+    """The configurations within limits, with a test for contacts of bodies and obstacles.
 
     Bodies, rods and cylinders have the rounded lines and plates of the robot's drawing as shapes.
     Bodies connected by a joint may touch. Bodies may also touch if they do so in each of many
@@ -274,8 +274,8 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
     """Return the space and the pairs to check: two moving shapes, or a shape and an obstacle.
 
-    Shapes on the same body, on bodies connected by a joint, or that touch in each of many random
-    configurations are not checked.
+    A pair is not checked if both shapes are on one body, if a joint connects their bodies, or if
+    they touch in each of many random configurations.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
     together = joined(space.hulls.skeleton) + allowed_collisions

@@ -3,7 +3,7 @@
 Loops are equations c(z) = 0 in all joints z: trigonometric polynomials in angles, polynomials in
 prismatic coordinates. At the middle of the segment, the actuators are at q0 and the other joints at
 x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all
-joints, of which d is the step of the actuators, Taylor's formula gives
+joints, with the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
@@ -71,7 +71,7 @@ class LoopBounds:
     Attributes:
         robot: The robot.
         given: (g,) indices in z of the joints that actuators move directly.
-        gears: (g, n) motion of these joints per unit of each actuator.
+        gears: (g, n) motion of each directly moved joint per unit of each actuator.
         turns: (z,) whether a joint is revolute.
         widest: (z,) joint motion up to which the bounds hold [m]; inf for revolute joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.

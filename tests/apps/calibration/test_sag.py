@@ -198,5 +198,5 @@ def test_springs_of_arm_with_followers_cannot_be_written(tmp_path):
     arm = compiled(moved, tmp_path, ["fk_p", "jacobian_p"], ["c"])
     p = np.array([g.value for g in arm.geometry])
     p[part(arm, "compliance")] = 1e-5
-    with pytest.raises(InputValueError, match="a joint follows others"):
+    with pytest.raises(InputValueError, match="a joint depends on other joints"):
         robot_file(arm, p, "mine", "simulated")

@@ -89,8 +89,8 @@ REFUSED = {
     "MotionSequence.sample: there is no stage yet": lambda: MotionSequence(ROBOT, Q).sample(),
     "sample: frequency: expected a finite value above 0, got inf": lambda: moving().sample(np.inf),
     "sample: frequency: expected a finite value above 0, got 0": lambda: moving().sample(0),
-    "Motion.at: expected times in ascending order": lambda: moving().at([1, 0.5]),
-    "expected times in ascending order, at least one": lambda: moving().at([]),
+    "Motion.at: expected one or more times in ascending order": lambda: moving().at([1, 0.5]),
+    "expected one or more times in ascending order": lambda: moving().at([]),
     "Motion.at: t: expected finite": lambda: moving().at([0, NAN]),
     "Motion of ur5e: q_seed: expected finite": lambda: Motion(
         ROBOT, line(T_0, T_1), time_scaling("cubic", 0.1, duration=1), Q * NAN

@@ -146,7 +146,7 @@ def test_errors_name_the_place_and_the_remedy():
     scaling = time_scaling("quintic", curve.length, duration=1)
     with pytest.raises(InputValueError, match="global requires a curve"):
         Motion(robot, straight, scaling, q, redundancy="global")
-    with pytest.raises(InputValueError, match="without fixed"):
+    with pytest.raises(InputValueError, match="does not support fixed joints"):
         Motion(robot, curve, scaling, q, fixed="joint7", redundancy="global")
     with pytest.raises(InputValueError, match="use Motion"):
         MotionSequence(robot, q).follow(curve, "quintic", duration=1, redundancy="global")

@@ -174,7 +174,9 @@ def test_trajectory_plot_has_time_axis(arm):
 
 
 def test_concatenate_needs_trajectories():
-    with pytest.raises(InputValueError, match="expected trajectories of one robot, at least one"):
+    with pytest.raises(
+        InputValueError, match="expected one or more trajectories of the same robot"
+    ):
         concatenate([])
 
 

@@ -94,9 +94,7 @@ def test_malformed_table_is_rejected(tmp_path, text, message):
 def test_trajectory_of_another_robot_is_rejected(tmp_path):
     file = tmp_path / "motion.npz"
     moved().to_npz(file)
-    with pytest.raises(
-        InputValueError, match=r"trajectory of scara .*, expected one of lynxmotion"
-    ):
+    with pytest.raises(InputValueError, match=r"expected robot lynxmotion .*, got robot scara"):
         Trajectory.load(file, chasles.load("lynxmotion"))
 
 
