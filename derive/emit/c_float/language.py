@@ -11,10 +11,11 @@ from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH
 from ..c.header import description, notice
+from ..precision.errors import SAMPLES, Errors, Measurement, with_error
+from ..precision.single import single, stack_bytes
+from ..printed import missing_functions, printed_functions
 from ..templates import filled
-from .errors import SAMPLES, Errors, Measurement
 from .functions import definition, number, signature
-from .single import single, stack_bytes
 
 SUPPORT = Path(__file__).parent / "support"
 COMMON = "chasles_float.h"
@@ -24,7 +25,7 @@ COMMON = "chasles_float.h"
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns source, header, support file, example and README, keyed by path."""
     name = derivation.robot.name
-    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    printed = printed_functions(derivation)
     prefix = f"{name}_float"
     sources = [definition(prefix, f, single(programs.whole[f.name])) for f in printed]
     included = f'#include "{prefix}.h"\n\n#include "{COMMON}"\n'
@@ -90,10 +91,8 @@ Stack: bound of a function's frame for a compiler that optimizes, without the ca
 
 def _missing(derivation: Derivation) -> list[str]:
     """Returns the lines that name the functions whose solver uses double precision."""
-    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
-    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
-    text = f"Only in double precision, because of an iterative solver: {names}."
-    return ["", *textwrap.wrap(text, WIDTH - 3)] if names else []
+    text = missing_functions(derivation, "double precision")
+    return ["", *textwrap.wrap(text, WIDTH - 3)] if text else []
 
 
 def _declaration(
@@ -108,11 +107,6 @@ def _declaration(
     lines.append(f"Stack: {stack_bytes(single(programs.whole[function.name]))} bytes.")
     comment = "\n * ".join(lines)
     return f"/* {comment} */\n{signature(prefix, function)};"
-
-
-def with_error(line: str, bound: float | None) -> str:
-    """Adds the error bound of a result to a comment line."""
-    return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
 
 
 def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dict[str, str]:

@@ -12,8 +12,8 @@ from ..c.expressions import WIDTH
 from ..c.nearest import bounds, parameters, seeded, turns, wraps_of
 from ..c.windings import unwinding
 from ..c_float.functions import SINGLE, Precision, statements
-from ..c_float.single import single
 from ..cpp.header import RESERVED, safe
+from ..precision.single import single
 
 DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)

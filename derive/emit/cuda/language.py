@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...derivation import Derivation
-from ...model.robot import SerialRobot
 from ...model.tolerances import REGULAR, SOLVED_SINGLE
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
@@ -13,9 +12,10 @@ from ..c.expressions import WIDTH
 from ..c.header import description, notice
 from ..c.nearest import nearest_summary
 from ..c_float import language as c_float
-from ..c_float.errors import SAMPLES, Measurement
 from ..c_float.functions import number
 from ..cpp.header import safe
+from ..precision.errors import SAMPLES, Measurement, with_error
+from ..printed import example_inverse, missing_functions, printed_functions
 from ..templates import filled
 from .functions import PRECISIONS, Nearest, device_function, kernel, nearest_of, renamed
 
@@ -27,7 +27,7 @@ COMMON = "chasles_cuda.cuh"
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the header with the kernels, the support files, the README and the example."""
     name = derivation.robot.name
-    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    printed = printed_functions(derivation)
     nearest = nearest_of(derivation, printed)
     values = {
         "robot": name,
@@ -45,14 +45,11 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 def _missing(derivation: Derivation, nearest: Sequence[Nearest]) -> str:
     """Names the functions that exist only in C, or returns an empty text."""
-    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
-    missing = [f.name for f in solved if not f.role.is_intermediate]
-    text = f"Only in C, because of an iterative solver: {', '.join(missing)}." if missing else ""
     printed = {item.function.name for item in nearest}
     inverses = [f.name for f in derivation.functions if f.role.is_inverse and not f.calls]
     absent = [f"{name}_nearest" for name in inverses if name not in printed]
     shifted = f"Only in C, because of its seed: {', '.join(absent)}." if absent else ""
-    return " ".join(filter(None, [text, shifted]))
+    return " ".join(filter(None, [missing_functions(derivation), shifted]))
 
 
 def _header(
@@ -121,7 +118,7 @@ def _printed(function: SymbolicFunction, programs: Programs, measured: Measureme
     own, program = renamed(function), programs.whole[function.name]
     described, count = description(own, programs), len(own.outputs)
     bounds = measured.errors(function).bounds
-    lines = [*described[:-count], *map(c_float.with_error, described[-count:], bounds)]
+    lines = [*described[:-count], *map(with_error, described[-count:], bounds)]
     definitions = [device_function(own, program, precision) for precision in PRECISIONS]
     return "\n".join([_comment(lines), *definitions, kernel(own)])
 
@@ -143,7 +140,7 @@ def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
     """Returns an example that solves many poses, or {} without ``fk`` and an inverse of a pose."""
-    inverse = next((f for f in printed if _is_solved(derivation, f)), None)
+    inverse = example_inverse(derivation, printed)
     if inverse is None or not any(function.name == "fk" for function in printed):
         return {}
     inputs = ["T", *(f"q + {k} * poses" for k in inverse.role.fixed)]
@@ -155,12 +152,3 @@ def _example(
         "slots": str(inverse.branches),
     }
     return {"example.cu": filled(SUPPORT / "example.cu.in", values)}
-
-
-def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can call an inverse; its inputs must be a pose and fixed joints."""
-    role, robot = function.role, derivation.robot
-    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
-    joints = len(function.inputs) - 1
-    is_known = not joints or (has_joints and joints == len(role.fixed))
-    return role.is_inverse and role.domain == "pose" and is_known

@@ -8,7 +8,7 @@ from ...program.operations import Constant, Operand, Operation, Program, Store
 from ...terms.branches import patterns
 from ...terms.symbolic_function import Argument, SymbolicFunction
 from ..c.expressions import FUNCTIONS, expression, naming
-from ..c_float.single import single
+from ..precision.single import single
 
 WIDTH = 100
 """Maximum line length of the comments and results."""

@@ -8,8 +8,8 @@ from ...derivation import Derivation
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.header import description
-from ..c_float.errors import Measurement
-from ..c_float.language import with_error
+from ..precision.errors import Measurement, with_error
+from ..printed import missing_functions, printed_functions
 from ..templates import filled
 from .functions import WIDTH, definition
 
@@ -19,11 +19,12 @@ TEMPLATE = Path(__file__).parent / "support" / "module.py.in"
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the module, keyed by name."""
     robot = derivation.robot
-    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    printed = printed_functions(derivation)
+    missing = missing_functions(derivation)
     values = {
         "title": robot.title.replace("\\", "/").replace('"', "'"),
         "version": version("chasles"),
-        "missing": _missing(derivation),
+        "missing": f"{textwrap.fill(missing, WIDTH)}\n\n" if missing else "",
         "coordinates": "\n".join(
             f"    q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
             for k, joint in enumerate(robot.coordinates)
@@ -40,11 +41,3 @@ def _printed(function: SymbolicFunction, programs: Programs, measured: Measureme
     bounds = measured.errors(function).bounds
     described = [*lines[:-count], *map(with_error, lines[-count:], bounds)]
     return definition(function, described, programs.alone(function))
-
-
-def _missing(derivation: Derivation) -> str:
-    """Names the functions that the module lacks, or returns ""."""
-    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
-    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
-    text = f"Only in C, because of an iterative solver: {names}." if names else ""
-    return f"{textwrap.fill(text, WIDTH)}\n\n" if text else ""

@@ -8,12 +8,12 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...derivation import Derivation
-from ...model.robot import SerialRobot
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH, number
 from ..c.header import description
-from ..c_float.errors import SOLVED
+from ..precision.errors import SOLVED
+from ..printed import example_inverse, missing_functions, printed_functions
 from ..templates import filled
 from .functions import definition
 
@@ -24,12 +24,12 @@ _START = 0.4
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the files of the crate, keyed by path."""
-    printed = [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+    printed = printed_functions(derivation)
     values = {
         "robot": derivation.robot.name,
         "title": derivation.robot.title,
         "version": version("chasles"),
-        "missing": _missing(derivation),
+        "missing": missing_functions(derivation),
     }
     found = {
         "src/lib.rs": _library(derivation, printed, programs, values),
@@ -59,13 +59,6 @@ def _library(
     head = filled(SUPPORT / "lib.rs.in", filled_in)
     bodies = [definition(f, description(f, programs), programs.whole[f.name]) for f in printed]
     return "\n".join([head, *bodies])
-
-
-def _missing(derivation: Derivation) -> str:
-    """Names the functions that the crate lacks, or returns an empty text."""
-    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
-    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
-    return f"Only in C, because of an iterative solver: {names}." if names else ""
 
 
 def _constants(derivation: Derivation) -> str:
@@ -110,7 +103,7 @@ def _example(
     if not any(function.name == "fk" for function in printed):
         return {}
     values = values | {"start": ", ".join(map(number, _start(derivation)))}
-    inverse = next((f for f in printed if _is_solved(derivation, f)), None)
+    inverse = example_inverse(derivation, printed)
     if inverse is None:
         return {"examples/pose.rs": filled(SUPPORT / "pose.rs.in", values)}
     fixed = (f"&[q[{k}]]" for k in inverse.role.fixed)
@@ -120,15 +113,6 @@ def _example(
         "inputs": ", ".join(["&pose", *fixed]),
     }
     return {"examples/solutions.rs": filled(SUPPORT / "solutions.rs.in", values)}
-
-
-def _is_solved(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can call an inverse; its inputs must be a pose and fixed joints."""
-    robot = derivation.robot
-    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
-    joints = len(function.inputs) - 1
-    is_known = not joints or (has_joints and joints == len(function.role.fixed))
-    return function.role.is_inverse and function.role.domain == "pose" and is_known
 
 
 def _start(derivation: Derivation) -> list[float]:

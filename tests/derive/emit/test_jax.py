@@ -10,8 +10,8 @@ import sympy as sp
 import chasles
 from chasles.autodiff import for_jax
 from chasles.derive import write
-from chasles.derive.emit.c_float.evaluation import evaluate
 from chasles.derive.emit.jax.functions import definition, safe
+from chasles.derive.emit.precision.evaluation import evaluate
 from chasles.derive.program.operations import (
     LOGIC,
     Compute,

@@ -15,7 +15,7 @@ import sympy as sp
 
 import chasles
 from chasles.derive import write
-from chasles.derive.emit.c_float.evaluation import evaluate
+from chasles.derive.emit.precision.evaluation import evaluate
 from chasles.derive.emit.rust.functions import definition, safe
 from chasles.derive.program.operations import (
     CALLS,

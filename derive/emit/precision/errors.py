@@ -181,6 +181,11 @@ class Measurement:
         return np.asarray(np.linalg.svd(J[:, kept][:, :, columns], compute_uv=False)[:, -1])
 
 
+def with_error(line: str, bound: float | None) -> str:
+    """Adds the error bound of a result to a comment line."""
+    return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
+
+
 def _apart(x: Array, y: Array, result: Result) -> Array:
     """Returns the absolute differences of entries; full turns between angles do not count."""
     apart = x.astype(float) - y

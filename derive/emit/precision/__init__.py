@@ -1,0 +1,1 @@
+"""Programs in single precision, and their errors against double precision."""

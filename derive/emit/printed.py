@@ -1,0 +1,38 @@
+"""The functions that languages other than C print: those without an iterative solver."""
+
+from collections.abc import Sequence
+
+from ..derivation import Derivation
+from ..model.robot import SerialRobot
+from ..terms.symbolic_function import SymbolicFunction
+
+
+def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
+    """Returns the public functions that call no solver."""
+    return [f for f in derivation.functions if not (f.calls or f.role.is_intermediate)]
+
+
+def missing_functions(derivation: Derivation, where: str = "C") -> str:
+    """Returns a sentence that names the public functions that call a solver, or an empty text.
+
+    Args:
+        derivation: The derivation of the robot.
+        where: The only language of these functions.
+    """
+    solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
+    names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
+    return f"Only in {where}, because of an iterative solver: {names}." if names else ""
+
+
+def example_inverse(
+    derivation: Derivation, printed: Sequence[SymbolicFunction]
+) -> SymbolicFunction | None:
+    """Returns the first inverse whose inputs are a pose and fixed joints, or None."""
+    robot = derivation.robot
+    has_joints = isinstance(robot, SerialRobot) and not robot.couplings
+    for function in printed:
+        role, joints = function.role, len(function.inputs) - 1
+        is_known = not joints or (has_joints and joints == len(role.fixed))
+        if role.is_inverse and role.domain == "pose" and is_known:
+            return function
+    return None
