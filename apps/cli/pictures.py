@@ -1,4 +1,4 @@
-"""The subcommands `draw`, `view`, `workspace` and `pdf`."""
+"""The subcommands `draw`, `animate`, `view`, `workspace` and `pdf`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import warnings
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -24,6 +24,16 @@ from .values import coordinates
 
 _LATEX = ("pdflatex", "-interaction=nonstopmode", "-halt-on-error")
 _PICTURES = (".svg", ".pdf", ".png", ".npz")
+Play = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Motion (.npz) or table (.csv) to play.")
+]
+Views = Annotated[
+    str,
+    typer.Option(
+        help="front, side, top, axonometric, plane; separated by commas. Default: all in a "
+        "drawing; in a film, the plane of a planar robot or axonometric."
+    ),
+]
 _LINES = 20
 """An error message quotes this number of lines from the end of the LaTeX log."""
 
@@ -31,6 +41,7 @@ _LINES = 20
 def add_to(app: typer.Typer) -> None:
     """Add the subcommands to the command line."""
     add(app, draw, "chasles draw ur5e --to ur5e.svg")
+    add(app, animate, "chasles animate ur5e --to ur5e.gif")
     add(app, view, "chasles view ur5e")
     add(app, workspace, "chasles workspace ur5e --to reach.png")
     add(app, pdf, "chasles pdf scara")
@@ -46,12 +57,7 @@ def draw(
     ghosts: Annotated[
         bool, typer.Option("--ghosts", help="Also the nearest other solutions, in pale colors.")
     ] = False,
-    views: Annotated[
-        str,
-        typer.Option(
-            help="front, side, top, axonometric, plane; separated by commas. Default: all."
-        ),
-    ] = "",
+    views: Views = "",
     base: Base = None,
     tip: Tip = None,
     exact: Exact = False,
@@ -64,14 +70,43 @@ def draw(
     say(f"written: {file}")
 
 
+def animate(
+    robot: Robot,
+    to: Annotated[
+        Path | None, typer.Option("--to", help="Film to write: .gif, .mp4. Default: NAME.gif.")
+    ] = None,
+    play: Play = None,
+    views: Views = "",
+    fps: Annotated[float, typer.Option(help="Frames per second.")] = 10.0,
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+) -> None:
+    """Write a film of a moving robot.
+
+    Without --play, one coordinate after another moves to both sides.
+    """
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    file = to or Path(f"{arm.name}.gif")
+    chasles.animate(arm, _trajectory(play, arm), file, views=listed(views) or None, fps=fps)
+    say(f"written: {file}")
+
+
+def _trajectory(play: Path | None, arm: chasles.Robot) -> Any:
+    """Return the trajectory of a file, or None without a file."""
+    if play is None:
+        return None
+    from chasles.study.motion import Trajectory  # noqa: PLC0415
+
+    return Trajectory.load(play, arm)
+
+
 def view(
     robot: Robot,
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a self-contained page instead.")
     ] = None,
-    play: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Motion (.npz) or table (.csv) to play.")
-    ] = None,
+    play: Play = None,
     port: Annotated[
         int | None, typer.Option(help="Port of the page. Default: any free one.")
     ] = None,
@@ -81,7 +116,6 @@ def view(
 ) -> None:
     """Show a moving robot in the browser; the view ends when the user presses Ctrl-C."""
     # The other subcommands do not need these imports.
-    from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
     from chasles.view.meshes import count_meshes  # noqa: PLC0415
 
@@ -97,7 +131,7 @@ def view(
             note = f"{file}: the page omits {meshes}; the links are drawn as rods"
             err.print(note, style="yellow", markup=False)
         return
-    trajectory = Trajectory.load(play, arm) if play else None
+    trajectory = _trajectory(play, arm)
     with warnings.catch_warnings(record=True) as given:
         warnings.simplefilter("always", UserWarning)
         shown = LiveView(arm, port=port, urdf=file, trajectory=trajectory)

@@ -1,7 +1,8 @@
-"""Animations of motions: Animations: GIF files by Pillow, MP4 files by ffmpeg."""
+"""Animations of motions: GIF files by Pillow, MP4 files by ffmpeg."""
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
@@ -17,12 +18,18 @@ from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
 from chasles.contract import as_path, output_file, requires
 
 from .figure import figure_of, rows_of
+from .lettering import Places
 from .scene import Scene, scenes
 from .skeleton import Skeleton, skeleton
 from .views import views_of
 
 FloatArray = NDArray[np.float64]
 _MAX_FPS = 1000
+_SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
+"""Largest motion of a coordinate to each side: an angle, and a length relative to the size."""
+_SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
+"""Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
+configurations at which the loops must close."""
 _DOTS = 200
 """Pixels per inch; a figure 8 cm wide has 630 pixels."""
 
@@ -35,16 +42,17 @@ def animate(
     views: Sequence[str] | None = None,
     fps: float = 20.0,
 ) -> Path:
-    """Write an animation of a robot that traces its tool path.
+    """Write an animation of a robot that moves and traces its tool path.
 
     Args:
         robot: The robot.
         trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
-            configurations (k, n) [rad or m], one per frame.
+            configurations (k, n) [rad or m], one per frame. None moves one coordinate after
+            another to both sides of the configuration that `draw` selects, within the limits.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: The view, as for `draw`; None selects the plane of a planar robot, otherwise the
-            axonometric view.
+        views: One or more views, as for `draw`; None selects the plane of a planar robot, otherwise
+            the axonometric view.
         fps: Frames per second.
 
     Returns:
@@ -66,7 +74,10 @@ def animate(
     if target.suffix not in (".gif", ".mp4"):
         raise InputValueError(f"animate: file: got {target.name!r}, expected .gif or .mp4")
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
-    rows = rows_of(robot, _frames(trajectory, fps), "animate: trajectory")
+    if trajectory is None:
+        rows = _sweep(skeleton(robot), fps)
+    else:
+        rows = rows_of(robot, _frames(trajectory, fps), "animate: trajectory")
     pictures = list(_pictures(robot, rows, views))
     with output_file(target) as output:
         if ffmpeg:
@@ -86,6 +97,31 @@ def _frames(trajectory: Any, fps: float) -> Any:
     return replace(sampled, q=sampled.q_at(np.linspace(t_start, t_end, n_frames)))
 
 
+def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
+    """Return configurations (k, n) in which one coordinate after another moves to both sides."""
+    robot, q = bodies.robot, bodies.q_drawn
+    units = np.array([coordinate.unit for coordinate in robot.coordinates])
+    reach = np.where(units == "rad", _SWEEP, _SWEEP_LENGTH * bodies.size)
+    low, high = np.fmax(robot.lower, q - reach), np.fmin(robot.upper, q + reach)
+    s = np.sin(np.linspace(0, 2 * np.pi, max(round(fps * _SWEEP_TIME), _FEWEST)))
+    rows = []
+    for k in range(robot.n):
+        way = np.where(np.arange(robot.n) == k, 1.0, 0.0)
+        up, down = (_closed(bodies, q, (end[k] - q[k]) * way) for end in (high, low))
+        rows.append(q + np.where(s > 0, s, 0)[:, None] * up - np.where(s < 0, s, 0)[:, None] * down)
+    found = np.concatenate(rows)
+    # Loops that are solved by iteration may fail between the tested configurations.
+    return found[np.isfinite(bodies.poses(found)).all(axis=(1, 2, 3))]
+
+
+def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
+    """Return the largest part of a move from q over which the loops close."""
+    parts = np.linspace(0, 1, _PARTS)
+    closes = np.isfinite(bodies.poses(q + parts[:, None] * move)).all(axis=(1, 2, 3))
+    closed = int(np.argmin(closes)) if not closes.all() else _PARTS
+    return np.asarray(parts[max(closed - 1, 0)] * move)
+
+
 def _pictures(
     robot: Robot, rows: FloatArray, views: Sequence[str] | None
 ) -> Iterator[NDArray[np.uint8]]:
@@ -97,8 +133,9 @@ def _pictures(
         raise InputValueError(f"animate: trajectory: configuration {k} has no finite pose")
     every = [_scenes(bodies, poses[: k + 1], poses, views) for k in range(len(rows))]
     boxes = [_around([moment[j] for moment in every]) for j in range(len(every[0]))]
+    places: list[Places] = [{} for _ in boxes]
     for moment in every:
-        figure = figure_of(moment, (), has_path=True, boxes=boxes)
+        figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
         figure.set_dpi(_DOTS)
         figure.canvas.draw()
         picture = np.asarray(figure.canvas.buffer_rgba())[..., :3]

@@ -17,8 +17,8 @@ from chasles.contract import as_path, requires, write_files
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
-from .lettering import Lettering
-from .scene import Scene, scenes
+from .lettering import Lettering, Places
+from .scene import Scene, corners, scenes
 from .skeleton import Skeleton, skeleton
 from .views import AXONOMETRIC, SPATIAL, View, views_of
 
@@ -31,6 +31,8 @@ _LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
 """Margins of a figure and gap between two views [inch]."""
 _ENTRY = 0.1
 """Height of a legend line [inch]."""
+_TICK, _MAX_TICKS = (0.4, 0.2), 4
+"""Space of a tick label along each axis [inch], and maximum number of ticks."""
 _LETTERS, _SMALL = 7.0, 6.0
 """Font sizes [pt]."""
 _AXES = ("#d55e00", "#009e73", "#0072b2")
@@ -38,6 +40,8 @@ _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#9
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
 """Maximum number of automatically selected ghosts; more would be hard to distinguish."""
+_VISIBLE = 1e-3
+"""Distance between two drawn configurations up to which they coincide, relative to the size."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -87,7 +91,8 @@ def draw(
             with loops, or a configuration in which all joints of an arm are clearly visible.
         ghosts: Additional configurations in pale colors: True for the nearest other solutions for
             the tool pose, at most three; "modes" for other assembly modes at q, at most three;
-            `Solutions` for one pose; or (g, n) coordinates.
+            `Solutions` for one pose; or (g, n) coordinates. The legend names solutions whose links
+            coincide.
         path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
         ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
@@ -123,6 +128,8 @@ def draw(
     figure = figure_of(shown, labels, has_path=path is not None)
     if file is not None:
         suffix = as_path("draw: file", file).suffix
+        if suffix.lower() in (".gif", ".mp4"):
+            raise InputValueError(f"draw: file: {os.fspath(file)!r} is a film; call animate")
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
             expected = "expected a file that ends in .pdf, .svg or .png"
             raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")
@@ -183,7 +190,8 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
             raise InputValueError(f"draw: ghosts: {robot.name} has no closed-form inverse")
         ghosts = _nearest(other_inverses(robot, q), q)
     if isinstance(ghosts, Solutions):
-        return bodies.poses(ghosts.valid_q()), _labels(ghosts)
+        pale = bodies.poses(ghosts.valid_q())
+        return pale, _with_coinciding(bodies, q, pale, _labels(ghosts))
     return bodies.poses(rows_of(robot, ghosts, "draw: ghosts")), ()
 
 
@@ -229,6 +237,25 @@ def _labels(found: Solutions) -> tuple[str, ...]:
     return tuple(label for label, valid in zip(found.labels, found.valid, strict=True) if valid)
 
 
+def _with_coinciding(
+    bodies: Skeleton, q: FloatArray, pale: FloatArray, labels: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the labels with a note on each ghost that an earlier configuration covers."""
+    seen = [(corners(bodies, bodies.poses(q)), "the drawn robot")]
+    found = []
+    for number, (ghost, label) in enumerate(zip(pale, labels, strict=False), 1):
+        own = corners(bodies, ghost)
+        near = (name for points, name in seen if _is_same(points, own, bodies.size))
+        name = next(near, "")
+        found.append(f"{label}: coincides with {name}" if name else label)
+        seen.append((own, f"line {number}"))
+    return tuple(found)
+
+
+def _is_same(a: FloatArray, b: FloatArray, size: float) -> bool:
+    return float(np.abs(a - b).max()) <= _VISIBLE * size
+
+
 # --- layout of the figure ---
 
 
@@ -238,6 +265,7 @@ def figure_of(
     *,
     has_path: bool,
     boxes: list[tuple[FloatArray, FloatArray]] | None = None,
+    places: list[Places] | None = None,
 ) -> Any:
     """Return a figure 8 cm wide with one axes object per scene.
 
@@ -246,6 +274,8 @@ def figure_of(
         labels: Names of the ghosts, for the legend.
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
+        places: Label offsets of each view, for the frames of a film: the first frame sets them and
+            all frames use them. A film has no lengths.
     """
     with requires("chasles[draw]"):
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -266,14 +296,15 @@ def figure_of(
     FigureCanvasAgg(figure)
     # Views that are narrower than the figure are centered.
     spare = (across - scale * sum(widths)) / 2
-    for scene, box, (row, column) in zip(shown, boxes, cells, strict=True):
+    of_view: list[Places | None] = [None] * len(shown) if places is None else [*places]
+    for scene, box, (row, column), kept in zip(shown, boxes, cells, of_view, strict=True):
         left = _LEFT + spare + scale * sum(widths[:column]) + _GAP * column
         bottom = _BOTTOM + below + scale * sum(heights[row + 1 :]) + _GAP * (len(heights) - 1 - row)
         size = scale * widths[column], scale * heights[row]
         ax = figure.add_axes((left / WIDTH, bottom / height, size[0] / WIDTH, size[1] / height))
         _limit(ax, box, (widths[column], heights[row]))
-        _paint(ax, scene)
-        _label_axes(ax, scene.view, is_low=row == len(heights) - 1, is_left=column == 0)
+        _paint(ax, scene, kept)
+        _label_axes(ax, scene.view, size, is_low=row == len(heights) - 1, is_left=column == 0)
     _legend(figure, labels, has_path=has_path)
     return figure
 
@@ -306,7 +337,9 @@ def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float
     ax.apply_aspect()
 
 
-def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
+def _label_axes(
+    ax: Any, view: View, size: tuple[float, float], *, is_low: bool, is_left: bool
+) -> None:
     with requires("chasles[draw]"):
         from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
 
@@ -319,8 +352,9 @@ def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
         ax.set_xticks([])
         ax.set_yticks([])
         return
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    for axis, length, space in zip((ax.xaxis, ax.yaxis), size, _TICK, strict=True):
+        count = max(min(int(length / space), _MAX_TICKS), 1)
+        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
     ax.set_xlabel(f"{view.labels[0]} [m]", fontsize=_LETTERS, labelpad=1)
     ax.set_ylabel(f"{view.labels[1]} [m]", fontsize=_LETTERS, labelpad=1)
     if not is_low:
@@ -331,8 +365,8 @@ def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
         ax.tick_params(labelleft=False)
 
 
-def _paint(ax: Any, scene: Scene) -> None:
-    """Draw a scene on axes whose limits are already set."""
+def _paint(ax: Any, scene: Scene, places: Places | None = None) -> None:
+    """Draw a scene on axes whose limits are already set; `places` is for the frames of a film."""
     with requires("chasles[draw]"):
         from matplotlib.lines import Line2D  # noqa: PLC0415
         from matplotlib.patches import Polygon  # noqa: PLC0415
@@ -363,11 +397,12 @@ def _paint(ax: Any, scene: Scene) -> None:
     for frame in scene.frames:
         for tip, colour in zip(frame.tips, _AXES, strict=True):
             _arrow(ax, frame.origin, tip, colour)
-    letters = Lettering(ax, scene, _LETTERS, [])
+    letters = Lettering(ax, scene, _LETTERS, {} if places is None else places)
     if scene.view.name in ("axonometric", "plane"):
         letters.name_coordinates()
         letters.name_axes(_AXES)
-        letters.write_lengths()
+        if places is None:
+            letters.write_lengths()
     if scene.view.name == "axonometric":
         letters.add_scale()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from .scene import Dimension, Scene
 FloatArray = NDArray[np.float64]
 Box = tuple[float, float, float, float]
 """A box: left, bottom, right and top in pixels."""
+Places = dict[str, FloatArray | None]
 
 _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
 _DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
@@ -36,13 +37,16 @@ class Lettering:
         ax: The axes.
         scene: The scene that is drawn on the axes.
         size: Font size [pt].
+        places: Offset of each label from its point [m], or None for an omitted label. Labels that
+            are listed keep their offset, so that they do not jump between the frames of a film.
         taken: The bounding boxes of all placed labels [pixels].
     """
 
     ax: Any
     scene: Scene
     size: float
-    taken: list[Box]
+    places: Places
+    taken: list[Box] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.to_pixels = self.ax.transData.transform
@@ -61,33 +65,46 @@ class Lettering:
         """Write x, y and z at all frame arrows that are long enough in the view."""
         found: list[Any] = []
         base = self.scene.frames[0].tips
-        for frame in self.scene.frames:
+        for number, frame in enumerate(self.scene.frames):
             is_again = frame.tips is not base and np.allclose(frame.tips, base)
             for k, tip in enumerate(frame.tips):
                 vector = tip - frame.origin
                 length = float(np.linalg.norm(vector))
                 if length > 2.6 * self.scene.unit and not is_again:
                     ahead = tip + 1.1 * self.scene.unit * vector / length
-                    found += self._near(ahead, "xyz"[k], colours[k])
+                    found += self._near(f"frame {number}", ahead, "xyz"[k], colours[k])
         return found
 
     def write_lengths(self) -> list[Any]:
         """Write each dimension along its line, if there is space."""
-        return [text for dimension in self.scene.dimensions for text in self._length(dimension)]
+        decimals = _decimals([dimension.length for dimension in self.scene.dimensions])
+        return [
+            text
+            for dimension in self.scene.dimensions
+            for text in self._length(dimension, f"{dimension.length:.{decimals}f} m")
+        ]
 
     def add_scale(self) -> Any:
-        """Draw a scale bar of a round length in the corner with the most space."""
-        (left, right), (low, high) = self.ax.get_xlim(), self.ax.get_ylim()
+        """Draw a scale bar of a round length below the robot, where most space is left."""
+        (left, right), (low, _) = self.ax.get_xlim(), self.ax.get_ylim()
         length = _round_length(0.15 * (right - left))
         text = self._text(f"{length:g} m", "#333333")
         text.set(va="bottom")
         gap = 2 * self.scene.unit
-        x0, x1 = left + gap + length / 2, right - gap - length / 2
-        y0, y1 = low + gap, high - 3 * gap
-        corners = [(0.0, np.array([x, y]), 0.0) for y in (y0, y1) for x in (x0, x1)]
-        self._best(text, corners)
-        x, y = text.get_position()
         half = 0.3 * self.scene.unit
+        x0, x1 = left + gap + length / 2, right - gap - length / 2
+        tried = [
+            (float(min(k, 4 - k)), np.array([x, low + gap]), 0.0)
+            for k, x in enumerate(np.linspace(x0, x1, 5))
+        ]
+        bar = self.to_pixels([[-length / 2, -2 * half], [length / 2, 0.0]]) - self.to_pixels((0, 0))
+        place = self.places.get("scale")
+        if place is None:
+            self._best(text, tried, bar)
+            self.places["scale"] = np.array(text.get_position())
+        else:
+            text.set_position(place)
+        x, y = text.get_position()
         bar = np.array([[-1, 1], [-1, -1], [-1, 0], [1, 0], [1, 1], [1, -1]])
         bar = bar * [length / 2, half] + [x, y - half]
         self.ax.plot(*bar.T, color="#333333", linewidth=0.7, zorder=1000)
@@ -115,13 +132,16 @@ class Lettering:
 
     def _place(self, letters: str, point: FloatArray, colour: str) -> Any:
         text = self._text(letters, colour)
-        tried = [
-            (distance, point + distance * self.scene.unit * np.array(direction))
-            for distance in _DISTANCES
-            for direction in _DIRECTIONS
-        ]
-        self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
-        vector = np.array(text.get_position()) - point
+        vector = self.places.get(letters)
+        if vector is None:
+            tried = [
+                (distance, point + distance * self.scene.unit * np.array(direction))
+                for distance in _DISTANCES
+                for direction in _DIRECTIONS
+            ]
+            self._best(text, [(_FAR * distance, place, 0.0) for distance, place in tried])
+            vector = self.places[letters] = np.array(text.get_position()) - point
+        text.set_position(point + vector)
         length = float(np.linalg.norm(vector)) / self.scene.unit
         if length > _LEADER:
             ends = np.array(
@@ -130,15 +150,25 @@ class Lettering:
             self.ax.plot(*ends.T, color=colour, linewidth=0.4, zorder=990)
         return text
 
-    def _near(self, point: FloatArray, letters: str, colour: str) -> list[Any]:
+    def _near(self, frame: str, point: FloatArray, letters: str, colour: str) -> list[Any]:
         """Place a letter at the free position nearest to a point, if a position is free."""
+        key = f"{frame} {letters}"
+        if key in self.places:
+            offset = self.places[key]
+            if offset is None:
+                return []
+            text = self._text(letters, colour)
+            text.set_position(point + offset)
+            return [text]
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
         for distance in (0.8, 1.4, 2.0, 2.8, 3.6):
             for direction in _DIRECTIONS:
                 place = point + distance * self.scene.unit * np.array(direction)
                 tried.append((4 * distance, place, 0.0))
-        return self._kept(text, tried)
+        found = self._kept(text, tried)
+        self.places[key] = np.array(text.get_position()) - point if found else None
+        return found
 
     def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
         """Return the text at its best position; an empty list if all positions are occupied."""
@@ -148,11 +178,11 @@ class Lettering:
         text.remove()
         return []
 
-    def _length(self, dimension: Dimension) -> list[Any]:
+    def _length(self, dimension: Dimension, letters: str) -> list[Any]:
         a, b = dimension.a, dimension.b
         vector = b - a
         pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
-        text = self._text(f"{dimension.length:.4g} m", "#333333")
+        text = self._text(letters, "#333333")
         x0, y0, x1, y1 = self._box(text)
         size = np.array([x1 - x0, y1 - y0])
         angle = math.degrees(math.atan2(vector[1], vector[0]))
@@ -189,14 +219,28 @@ class Lettering:
         turned = [(ends - self.to_pixels(place)) @ [[c, -s], [s, c]] for ends in self.lines]
         return _inside((*(-size / 2), *(size / 2)), *turned) > 0
 
-    def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> float:
-        """Move a text to the position of minimum cost, store its box, and return the cost."""
+    def _best(
+        self,
+        text: Any,
+        tried: list[tuple[float, FloatArray, float]],
+        corners: FloatArray | None = None,
+    ) -> float:
+        """Move a text to the position of minimum cost, store its box, and return the cost.
+
+        Args:
+            text: The text.
+            tried: Cost, position and rotation [deg] of each candidate position.
+            corners: Lower and upper corner of a mark that moves with the text, relative to the
+                position of the text [pixels].
+        """
         best, least = tried[0], math.inf
         text.set_rotation(tried[0][2])
         text.set_position(tried[0][1])
         x0, y0, x1, y1 = self._box(text)
         at = self.to_pixels(tried[0][1])
         box0 = np.array([x0 - at[0], y0 - at[1], x1 - at[0], y1 - at[1]])
+        if corners is not None:
+            box0 = np.array([*np.minimum(box0[:2], corners[0]), *np.maximum(box0[2:], corners[1])])
         for cost, place, angle in tried:
             if cost >= least:
                 continue  # the remaining terms of the cost are not negative
@@ -223,6 +267,16 @@ class Lettering:
             top - self.frame[3],
         )
         return float(cost + _OUTSIDE * sum(max(part, 0.0) for part in over))
+
+
+def _decimals(lengths: list[float]) -> int:
+    """Return the number of decimals of all lengths: millimeters, or three to four digits."""
+    if not lengths:
+        return 0
+    power = math.floor(math.log10(max(lengths)))
+    most = max(min(3 - power, max(3, 2 - power)), 0)
+    shown = [f"{length:.{most}f}".rstrip("0") for length in lengths]
+    return max(len(number.partition(".")[2]) for number in shown)
 
 
 def _distance(place: FloatArray, dimension: Dimension) -> float:

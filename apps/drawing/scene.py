@@ -18,7 +18,10 @@ UNIT = {"one": 0.016, "four": 0.022}
 _ARROW = 6.0
 """Length of frame arrows in drawing units."""
 _LINES = ("link", "rod", "ram", "piston")
-_MARGIN = 2.5
+_MARGIN, _SCALE = 2.5, 3.5
+"""Margin of a view, and height of the scale bar below an axonometric view, in drawing units."""
+_FLAT = 1e-6
+"""Maximum height of a triangle that is drawn as a line, relative to its longest side."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,8 @@ class Scene:
         points += [] if self.path is None else [self.path]
         every = np.concatenate(points)
         margin = _MARGIN * self.unit
-        return every.min(0) - margin, every.max(0) + margin
+        below = _SCALE * self.unit if self.view.name == "axonometric" else 0.0
+        return every.min(0) - margin - np.array([0.0, below]), every.max(0) + margin
 
 
 def scenes(
@@ -175,14 +179,23 @@ def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimen
         for shape in body.shapes:
             points = np.array(shape.points) @ T[:3, :3].T + T[:3, 3]
             if shape.kind == "plate" and body.joint:
-                around = hull(view.project(points))
-                if len(around) == 3:  # noqa: PLR2004 - the sides of a triangle are lengths
-                    found += _parts(around[[0, 1, 2, 0]])
+                found += _sides(hull(view.project(points)))
                 continue
             if shape.kind not in ("link", "rod"):
                 continue
             found += _parts(view.project(points))
     return found
+
+
+def _sides(around: FloatArray) -> list[Dimension]:
+    """Return the sides of a triangle, or the parts of a line that looks like a triangle."""
+    if len(around) != 3:  # noqa: PLR2004 - the sides of a triangle are lengths
+        return []
+    u, v = around[1] - around[0], around[2] - around[0]
+    if abs(u[0] * v[1] - u[1] * v[0]) > _FLAT * float(max(u @ u, v @ v)):
+        return _parts(around[[0, 1, 2, 0]])
+    order = np.argsort(around @ max((u, v), key=lambda vector: float(vector @ vector)))
+    return _parts(around[order])
 
 
 def _parts(seen: FloatArray) -> list[Dimension]:

@@ -340,7 +340,7 @@ def solver_function(
     )
     free = [joint for k, joint in enumerate(robot.moving) if k not in given]
     suppressed = free[choice.orders[0].joints[2]].name
-    labels = tuple(f"number {k + 1} in the order of {suppressed}" for k in range(SLOTS))
+    labels = tuple(f"solution {k + 1} (ordered by {suppressed})" for k in range(SLOTS))
     return NativeSolverFunction(
         "ik",
         f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",

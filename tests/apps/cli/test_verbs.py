@@ -325,6 +325,25 @@ def test_number_with_a_unit_is_converted(text, unit, expected):
     assert value(text, unit, "x") == pytest.approx(expected, rel=1e-15)
 
 
+def test_film_shows_a_table_or_moves_every_joint(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "turn.csv").write_text("crank\n1.5\n1.6\n1.7\n")
+    done = run("animate", "four_bar", "--play", "turn.csv", "--to", "turn.gif", "--fps", 20)
+    assert done.exit_code == 0, done.output
+    assert done.stdout == "written: turn.gif\n"
+    with image.open(tmp_path / "turn.gif") as film:
+        assert film.n_frames == 3
+        width = film.width
+    done = run("animate", "four_bar", "--fps", 5, "--views", "plane,axonometric")
+    assert done.exit_code == 0, done.output
+    with image.open(tmp_path / "four_bar.gif") as film:
+        assert film.n_frames == 10
+        assert film.width == width
+    assert "is a film; call animate" in run("draw", "four_bar", "--to", "x.gif").stderr
+
+
 @pytest.mark.parametrize("robot", ["five_bar", "scara"])
 def test_workspace_is_drawn_or_saved(robot, tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.drawing import animation
+from chasles.drawing import animation, skeleton
 from chasles.errors import ChaslesError, InputValueError, ShapeError
 from chasles.study.motion import Motion, joint_line, time_scaling
 from tests.support.optional import requires
@@ -106,3 +106,38 @@ def test_invalid_animation_arguments_are_rejected(tmp_path):
     other = SimpleNamespace(robot="five_bar", q=motion(robot, 2))
     with pytest.raises(InputValueError, match="expected a motion of four_bar, got one of five_bar"):
         chasles.animate(robot, other, tmp_path / "turn.gif")
+
+
+def test_labels_keep_their_distance_from_the_joint_in_every_frame(monkeypatch):
+    robot = chasles.load("excavator")
+    figures, of_figure = [], animation.figure_of
+
+    def recorded(shown, *args, **kwargs):
+        figures.append((shown[0], of_figure(shown, *args, **kwargs)))
+        return figures[-1][1]
+
+    monkeypatch.setattr(animation, "figure_of", recorded)
+    rows = robot.q_reference + np.linspace(0, 0.5, 4)[:, None] * [1.0, 0.1, 0.1, 0.1]
+    list(animation._pictures(robot, rows, ("axonometric",)))
+    offsets, scales = [], []
+    for scene, figure in figures:
+        texts = {text.get_text(): np.array(text.get_position()) for text in figure.axes[0].texts}
+        offsets.append([texts[f"$q_{{{a.coordinate + 1}}}$"] - a.point for a in scene.anchors])
+        scales.append(next(place for text, place in texts.items() if text.endswith(" m")))
+    assert len(offsets) == 4
+    assert np.ptp(offsets, axis=0).max() < 1e-9
+    assert np.ptp(scales, axis=0).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["scara", "excavator", "planar_3rrr"])
+def test_film_without_trajectory_moves_every_coordinate_within_its_limits(name):
+    robot = chasles.load(name)
+    bodies = skeleton(robot)
+    rows = animation._sweep(bodies, fps=5)
+    moved = np.ptp(rows, axis=0)
+    assert (moved > 1e-3 * robot.unit_length).all()
+    assert all(robot.is_within_limits(q) for q in rows)
+    assert np.isfinite(bodies.poses(rows)).all()
+    # One coordinate moves at a time, and the film ends where it starts.
+    assert ((np.abs(rows - bodies.q_drawn) > 1e-12).sum(axis=1) <= 1).all()
+    np.testing.assert_allclose(rows[[0, -1]], bodies.q_drawn[None].repeat(2, 0), atol=1e-12)

@@ -14,7 +14,7 @@ from chasles.derive import read
 from chasles.drawing import skeleton
 from chasles.drawing.figure import figure_of, other_inverses
 from chasles.drawing.marks import hull, marks
-from chasles.drawing.scene import corners, scenes
+from chasles.drawing.scene import _sides, corners, scenes
 from chasles.drawing.views import AXONOMETRIC, SPATIAL, plane_of, views_of
 from chasles.errors import InputValueError, ShapeError
 from tests.support.chains import random_chain
@@ -140,7 +140,7 @@ def test_planar_dimensions_match_description_lengths():
     assert named <= {round(value, 9) for value in expected}
     assert named <= set(lengths)
     texts = {text for text, _ in letters(figure_of([scene], (), has_path=False))}
-    assert {"0.1 m", "0.3 m", "0.25 m", "0.35 m"} <= texts
+    assert {"0.100 m", "0.300 m", "0.250 m", "0.350 m"} <= texts
 
 
 @pytest.mark.parametrize("name", ["four_bar", "planar_3rrr"])
@@ -152,7 +152,7 @@ def test_lengths_stand_at_their_own_lines_and_on_no_other(name):
     for text in lengths:
         place = np.array(text.get_position())
         nearest = min(scene.dimensions, key=lambda own: from_line(place, own.a, own.b))
-        assert text.get_text() == f"{nearest.length:.4g} m"
+        assert text.get_text() == f"{nearest.length:.3f} m"
         turn = np.radians(text.get_rotation())
         text.set_rotation(0)
         box = text.get_window_extent()
@@ -176,6 +176,31 @@ def test_drawing_shows_at_most_three_inverses_by_itself(ghosts):
     figure = chasles.draw(robot, q, ghosts=others if ghosts is None else ghosts, views=("front",))
     (legend,) = figure.legends
     assert len(legend.get_texts()) == (3 if ghosts else others.count) < 8
+
+
+def test_legend_names_solutions_whose_links_coincide():
+    """The second solution of a wrist rotates only joints whose axes meet in one point."""
+    robot = chasles.load("irb6640")
+    q = np.array([0.3, 0.2, -0.3, 0.4, 0.5, 0.6])
+    figure = chasles.draw(robot, q, ghosts=True, views=("front",))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [label.partition(": ")[2] for label in labels] == [
+        "coincides with the drawn robot",
+        "",
+        "coincides with line 2",
+    ]
+
+
+def test_collinear_plate_has_the_lengths_of_its_line():
+    """Seen along their normal, three points of a body at two heights are on a line."""
+    around = np.array([[0.0, 0.0], [0.1, 1e-12], [0.3, 0.0]])
+    assert [side.length for side in _sides(around)] == pytest.approx([0.1, 0.2])
+    assert len(_sides(np.array([[0.0, 0.0], [0.2, 0.1], [0.3, 0.0]]))) == 3
+
+
+def test_drawing_refuses_the_file_of_a_film(tmp_path):
+    with pytest.raises(InputValueError, match=r"'.*arm\.gif' is a film; call animate"):
+        chasles.draw(chasles.load("scara"), file=tmp_path / "arm.gif")
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "excavator"])
