@@ -4,7 +4,7 @@
     >>> robot = read("my_robot.toml")
     >>> write(robot, "robots/my_robot")
 
-Names are imported at first use: the check for outdated robots needs no SymPy.
+Names are imported at their first use, so that the check for outdated robots needs no SymPy.
 """
 
 import os
@@ -58,9 +58,8 @@ if TYPE_CHECKING:
     from .sympy_expressions import Expressions as Expressions
     from .sympy_expressions import expressions as expressions
 
-# SymPy reads its cache size at import. SymPy's default of a thousand cached results is too small
-# for a robot with loops: with the default cache size, SymPy would rebuild the same expressions
-# repeatedly.
+# SymPy reads the size of its cache when it is imported. The cache of SymPy, by default a thousand
+# results, is too small for a robot with loops; SymPy would rebuild the same expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

@@ -1,4 +1,4 @@
-"""Reports all errors of a robot description, and whether the loops of the robot close."""
+"""Reports all errors of a robot description, and whether the loops of the robot can be closed."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,18 +27,19 @@ def check(
     has no errors, the loops of the robot are solved at the reference.
 
     Args:
-        source: A file or a robot's name, see :func:`~chasles.derive.read`.
+        source: A file or the name of a robot; see :func:`~chasles.derive.read`.
         base: The link whose frame is the base frame.
         tip: The link whose frame is the tool frame.
-        group: A group of an SRDF file next to the file, instead of base and tip.
+        group: A group of an SRDF file next to the description, instead of base and tip.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The findings: errors by line or, for a valid robot, warnings and notes. Notes state the
-        limits at which loops stay open. A last note states that the check ended early.
+        The findings, which are errors sorted by line or, for a valid robot, warnings and notes.
+        Notes state limits at which the loops cannot be closed. The last note states whether the
+        check ended early.
 
     Raises:
-        UnknownRobotError: The robot name is unknown.
+        UnknownRobotError: No robot has this name.
     """
     findings, robot = checked(source, base, tip, group, arguments)
     if not isinstance(robot, Mechanism):

@@ -1,4 +1,4 @@
-"""Derives all functions of a robot together, so that the functions share terms."""
+"""Derives all functions of a robot together, so that functions can share terms."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,28 +35,29 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Name of the loop margin function for each input domain of the functions that it guards."""
+"""Name of the function for the loop margin, keyed by the input domain of the functions that it
+guards."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions that need no loop margin function."""
+"""Roles of functions that need no function for the loop margin."""
 
 
 @dataclass(frozen=True)
 class Derivation:
-    """A robot with the functions derived for it.
+    """A robot with the functions that were derived for it.
 
     Attributes:
         robot: The description.
         terms: The terms and constants that all functions share.
-        groups: The chain reduced to groups of axes.
-        functions: The derived functions, in output order.
+        groups: The chain of the robot, reduced to groups of axes.
+        functions: The derived functions, in the order of output.
         hybrid: The loops and their solution, or None for a serial robot.
         inverse: The inverse kinematics, or None if none of its functions was requested.
         written: Functions with handwritten C code that reads tables of the robot.
-        families: The inverse families that the derivation tested.
+        families: The families of closed-form inverses that the derivation tested.
         closure: The equations of loops without a closed form, or None for other robots.
-        geometry: The functions with geometry as input, or None if no parametric function was
+        geometry: The functions whose geometry is an input, or None if no parametric function was
             requested.
-        parametric_loops: The closure equations with the geometry as input. None likewise.
+        parametric_loops: The closure equations whose geometry is an input. None likewise.
     """
 
     robot: Described
@@ -73,7 +74,7 @@ class Derivation:
 
     @cached_property
     def skeleton(self) -> Skeleton:
-        """Returns the rigid bodies with their drawn shapes, at the reference configuration."""
+        """Returns the rigid bodies with their drawn shapes at the reference configuration."""
         robot, hybrid = self.robot, self.hybrid
         reference = hybrid.at_reference if hybrid else {c.name: 0.0 for c in robot.coordinates}
         if isinstance(robot, Mechanism):
@@ -83,7 +84,7 @@ class Derivation:
         return skeleton(RigidBodies(robot, self.terms, reference), actuated)
 
     def signature(self, name: str) -> SymbolicFunction | NativeSolverFunction:
-        """Returns the function with the given name, derived or handwritten.
+        """Returns the derived or handwritten function that has this name.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -92,7 +93,7 @@ class Derivation:
         return by_hand if by_hand is not None else self.function(name)
 
     def function(self, name: str) -> SymbolicFunction:
-        """Returns the derived function with the given name.
+        """Returns the derived function that has this name.
 
         Raises:
             KeyError: The derivation has no function with this name.
@@ -113,22 +114,22 @@ def derive(
 ) -> Derivation:
     """Derives the functions of a robot: tool kinematics, and the solution of its loops.
 
-    The derivation order is fixed: neither functions nor names of terms depend on the order of
+    The derivation order is fixed, so neither functions nor names of terms depend on the order of
     ``functions``.
 
     Args:
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
-        functions: Names of functions; all functions of the robot by default.
+        functions: Names of the functions; by default, all functions of the robot.
         fixed: Names of the joints with fixed values, which are inputs of ``ik`` after the pose, or
             () for the default choice of a redundant robot.
-        parametric: Whether functions with geometry as input, such as ``fk_p``, are derived too.
-        families: The families of inverses to try, in order.
+        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
+        families: The families of closed-form inverses to try, in order.
 
     Raises:
         InputValueError: A function name is unknown, or there is no closed form for the fixed
             joints.
-        LoopError: A loop is open at the reference configuration.
+        LoopError: A loop cannot be closed at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
     if isinstance(description, Mechanism):
@@ -189,7 +190,7 @@ def _of_mechanism(
     *,
     parametric: bool,
 ) -> Derivation:
-    # Each step uses only results and folders of earlier steps.
+    # Each step of the derivation uses only results and folders of earlier steps.
     model = loop_model(mechanism)
     loops = solved_loops(model)
     has_chain = not loops.forward.open
@@ -218,7 +219,7 @@ def _of_mechanism(
         capabilities += [name for name in inverse.functions if name not in capabilities]
     written = {function.name: function for function in inverse.written} if inverse else {}
     if mode_check.IK in written:
-        # The refined inverse of the nominal design replaces the leg-by-leg inverse.
+        # The refined inverse of the nominal design replaces the inverse that solves each leg.
         by_hand.pop(mode_check.IK, None)
         capabilities = [name for name in capabilities if name != mode_check.LEGS]
     requested = [name for name in by_hand if functions is None or name in functions]
@@ -267,12 +268,12 @@ def _iteration(closure: LoopClosure | None) -> Iteration | None:
 def _unguarded_without(
     function: NativeSolverFunction, chosen: Collection[str]
 ) -> NativeSolverFunction:
-    """Drops the margin function if it was not requested."""
+    """Drops the margin function of the loops if it was not requested."""
     return function if function.margin in chosen else replace(function, margin="")
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
-    """Returns the function with its loop margin function as guard."""
+    """Returns the function with the margin function of its loops as guard."""
     guard = _GUARDS.get(function.role.domain, "")
     if guard not in capabilities or function.role.name in _UNGUARDED:
         return function

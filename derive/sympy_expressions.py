@@ -1,4 +1,4 @@
-"""Functions of a robot as SymPy expressions, with shared terms or expanded, and as LaTeX."""
+"""Functions of a robot as SymPy expressions, with shared terms or expanded, or as LaTeX."""
 
 import re
 from collections.abc import Mapping
@@ -13,26 +13,26 @@ from .terms.symbolic_function import SymbolicFunction
 
 _MATRIX = 2
 _OWN = re.compile("_([a-z]+)([0-9]+)")
-"""Symbols that no robot file may use."""
+"""Symbols that robot files must not use."""
 
 
 @dataclass(frozen=True)
 class Expressions:
-    """A function of a robot in SymPy.
+    """A function of a robot in the form of SymPy expressions.
 
-    Substituting the parameters, the inputs and the signs into the terms in their order, and all
-    these values into the outputs, gives the values of the compiled function.
+    The values of the compiled function follow in two steps: substitute parameters, inputs and signs
+    into the terms in order, then substitute all values into the outputs.
 
     Attributes:
         robot: Name of the robot.
         function: Name of the function.
-        inputs: The symbols of each input in its shape; a vector is a column.
-        signs: For a function with branches, one symbol with the value 1 or -1 for each choice
-            between two branches. The outputs belong to a single branch.
-        parameters: The value of each parameter, exact.
-        terms: The shared terms in their order, each expressed in inputs, parameters, signs and
-            earlier terms; empty after expansion.
-        outputs: The entries of each output in its shape; a vector is a column.
+        inputs: The symbols of each input in the shape of the input; a vector is a column.
+        signs: For a function with branches, one symbol (1 or -1) for each choice between two
+            branches. The outputs belong to a single branch.
+        parameters: The exact value of each parameter.
+        terms: The shared terms in order, each expressed in inputs, parameters, signs and earlier
+            terms; there are none after expansion.
+        outputs: The entries of each output in the shape of the output; a vector is a column.
     """
 
     robot: str
@@ -60,7 +60,7 @@ class Expressions:
 
 
 def _subscripted(name: str) -> str:
-    """Returns the LaTeX of a symbol of the compiler: t_{12} for _t12; empty for other symbols."""
+    """Returns the LaTeX of a symbol of the compiler (t_{12} for _t12), or an empty text."""
     match = _OWN.fullmatch(name)
     if match is None:
         return ""
@@ -75,11 +75,12 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
     Args:
         robot: A serial robot or a mechanism, from :func:`~chasles.derive.read`.
         function: Name of the function, such as "fk", "jacobian_mixed" or "ik".
-        expand: Whether shared terms are substituted. An expanded inverse may be very long.
+        expand: Whether shared terms are replaced by their definitions. An expanded inverse may be
+            very long.
 
     Raises:
-        InputValueError: The robot has no such function, or no expressions exist because the
-            function is iterated or its solver is written in C.
+        InputValueError: The robot has no such function, or the function has no expressions because
+            an iteration or a solver in C computes it.
     """
     derivation = derive(robot, functions=[function])
     if function in {written.name for written in derivation.written}:
@@ -104,7 +105,7 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
 
 
 def _terms(function: SymbolicFunction) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
-    """Returns the constants and terms on which a function depends, in their order."""
+    """Returns the constants and terms on which a function depends, in order."""
     definitions, all_terms = function.definitions(), function.terms
     parts = [value for _, value in definitions]
     parts += [entry for result in function.outputs for entry in result.entries]
@@ -114,7 +115,7 @@ def _terms(function: SymbolicFunction) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
 
 
 def _array(entries: tuple[sp.Expr, ...], shape: tuple[int, ...]) -> sp.Basic:
-    """Returns entries in row-major order as a matrix or an array."""
+    """Returns entries in row-major order as a matrix or as an array."""
     if len(shape) > _MATRIX:
         return sp.ImmutableDenseNDimArray(entries, shape)
     rows, columns = (*shape, 1, 1)[:_MATRIX]

@@ -1,11 +1,11 @@
-"""Restores symmetric point arrangements that a file rounds.
+"""Restores symmetric arrangements of points that are rounded in a file.
 
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
 (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
 rotations by multiples of 15 degrees about a frame axis map these points to each other. The point
-with the fewest decimal places is unchanged. The others become exact copies of it. A rounded
-distance between two points of a body, such as a rod length in a parallelogram, becomes an exact
-root.
+with the fewest decimal places is unchanged. The other points become exact copies of this point. A
+rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
+exact root.
 """
 
 import math
@@ -23,22 +23,23 @@ _STEP = math.pi / 12
 _RIGHT_ANGLE = 6
 """Number of 15-degree steps in a right angle."""
 _AXES = (2, 0, 1)
-"""Rotation axes of the copies; z first, because legs are usually arranged about z."""
+"""Rotation axes of the copies; the z axis comes first, because legs are usually arranged about
+z."""
 _LAST_PLACES = 1.5
-"""Maximum difference between a rounded component and the copy of a rounded point, in units of the
-last decimal place. Each rounding adds half a unit; the second error may be rotated by up to 45
-degrees."""
+"""Maximum difference between a rounded component and the copy of another rounded point, in units of
+the last decimal place. Each rounding adds half a unit; the error of the copied point may be rotated
+by up to 45 degrees."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Returns exact points for points that are rounded copies of other points on their body.
+    """Returns exact points for the points of a body that are rounded copies of other points.
 
     Args:
-        bodies: The points of each body, as decimals without noise (meter).
+        bodies: The points of each body as decimals without noise (meter).
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        An exact point for each copy. Equal points have equal exact points on every body.
+        An exact point for each rounded copy. Equal points get equal exact points on every body.
     """
     found: dict[Vector, Vector] = {}
     for points in bodies:
@@ -67,7 +68,7 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """Returns the exact copy of an original that agrees best with a point within rounding."""
+    """Returns the exact copy of an original that agrees best with a point, within rounding."""
     copies = [
         (off, original, axis, steps)
         for original in originals
@@ -81,17 +82,17 @@ def _copy(
 
 
 def _is_mirrored(point: Vector, original: Vector) -> bool:
-    """Whether a point is an exact mirror image of another, with equal components up to signs."""
+    """Whether a point mirrors another point exactly: the components are equal up to signs."""
     return point != original and all(abs(p) == abs(q) for p, q in zip(point, original, strict=True))
 
 
 def _rotations(
     point: Vector, original: Vector, rounding: float, noise: float
 ) -> Iterator[tuple[float, int, int]]:
-    """Yields rotations that map an original to a point: deviation, axis, and 15-degree steps.
+    """Yields rotations that map an original to a point, as deviation, axis and 15-degree steps.
 
-    Rotations by right angles do not change the decimals of the original, so the deviation is at
-    most the noise there.
+    Rotations by right angles keep the decimals of the original, so their deviation is at most the
+    noise.
     """
     here, there = tuple(map(float, point)), tuple(map(float, original))
     for axis in _AXES:
@@ -137,7 +138,7 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Returns the exact distance that matches a positive length, otherwise the length."""
+        """Returns the exact distance that matches a positive length, or the length itself."""
         places = decimal_places(length)
         if places is None:
             return length
@@ -150,7 +151,7 @@ class Distances:
 
 
 def _squares(points: Iterable[Vector]) -> Iterator[sp.Rational]:
-    """Yields squared distances between numeric points whose roots are irrational."""
+    """Yields the squared distances between numeric points whose square roots are irrational."""
     numbers = [point for point in points if not any(c.free_symbols for c in point)]
     for a, b in combinations(dict.fromkeys(numbers), 2):
         square = sp.expand(sum((p - q) ** 2 for p, q in zip(a, b, strict=True)))

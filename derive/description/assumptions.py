@@ -1,4 +1,4 @@
-"""Note about assumed values: limits and dimensions that the source does not state."""
+"""Note on assumed values, which are limits and dimensions that the source does not state."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -15,7 +15,7 @@ def assumption(
     """Returns a note that lists all assumed limits and dimensions, or () if there are none.
 
     Args:
-        parameters: Named lengths, angles and ratios.
+        parameters: The lengths, angles and ratios that have names.
         joints: All joints.
         loop_joints: Closures, rods and cylinders of the description.
         drives: Motors with gears.

@@ -1,11 +1,11 @@
 """The chain between any two links of a tree.
 
-On the path from the base link up to the common ancestor, joints are inverted. For a joint with
+On the path from the base link up to the common ancestor, the joints are inverted. For a joint with
 T_parent_link = before * motion(q) * after, the inverted joint connects the link to its parent:
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
-The coordinate, its name and its limits do not change.
+The name, the value and the limits of the coordinate do not change.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ from .toml_file import file_error, listed
 
 @dataclass(frozen=True)
 class _InversePlacements:
-    """The placements of a convention for an inverted joint, from its link to its parent."""
+    """The placements that a convention gives an inverted joint, from its link to its parent."""
 
     convention: Convention
 
@@ -35,7 +35,7 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Returns the convention with the same fields, for joints from link to parent."""
+    """Returns the convention with the same fields for joints from link to parent."""
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(
@@ -49,7 +49,7 @@ def inverse_convention(convention: Convention) -> Convention:
 
 
 def inverted(joint: Joint) -> Joint:
-    """Returns the joint from its link to its parent, with the same coordinate."""
+    """Returns the joint that leads from its link to its parent, with the same coordinate."""
     return replace(
         joint,
         before=inverse(joint.after),
@@ -65,7 +65,7 @@ def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
     """Yields the joints of a path in order; joints that lead towards the base are inverted.
 
     Args:
-        path: The joints; each joint states its link and its parent.
+        path: The joints, each with its link and its parent.
         base: The first body of the path.
     """
     for joint in path:
@@ -75,10 +75,10 @@ def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
 
 
 def between(robot: Described, base: str | None, tip: str | None, file: str) -> Described:
-    """Returns the chain between two frames of a robot, with the loops through its joints.
+    """Returns the chain between two frames of a robot, including the loops through its joints.
 
     Args:
-        robot: The description, with the numbers as written in the file.
+        robot: The description, with the numbers that the file contains.
         base: A link, the base frame or the tool frame, or None for the base frame.
         tip: A link, the base frame or the tool frame, or None for the tool frame.
         file: File name in error messages.
@@ -88,7 +88,7 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
 
     Raises:
         DescriptionError: A link is unknown, both ends are the same link, or a part of the
-            description refers to links outside the chain.
+            description refers to a link outside the chain.
     """
     base, tip = base or robot.base_frame, tip or robot.tool_frame
     if (base, tip) == (robot.base_frame, robot.tool_frame):
@@ -121,7 +121,7 @@ def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
 
 
 def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
-    """Returns the frames at which a chain may begin or end, on their bodies."""
+    """Returns the frames at which a chain can begin or end, on their bodies."""
     tool_body = robot.tool_body if isinstance(robot, Mechanism) else joints[-1].link
     links = {joint.link: Frame(joint.link) for joint in joints}
     base = Frame(robot.base_frame, inverse(robot.base))

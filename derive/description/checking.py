@@ -1,8 +1,8 @@
 """Reports all errors of a robot description, not only the first.
 
-The reader stops at an error. The check then repairs the value in memory, with the word that the
-error suggests or with a harmless value, and reads the description again. So only the reader decides
-which descriptions are valid.
+The reader stops at an error. The check then replaces the wrong value in memory, by the word that
+the error suggests or by a harmless value, and reads the description again. Therefore, only the
+reader decides which descriptions are valid.
 """
 
 import re
@@ -25,11 +25,11 @@ from .toml_file import Keys, is_missing, keys_of
 from .toml_lines import table_of
 
 MAX_ERRORS = 100
-"""Maximum number of errors per file."""
+"""Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""Units that accept numbers of any size, in place of an unknown unit."""
+"""Units that accept numbers of any size; they replace an unknown unit."""
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
-"""Values of required fields that a file omits."""
+"""Values for required fields that a file omits."""
 
 Severity = Literal["error", "warning", "note"]
 
@@ -39,10 +39,10 @@ class Finding:
     """An error, a warning or a note about a robot description.
 
     Attributes:
-        severity: "error" if the robot cannot be derived; "warning" for numbers that are probably
-            wrong; "note" for assumed and snapped values.
-        where: File, line and field, if these are known.
-        message: The expected and the found value, or a remark.
+        severity: "error" if the robot cannot be derived, "warning" for numbers that are probably
+            wrong, or "note" for assumed and snapped values.
+        where: File, line and field of the finding, if these are known.
+        message: The expected value and the found value, or a remark.
     """
 
     severity: Severity
@@ -50,7 +50,7 @@ class Finding:
     message: str
 
     def __str__(self) -> str:
-        """Returns one line; an error has the form of an exception's message."""
+        """Returns the finding as one line; an error has the form of an exception's message."""
         kind = "" if self.severity == "error" else f"{self.severity}: "
         return f"{self.where}: {kind}{self.message}"
 
@@ -62,7 +62,7 @@ def checked(
     group: str | None,
     arguments: Sequence[str],
 ) -> tuple[tuple[Finding, ...], Described | None]:
-    """Returns the findings of reading a description, and the robot; see :func:`.check`.
+    """Returns the findings from reading a description, and the robot; see :func:`.check`.
 
     The robot is None if the description has errors.
     """
@@ -73,7 +73,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # The robot's list of changed numbers repeats this warning, so it is suppressed.
+            # The robot lists the changed numbers, so this warning would repeat the list.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
@@ -84,7 +84,7 @@ def checked(
 
 
 def finding_of(error: DescriptionError, file: str = "") -> Finding:
-    """Returns an error as a finding in the file that the error names, by default in ``file``."""
+    """Returns an error as a finding in the file that the error names, or else in ``file``."""
     line = "" if error.line is None else f":{error.line}"
     where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
     return Finding("error", where, str(error).removeprefix(f"{where}: "))
@@ -116,14 +116,14 @@ def _errors(text: str, file: str) -> Iterator[Finding]:
 
 @dataclass
 class _Repairs:
-    """Corrections that replace the wrong values of a file in memory.
+    """Corrections that replace, in memory, the wrong values of a file.
 
     Attributes:
         file: Name of the file.
-        text: The text; misspelt words are replaced by the suggested words.
-        values: Values that replace the values of the file, where None removes a value.
-        removed: Names of removed parameters.
-        respelled: Paths of fields with a replaced word.
+        text: The text of the file; suggested words replace misspelt words.
+        values: Values that replace the values of the file; None removes a value.
+        removed: Names of the parameters that were removed.
+        respelled: Paths of the fields in which a word was replaced.
     """
 
     file: str
@@ -133,7 +133,7 @@ class _Repairs:
     respelled: set[Keys] = field(default_factory=set)
 
     def apply(self, reader: RobotFile) -> None:
-        """Puts the corrected values into the table of a reader."""
+        """Puts the corrected values into the table that a reader uses."""
         for keys, value in self.values.items():
             place = reader.at(keys[:-1])
             if isinstance(place, dict) and value is None:
@@ -148,7 +148,7 @@ class _Repairs:
         return is_repaired or bool(names & self.removed)
 
     def repair(self, reader: RobotFile, error: DescriptionError) -> bool:
-        """Adds the correction for an error; returns whether there is one."""
+        """Adds the correction for an error; returns whether a correction exists."""
         keys = keys_of(error.field)
         if not keys or error.file != self.file:
             return False
@@ -182,7 +182,7 @@ class _Repairs:
         return 1 if keys[0] == "parameters" and last != "unit" else None
 
     def _has_respelled(self, error: DescriptionError, word: str) -> bool:
-        """Replaces a misspelt word in its line; returns whether the text changed."""
+        """Replaces a misspelt word in its line; returns whether this changes the text."""
         lines = self.text.split("\n")
         if error.line is None or not isinstance(error.value, str):
             return False
@@ -192,7 +192,7 @@ class _Repairs:
         try:
             table_of(text)
         except tomllib.TOMLDecodeError:
-            # The table has a field of the suggested name already.
+            # The table already has a field with the suggested name.
             return False
         changed, self.text = text != self.text, text
         return changed

@@ -1,10 +1,10 @@
 """Snaps the numbers of a described robot to exact values and lists every change.
 
 Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Noise is
-removed from lengths; rounded angles and directions become exact. Equal numbers become equal exact
-numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a body
-are also considered together (:mod:`~chasles.derive.description.arrangement`), and so are the frames
-on a rotated base (:mod:`~.turned_base`).
+removed from lengths; rounded angles and rounded directions become exact. Equal numbers become equal
+exact numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a
+body are also considered together (:mod:`~chasles.derive.description.arrangement`), as are the
+frames on a rotated base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -32,12 +32,12 @@ def cleaned(robot: Described) -> Described:
     """Returns the robot with exact numbers and a list of all changed numbers.
 
     Args:
-        robot: A robot with the numbers as written in its file.
+        robot: A robot with the numbers that its file contains.
 
     Returns:
-        The robot with cleaned fields; ``cleaning`` lists the changes. For a serial robot,
-        ``cleaning`` and ``notes`` also state a bound of the pose change that the new numbers cause.
-        A robot with loops also stores a copy with the numbers as written in its file, for a later
+        The robot with cleaned fields, whose field ``cleaning`` lists the changes. For a serial
+        robot, ``cleaning`` and ``notes`` also state a bound of the pose change that the new numbers
+        cause. A robot with loops also stores a copy with the numbers from its file, for a later
         comparison.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
@@ -66,7 +66,7 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
     """Returns the robot with exact numbers; warns if noise removal moves the tool far.
 
     Args:
-        robot: A robot with the numbers as written in its file.
+        robot: A robot with the numbers that its file contains.
         file: The name of the file.
     """
     result = cleaned(robot)
@@ -76,7 +76,7 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
 
 
 def _noise(robot: Described) -> Fraction:
-    """Returns the rounding errors of the lengths of a robot (meter)."""
+    """Returns the rounding errors (meter) of the lengths in the description of a robot."""
     return Fraction(NOISE * (robot_size(robot) or 1.0))
 
 
@@ -130,7 +130,7 @@ def _frame(work: ExactNumbers, loop_joint: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """Returns the points of each body at which joints, closures or struts are attached."""
+    """Returns the points of each body to which joints, closures or struts are attached."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

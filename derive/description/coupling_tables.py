@@ -1,4 +1,4 @@
-"""Reads limits of coordinates, and the tables ``[couplings]`` and ``[motors]`` of a robot file."""
+"""Reads limits of coordinates, and the tables ``[couplings]`` and ``[motors]`` of robot files."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import get_args
@@ -15,22 +15,23 @@ from .toml_file import Keys, TomlFile, is_name, listed
 
 MOTOR_FIELDS = ("type", "limits", "assumed")
 OFFSET = "offset"
-"""Field of a coupling: the joint value when all its coordinates are 0."""
+"""Name of the coupling field that states the joint value if all coordinates of the coupling are
+0."""
 
 
 class CoordinateFile(TomlFile):
     """A file with coordinates: joints, and motors that move joints through couplings."""
 
     def couplings(self, joints: Sequence[Joint]) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-        """Reads the couplings, and the motors that they name.
+        """Reads the couplings and the motors that the couplings name.
 
-        A name that is neither a joint nor in ``[motors]`` is a revolute motor without limits.
+        A name that is neither a joint nor in ``[motors]`` denotes a revolute motor without limits.
 
         Args:
             joints: The joints of the file.
 
         Raises:
-            DescriptionError: A table is invalid, or a coupled joint does not move.
+            DescriptionError: A table is invalid, or a coupled joint cannot move.
         """
         kinds: dict[str, str] = {j.name: j.kind for j in joints if j.kind != "fixed"}
         fixed = [joint.name for joint in joints if joint.kind == "fixed"]
@@ -51,7 +52,7 @@ class CoordinateFile(TomlFile):
         return tuple(found), tuple(motors.values())
 
     def _mimics(self, joints: Iterable[Joint], kinds: Mapping[str, str]) -> Iterator[Coupling]:
-        """Yields the couplings of the joints with one leader (``mimic``)."""
+        """Yields the couplings of joints that follow one leader (``mimic``)."""
         for k, joint in enumerate(joints):
             keys: Keys = ("joints", k, "mimic")
             if self.at(keys) is None:
@@ -98,7 +99,7 @@ class CoordinateFile(TomlFile):
         return Motor(name, kind, limits, self.assumed(keys, ("limits",)))
 
     def limits(self, keys: Keys, kind: JointKind) -> Limits:
-        """Reads the limits of a coordinate, a list of two numbers."""
+        """Reads the limits of a coordinate, which are a list of two numbers."""
         value = self.at(keys)
         if value is None:
             return None, None
@@ -118,5 +119,5 @@ class CoordinateFile(TomlFile):
         return lower, upper
 
     def coordinate_scale(self, kind: str) -> sp.Expr:
-        """Returns meter or radian per unit of a coordinate in the file."""
+        """Returns the number of meters or radians per unit of a coordinate in the file."""
         return self.scale["length" if kind == "prismatic" else "angle"]

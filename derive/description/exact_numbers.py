@@ -25,8 +25,8 @@ class ExactNumbers:
 
     Attributes:
         tolerance: Length noise (meter).
-        points: Exact points of arrangements, keyed by the noise-free points.
-        numbers: The numbers that were replaced so far.
+        points: Exact points of the arrangements, keyed by the points without noise.
+        numbers: The numbers that have been replaced so far.
     """
 
     tolerance: Fraction
@@ -34,7 +34,7 @@ class ExactNumbers:
     numbers: list[CleanedNumber] = field(default_factory=list)
 
     def parameter(self, parameter: Parameter) -> Parameter:
-        """Returns a parameter with an exact value; ratios are unchanged."""
+        """Returns a parameter with an exact value; the value of a ratio does not change."""
         if parameter.kind == "ratio":
             return parameter
         at = f"parameter {parameter.name}"
@@ -85,7 +85,7 @@ class ExactNumbers:
         return x, y, z
 
     def without_noise(self, vector: Vector) -> Vector:
-        """Returns a length vector without noise; symbolic components do not change."""
+        """Returns a length vector without noise; symbolic components stay the same."""
         x, y, z = (
             length if length == 0 or length.free_symbols else without_noise(length, self.tolerance)
             for length in vector
@@ -104,7 +104,7 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """Returns a strut length without noise, or the exact distance of two points."""
+        """Returns a strut length without noise, or the exact distance between two points."""
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))
@@ -119,19 +119,19 @@ class ExactNumbers:
         return self.noted(at, name, kind, value, taken)
 
     def noted(self, at: str, name: str, kind: str, found: sp.Expr, taken: sp.Expr) -> sp.Expr:
-        """Returns the exact number and records a change."""
+        """Returns the exact number for a value, and records the change."""
         if found != taken:
             self.numbers.append(CleanedNumber(at, name, found, taken, _UNITS[kind]))
         return taken
 
 
 def _called(each: Field) -> tuple[str, ...]:
-    """Returns printable names of the field components: roll, x, e_x."""
+    """Returns printable names for the components of a field, such as roll, x or e_x."""
     return tuple(_UPRIGHT.sub(r"\1", name) for name in each.headings or each.components)
 
 
 def _grouped(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-    """Returns component values as the scalar or vector that the convention expects."""
+    """Returns component values as the scalar or the vector that the convention expects."""
     if not each.is_vector:
         return values[0]
     x, y, z = values

@@ -41,10 +41,10 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def check_length(file: str, text: str) -> None:
-    """Raises an error for a text that is longer than a file may be.
+    """Raises an error for a text that is longer than the limit for files.
 
     Raises:
-        DescriptionError: The text is too long.
+        DescriptionError: The text is longer than the limit.
     """
     if len(text) > MAX_DESCRIPTION:
         raise _too_long(file)
@@ -59,12 +59,12 @@ def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
 
     Args:
         path: The included file.
-        folders: The folders from which the description may include files.
+        folders: The folders that may contain the included files.
         by: The description.
 
     Raises:
         FileNotFoundError: The file does not exist.
-        DescriptionError: The file is outside the folders, cannot be read, or is too long.
+        DescriptionError: The file is not in one of the folders, cannot be read, or is too long.
     """
     if not any(is_inside(path, folder) for folder in folders):
         expected = (
@@ -101,5 +101,5 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
     except LookupError:
         raise file_error(file, 1, "encoding", encoding, "a known encoding") from None
     except UnicodeError:
-        # The errors of codecs such as punycode and idna contain no position.
+        # Errors of codecs such as punycode and idna contain no position.
         raise file_error(file, None, "", None, f"{name} text") from None

@@ -1,4 +1,4 @@
-"""Reads robots with loops from robot files: a joint tree and the loop-closing members."""
+"""Reads robots with loops from robot files: a joint tree, and the members that close the loops."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -57,7 +57,8 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""The series of one-DOF joints (name, kind, axis) that replaces each type of platform joint."""
+"""For each type of platform joint, the series of one-DOF joints (name, kind, axis) that replaces
+it."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:
@@ -75,7 +76,7 @@ class MechanismFile(RobotFile):
     of_lines: ClassVar = {}
 
     def described(self) -> Mechanism:
-        """The robot, of the type that the file describes."""
+        """The robot; its type depends on what the file describes."""
         return self.mechanism()
 
     def mechanism(self) -> Mechanism:
@@ -128,7 +129,7 @@ class MechanismFile(RobotFile):
                 raise
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
-    # --- the tree of joints ---
+    # --- the tree of the joints ---
 
     def _tree(self, base_frame: str) -> tuple[Joint, ...]:
         self._taken["link", base_frame] = ("base",)
@@ -146,7 +147,7 @@ class MechanismFile(RobotFile):
         return tuple(joints)
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """Yields an unconstrained joint as a chain of one-DOF joints."""
+        """Yields the chain of one-DOF joints that represents an unconstrained joint."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -241,7 +242,7 @@ class MechanismFile(RobotFile):
     def _advance(
         self, keys: Keys, table: Mapping[str, object], joint: str, slides: bool
     ) -> sp.Expr:
-        """Returns the joint motion per radian of its motor."""
+        """Returns the joint motion per radian of the motor that moves the joint."""
         field, others = (
             ("radius", ("ratio",)) if slides else ("ratio", ("radius", "teeth", "pitch"))
         )
@@ -261,7 +262,7 @@ class MechanismFile(RobotFile):
         return ratio
 
     def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
-        """Returns the effective radius of a wheel on a belt, chain or rack."""
+        """Returns the effective radius of a wheel that drives a belt, chain or rack."""
         if "radius" in table:
             self.fail((*keys, "radius"), "either a radius, or teeth and pitch")
         teeth = self.number((*keys, "teeth"), "ratio")

@@ -1,11 +1,11 @@
-"""Recognizes the exact values of rounded or noisy numbers in files.
+"""Recognizes exact values behind rounded or noisy numbers in files.
 
-The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits:
-0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple of 15
-degrees rounded to the written decimal places, such as 1.5708, or a fraction of a rounded pi, such
-as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector of cosines of such angles,
-such as (0.7071068, 0.7071068, 0), or a cube diagonal. Exact numbers such as pi/2, sqrt(2)/2 or
-0.2025 do not change.
+The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits,
+such as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple
+of 15 degrees that is rounded to the written decimal places, such as 1.5708. It may also be a
+fraction of a rounded pi, such as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit
+vector of cosines of such angles, such as (0.7071068, 0.7071068, 0), or a diagonal of a cube. Exact
+numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math
@@ -27,11 +27,13 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Angle steps of rounded angles, finer first."""
+"""Angle steps of rounded angles, with the finer step first."""
 _PLACES_OF_PI = 4
-"""Minimum decimal places of a divided rounded pi; 3.14 is too inaccurate for a real joint."""
+"""Minimum number of decimal places of a rounded pi that is divided; 3.14 is too inaccurate for a
+real joint."""
 _MIN_PLACES = 3
-"""Minimum decimal places that distinguish a rounded direction from an approximate direction."""
+"""Minimum number of decimal places that distinguishes a rounded direction from an approximate
+direction."""
 _PI_AS_WRITTEN = (
     _PI,
     *(
@@ -40,7 +42,7 @@ _PI_AS_WRITTEN = (
         for to_whole in (round, math.floor)
     ),
 )
-"""Pi, then pi rounded and truncated to an increasing number of decimal places."""
+"""The number pi, then pi rounded and truncated to an increasing number of decimal places."""
 _QUARTER = 6
 """Number of 15-degree steps in a right angle."""
 _FIRST_SINES = (
@@ -50,25 +52,26 @@ _FIRST_SINES = (
 _FALLING = (1.0, *_FIRST_SINES[:0:-1])
 _HALF = (*_FIRST_SINES, *_FALLING)
 _SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
-"""Sines of multiples of 15 degrees, starting at 0, with exact zeros."""
+"""Sines of the multiples of 15 degrees, starting at 0 degrees, with exact zeros."""
 _THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
-"""Minimum digit count of a written single-precision number; exact binary fractions have fewer."""
+"""Minimum number of digits of a written single-precision number; exact binary fractions have fewer
+digits."""
 _SINGLE_PLACES = 7
-"""Decimal places of a unit-vector component in single precision."""
+"""Number of decimal places of a unit-vector component in single precision."""
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal that a noisy decimal represents, otherwise the decimal itself.
+    """Returns the short decimal that a noisy decimal represents, or else the decimal itself.
 
-    A single-precision number written with the digits of a double, such as 0.20000000298023224, is
-    first replaced by its shortest single-precision decimal. A decimal d with k places is selected
-    if the difference from the value is at most ``tolerance`` and at least ``NOISE_GAP`` times
-    smaller than the last place of d, so three zeros or nines follow d.
+    A single-precision number that is written with the digits of a double, such as
+    0.20000000298023224, is first replaced by its shortest single-precision decimal. A decimal d
+    with k places is selected if it differs from the value by at most ``tolerance`` and by at most
+    the last place of d divided by ``NOISE_GAP``; three zeros or nines then follow d.
 
     Args:
-        value: A number; returned unchanged unless it is a finite decimal.
-        tolerance: Maximum noise, in the unit of the value.
+        value: A number, which is returned unchanged unless it is a finite decimal.
+        tolerance: Maximum noise, in the same unit as the value.
     """
     places = decimal_places(value)
     if not places:
@@ -82,9 +85,9 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
 
 def single_precision(number: Fraction) -> Fraction:
-    """Returns the shortest decimal of a single-precision number in meters or millimeters.
+    """Returns the shortest decimal for a single-precision number in meters or millimeters.
 
-    Other numbers, and numbers with few written digits, are returned unchanged.
+    Other numbers, and numbers with few written digits, do not change.
     """
     places = decimal_places(sp.Rational(number.numerator, number.denominator)) or 0
     if abs(number) * 10**places < 10**_FEWEST_DIGITS:
@@ -97,14 +100,15 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact value (radian) of a rounded angle, or the other angle after noise removal.
+    """Returns the exact value (radian) of a rounded angle, or any other angle without noise.
 
-    A decimal is replaced by a multiple of pi/12 if it equals this multiple rounded or truncated to
-    its decimal places. The decimal must have so many places that at most the fraction ``CHANCE`` of
-    all angles match by chance: three places, or two for right angles. Pi itself may have been
-    rounded or truncated before the division, to at least four places and at most as many as the
-    decimal: 0.7853975 is 3.14159 / 4. A trailing zero does not count as a place, so 2.880 does not
-    change. Zero must be written as zero.
+    A decimal is replaced by a multiple of pi/12 if it equals this multiple, rounded or truncated to
+    the places of the decimal. The decimal must have so many places that at most the fraction
+    ``CHANCE`` of all angles match by chance; three places are enough, or two for right angles.
+    Before the division, pi itself may have been rounded or truncated to at least four places, and
+    at most to as many places as the decimal has; for example, 0.7853975 is 3.14159 / 4. A trailing
+    zero does not count as a place, so the decimal 2.880 does not change. The angle zero must be
+    written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -129,10 +133,10 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Returns the multiple of pi if a decimal in a degree file looks like radians, otherwise None.
+    """Returns the multiple of pi if a decimal in a file in degrees looks like radians, or None.
 
-    The angle is at most one turn. Right angles need two decimal places (1.57), other multiples of
-    pi/12 need four (0.7854).
+    The angle must be at most one turn. A right angle needs two decimal places (1.57), and any other
+    multiple of pi/12 needs four (0.7854).
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi
@@ -143,7 +147,7 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
 
 
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
-    """Whether a decimal is a fraction of pi, rounded or truncated; pi itself may be rounded."""
+    """Whether a decimal is a rounded or truncated fraction of pi, which itself may be rounded."""
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
     last_place = Fraction(1, 10**places)
     if last_place > Fraction(CHANCE) * step:
@@ -156,15 +160,15 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact value of a rounded direction in a file, otherwise the vector without noise.
+    """Returns the exact value of a rounded direction in a file, or any other vector without noise.
 
     A decimal vector of any length is scaled and compared with the unit vectors of
-    :func:`exact_directions`. A unit vector replaces it if each component agrees within one unit of
-    the last written place, or within ``NOISE`` of the length. A zero component must be exactly zero
-    in the file.
+    :func:`exact_directions`. A unit vector replaces the decimal vector if each component agrees
+    within one unit of the last written place, or within ``NOISE`` of the length. A zero component
+    must be exactly zero in the file.
 
     Returns:
-        A unit vector of exact roots, or the decimals as written in the file.
+        A unit vector of exact roots, or the decimals of the file.
     """
     if any(decimal_places(component) is None for component in vector):
         return vector
@@ -189,7 +193,7 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """The image of a frame axis after rotations about two frame axes by multiples of 15 degrees."""
+    """The image of a frame axis after two rotations about frame axes by multiples of 15 degrees."""
 
     azimuth: int
     tilt: int
@@ -210,7 +214,7 @@ class _Turned:
 
 @dataclass(frozen=True)
 class _Diagonal:
-    """A diagonal of a cube as a unit vector."""
+    """The direction of a cube diagonal as a unit vector."""
 
     signs: tuple[int, ...]
 
@@ -227,7 +231,7 @@ class _Diagonal:
 
 @cache
 def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, float]], ...]:
-    """Returns candidate unit vectors with numeric values; the exact form is computed on demand."""
+    """Returns candidate unit vectors with numeric values and an exact form computed on demand."""
     found: dict[tuple[float, ...], tuple[_Turned | _Diagonal, tuple[float, float, float]]] = {}
     directions: list[_Turned | _Diagonal] = []
     directions += [_Turned(*at) for at in product(range(24), range(13), range(3))]
@@ -239,6 +243,6 @@ def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, f
 
 
 def _shifted(vector: tuple[Number, Number, Number], by: int) -> tuple[Number, Number, Number]:
-    """Returns the components of a vector in cyclic permutations."""
+    """Returns the cyclic permutations of the components of a vector."""
     x, y, z = (vector[(k - by) % 3] for k in range(3))
     return x, y, z

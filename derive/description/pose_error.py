@@ -1,10 +1,10 @@
-"""Bound of the pose difference between two robots with the same joints.
+"""Bound for the pose difference between two robots that have the same joints.
 
 The pose of a link is ``T = before * motion(q) * after``, or ``T = exp([S] q) M`` with the screw
-axis S of its joint and its zero pose M. Both forms give bounds of the translation and rotation
-between corresponding links, and the smaller of the two bounds is used in the sum. Each rotation is
-multiplied by the largest distance from its link to the tool. The sums hold for all joint values
-within the limits.
+axis S of its joint and its pose M at zero. Both forms give bounds for the translation and the
+rotation between corresponding links; the smaller bound is added to the sum. Each rotation bound is
+multiplied by the largest distance from its link to the tool. The sums are valid for all joint
+values within the limits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,22 +20,22 @@ from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
-"""Assumed displacement range (meter) of prismatic joints without limits."""
+"""Displacement range (meter) that is assumed for prismatic joints without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
-"""An mpmath matrix (mpmath has no type hints)."""
+"""A matrix of mpmath, which has no type hints."""
 _Values = Mapping[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
 class _Link:
-    """Motion of a link relative to the previous link.
+    """Motion of a link relative to the preceding link.
 
     Attributes:
         before: Pose (4, 4) of the joint frame; its z axis is the joint axis.
-        after: Pose (4, 4) of the link frame in the moved joint frame.
+        after: Pose (4, 4) of the link frame in the joint frame after its motion.
         turns: Whether the joint rotates the link.
-        travel: Maximum displacement along the axis (meter).
+        travel: Maximum displacement along the joint axis (meter).
     """
 
     before: _Matrix
@@ -45,29 +45,29 @@ class _Link:
 
     @property
     def home(self) -> _Matrix:
-        """Pose (4, 4) of the link at joint value 0."""
+        """Pose (4, 4) of the link if its joint value is 0."""
         return self.before * self.after
 
     @property
     def reach(self) -> mpmath.mpf:
-        """Maximum distance between the frames of this link and the previous link (meter)."""
+        """Maximum distance between the frames of this link and the preceding link (meter)."""
         if not self.turns:
             return mpmath.norm(self.home[:3, 3]) + self.travel
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
 
 
 def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
-    """Returns bounds of the distance (meter) and angle (radian) between two robots' tools.
+    """Returns bounds for the distance (meter) and angle (radian) between two robots' tools.
 
     Args:
         one: A robot.
-        other: A robot with equal joints, limits and parameter names, but different placements. Both
-            robots use their default parameter values.
+        other: A robot with the same joints, limits and parameter names, but other placements. Both
+            robots have the default values of their parameters.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # The links are visited from tool to base, so that the distance of each link to the tool is
-        # known.
+        # The links are visited from the tool to the base; the distance of each link to the tool is
+        # then known.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond
@@ -77,12 +77,12 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
 
 def robot_size(robot: Described) -> float:
-    """Returns the longest robot dimension (meter) at default parameter values, or 0."""
+    """Returns the longest dimension (meter) of a robot at default parameter values, or 0."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
 def lengths(robot: Described) -> Iterator[sp.Expr]:
-    """Yields the magnitudes (meter) of all translation components at default values."""
+    """Yields the magnitudes (meter) of all components of translations at default values."""
     values = _values(robot)
     for placement in robot.placements:
         for motion in placement:
@@ -91,13 +91,13 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds of the translation and rotation between two link motions."""
+    """Returns bounds for the translation and the rotation between two link motions."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
 
 def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds from the frames before and after the motion."""
+    """Returns the bounds that follow from the frames before and after the motion."""
     tilt = _angle(link.before, same.before)
     arm = mpmath.norm(link.after[:3, 3]) + link.travel
     shift = _distance(link.before, same.before) + tilt * arm + _distance(link.after, same.after)
@@ -105,12 +105,12 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the pose error bounds of two links from their screws and their poses at zero.
+    """Returns the bounds that follow from the screws of two links and their poses at zero.
 
-    Screws do not change if the joint frames rotate about their z axes.
+    If the joint frames rotate about their z axes, the screws do not change.
 
-    Rotations about two axes differ by the displacement between the axes, applied before and after
-    the rotation.
+    Rotations about two axes differ by the displacement between the axes, which is applied before
+    and after the rotation.
     """
     tilt = _angle_between(link.before[:3, 2], same.before[:3, 2])
     shift = _distance(link.home, same.home) + tilt * link.travel
@@ -152,7 +152,7 @@ def _travel(joint: Joint, values: _Values) -> mpmath.mpf:
 
 
 def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
-    """Returns a placement as an mpmath matrix in the current precision."""
+    """Returns a placement as an mpmath matrix at the current precision."""
     T = mpmath.eye(4)
     for motion in placement:
         step = mpmath.eye(4)
@@ -169,12 +169,12 @@ def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
 
 
 def _angle_between(a: _Matrix, b: _Matrix) -> mpmath.mpf:
-    """Returns the angle between two unit vectors, accurate for small angles."""
+    """Returns the angle between two unit vectors; small angles are accurate too."""
     return 2 * mpmath.asin(min(mpmath.mpf(1), mpmath.norm(a - b) / 2))
 
 
 def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the rotation angle between two poses, accurate for small angles."""
+    """Returns the rotation angle between two poses; small angles are accurate too."""
     distance = mpmath.sqrt(sum(abs(x) ** 2 for x in one[:3, :3] - other[:3, :3]))
     return 2 * mpmath.asin(min(mpmath.mpf(1), distance / mpmath.sqrt(8)))
 
@@ -191,5 +191,5 @@ def _number(expression: sp.Expr, values: _Values) -> mpmath.mpf:
 
 
 def _rounded(bound: mpmath.mpf) -> float:
-    """Returns a bound as float, or 0 if the bound is only a rounding error."""
+    """Returns a bound as a float, or 0 if the bound is only rounding error."""
     return float(bound) if bound > ROUNDING else 0.0

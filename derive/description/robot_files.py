@@ -1,4 +1,4 @@
-"""Reads robot files; errors state the line.
+"""Reads robot files; an error states the line in the file.
 
 A robot file contains the numbers of a data sheet::
 
@@ -51,7 +51,7 @@ __all__ = ["DescriptionError", "read", "read_text"]
 
 SUFFIX = ".toml"
 Ends = tuple[str | None, str | None]
-"""Base and tip, or None for the base frame or the tool frame of the file."""
+"""Names of the base and tip links; None means the base frame or tool frame of the file."""
 
 
 def read(
@@ -69,28 +69,29 @@ def read(
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
-            (.sdf); or the name of a robot installed with chasles, or ``robot:NAME`` from the
+            (.sdf), the name of a robot installed with chasles, or ``robot:NAME`` for a robot in the
             package robot_descriptions.
-        base: The link whose frame is the base frame; default: the root, or the base
-            of a robot file.
-        tip: The link whose frame is the tool frame, anywhere in the tree; default: the end of the
-            longest chain, or the tool of a robot file.
-        group: A group of an SRDF file next to the file, instead of base and tip.
-        name: Name of the robot; default: the name in the file.
+        base: The link whose frame is the base frame; by default, the root or the base of a robot
+            file.
+        tip: The link whose frame is the tool frame, anywhere in the tree; by default, the end of
+            the longest chain or the tool of a robot file.
+        group: A group in an SRDF file next to the file, which replaces base and tip.
+        name: Name of the robot; by default, the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        conventions: The conventions allowed in a robot file; default: all conventions of chasles.
-        exact: Whether numbers are used exactly as written. Otherwise, noise is removed, and rounded
-            angles, directions and arrangements become exact; ``cleaning`` of the robot lists the
-            changes.
+        conventions: The conventions that a robot file may use; by default, all conventions of
+            chasles.
+        exact: Whether numbers are used exactly as the file states them. Otherwise, noise is
+            removed, and rounded angles, directions and arrangements become exact; the robot lists
+            these changes in ``cleaning``.
 
     Returns:
-        The robot, in meters and radians. A Mechanism if the file has closed loops, actuated joints
-        or parent bodies; otherwise a SerialRobot. ``notes`` states the selected tip if the file has
-        several tips.
+        The robot, in meters and radians. The result is a Mechanism if the file has closed loops,
+        actuated joints or parent bodies; otherwise, it is a SerialRobot. The field ``notes`` states
+        the selected tip if the file has several tips.
 
     Raises:
         DescriptionError: The file or its parent file cannot be read or is invalid, has an
-            unsupported suffix, has no such chain, or contains several arms.
+            unsupported suffix, does not contain the chain, or contains several arms.
         UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
@@ -121,17 +122,19 @@ def read_text(
 
     Args:
         text: The text of a robot file or URDF.
-        format: "toml" or "urdf". Xacro files and MJCF models can only be read from a file.
-        file: File name in error messages; its folder is searched for a file to extend.
-        conventions: The conventions allowed in a robot file; default: all conventions of chasles.
-        exact: Whether numbers are used as written, see :func:`read`.
+        format: The format of the text, "toml" or "urdf". Xacro files and MJCF models must be read
+            from a file.
+        file: File name in error messages; a file that the text extends is searched in its folder.
+        conventions: The conventions that a robot file may use; by default, all conventions of
+            chasles.
+        exact: Whether numbers are used as the text states them; see :func:`read`.
 
     Returns:
-        The robot, see :func:`read`.
+        The robot in meters and radians; see :func:`read`.
 
     Raises:
-        DescriptionError: The text or its parent file is invalid, the text is longer than a file may
-            be, or the format is unknown.
+        DescriptionError: The text or its parent file is invalid, the text is longer than the limit
+            for files, or the format is unknown.
     """
     if not isinstance(text, str):
         raise InputTypeError(f"text: expected a str, got {text!r}")
@@ -154,7 +157,7 @@ def _chain(
     *,
     exact: bool,
 ) -> Described:
-    """Reads the chain between two links, or of a group, from a file with a link tree."""
+    """Reads the chain between two links, or the chain of a group, from a file with a link tree."""
     if group:
         if base or tip:
             expected = "either a group, or base and tip"
@@ -178,7 +181,7 @@ def _of_toml(
     *,
     is_nominal: bool = False,
 ) -> Described:
-    """Reads a robot file from text; a nominal robot must not specify a nominal robot itself."""
+    """Reads a robot file from text; a nominal robot itself must not specify a nominal robot."""
     reader = reader_of(text, file, conventions)
     if is_nominal and "nominal" in reader.table:
         reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
@@ -192,7 +195,7 @@ def _of_toml(
 
 
 def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotFile:
-    """Returns the reader for the text of a robot file.
+    """Returns the reader that fits the text of a robot file.
 
     Raises:
         DescriptionError: The text is not TOML, or the file that it extends cannot be read.
@@ -207,7 +210,7 @@ def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotF
 def _with_nominal(
     file: TomlFile, robot: Mechanism, conventions: Sequence[Convention], ends: Ends
 ) -> Mechanism:
-    """Adds the nominal robot specified in the file."""
+    """Adds the nominal robot that the file specifies."""
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
@@ -230,7 +233,7 @@ def _with_nominal(
 
 
 def _extended(extending: TomlFile) -> TomlFile:
-    """Returns the parent file that a file extends."""
+    """Returns the parent file that a robot file extends."""
     keys = ("extends",)
     path = Path(extending.file).parent / extending.string(keys, "")
     if path.suffix.lower() != SUFFIX:

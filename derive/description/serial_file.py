@@ -1,4 +1,4 @@
-"""Reads serial robots from robot files: joints in order from base to tool."""
+"""Reads serial robots from robot files, with their joints in order from base to tool."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar, NoReturn
@@ -26,8 +26,8 @@ from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
 AUTO = "auto"
-"""Convention name in a file that states joint axes as lines; chasles selects a convention for each
-joint."""
+"""Name of the convention in a file that states joint axes as lines; chasles then selects a
+convention for each joint."""
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -54,7 +54,7 @@ IN_SERIES: Mapping[str, str] = {
     "ball": f"three {_TURNS}",
     "cylindrical": "a prismatic and a revolute joint in series, on one axis",
 }
-"""Multi-DOF joint types, and the equivalent one-DOF joints to write in a file."""
+"""Multi-DOF joint types, each with the one-DOF joints that a file must state instead."""
 
 
 class RobotFile(CoordinateFile):
@@ -62,7 +62,7 @@ class RobotFile(CoordinateFile):
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
-    """Special convention names, and the convention in which their joints are read."""
+    """Special convention names, each with the convention in which the joints are read."""
 
     def __init__(
         self,
@@ -71,20 +71,20 @@ class RobotFile(CoordinateFile):
         extending: TomlFile | None = None,
         conventions: Sequence[Convention] = CONVENTIONS,
     ) -> None:
-        """Reads the text, see :class:`TomlFile`.
+        """Reads the text of a file; see :class:`TomlFile`.
 
         Args:
             file: File name in error messages.
             text: TOML text.
             extending: A file that extends this file.
-            conventions: The conventions allowed in the file.
+            conventions: The conventions that the file may use.
         """
         super().__init__(file, text, extending)
         self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def described(self) -> Described:
-        """The robot, of the type that the file describes."""
+        """The robot; its type depends on what the file describes."""
         return self.robot()
 
     def robot(self) -> SerialRobot:
@@ -128,7 +128,7 @@ class RobotFile(CoordinateFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _each(self, field: str) -> list[Keys]:
-        """Returns the keys of the tables in a list of the file, or [] if the list is missing."""
+        """Returns the keys of all tables in a list of the file, or [] if the list is missing."""
         value = self.table.get(field, [])
         if not isinstance(value, list) or len(value) > MAX_JOINTS:
             self.fail((field,), f"a list of at most {MAX_JOINTS} {field}")
@@ -148,19 +148,19 @@ class RobotFile(CoordinateFile):
             self.fail((*keys, "gain"), f"an invertible drive model ({error})", shown=None)
 
     def _load(self) -> Load | None:
-        """Reads the link masses and the gravity vector in the base frame."""
+        """Reads the link masses, and the gravity vector in the base frame."""
         masses = tuple(map(self._mass, self._each("masses")))
         if "gravity" in self.table and not masses and "springs" not in self.table:
             self.fail(("gravity",), "[[masses]] for the gravity vector")
         return Load(masses, *self._gravity()) if masses else None
 
     def _springs(self) -> Springs | None:
-        """Reads the joint springs, with the masses that load them."""
+        """Reads the joint springs, and the masses that load these springs."""
         springs = tuple(map(self._spring, self._each("springs")))
         return Springs(springs, *self._gravity()) if springs else None
 
     def _gravity(self) -> tuple[Vector, ...]:
-        """Reads the gravity vector, or returns the default vector if it is missing."""
+        """Reads the gravity vector, or returns the default vector if the file has none."""
         return (self.vector(("gravity",), "ratio"),) if "gravity" in self.table else ()
 
     def _spring(self, keys: Keys) -> Spring:
@@ -244,7 +244,7 @@ class RobotFile(CoordinateFile):
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """Reads a name that must be unique in the file."""
+        """Reads a name, which must be unique in the file."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
@@ -252,7 +252,7 @@ class RobotFile(CoordinateFile):
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
-        """Returns the convention of a joint, by default the convention of the file."""
+        """Returns the convention of a joint, which by default is the convention of the file."""
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
         words = self.of_lines if len(at) == 1 else {}
         chosen = self.option(at, (*self._conventions, *words), "")
@@ -261,7 +261,7 @@ class RobotFile(CoordinateFile):
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
     ) -> dict[str, sp.Expr | Vector]:
-        """Reads the convention fields of a joint; missing fields have default values."""
+        """Reads the convention fields of a joint; a missing field has its default value."""
         given = {
             field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
         }

@@ -1,4 +1,4 @@
-"""Finds robot files by path or by the name of a robot installed with chasles."""
+"""Finds robot files by path, or by the name of a robot installed with chasles."""
 
 import os
 import re
@@ -11,9 +11,9 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of further well-known arms, whose code is derived on demand and not committed."""
+"""Folder of more well-known arms, whose code is derived when needed and is not committed."""
 NAMED = "robot:"
-"""Prefix of a robot name from the package robot_descriptions."""
+"""Prefix of the names of robots in the package robot_descriptions."""
 
 
 def robot_names(folder: Path) -> list[str]:
@@ -33,11 +33,11 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
     """Returns the file of a robot, and the arguments of a xacro file.
 
     Args:
-        source: A path, the name of a robot installed with chasles, or ``robot:NAME`` from the
-            package robot_descriptions.
+        source: A path, the name of a robot installed with chasles, or ``robot:NAME`` for a robot in
+            the package robot_descriptions.
 
     Raises:
-        UnknownRobotError: No such robot or file exists.
+        UnknownRobotError: The robot or the file does not exist.
     """
     name = str(as_path("source", source))
     shipped = shipped_file(name) if isinstance(source, str) else None
@@ -56,12 +56,12 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
 
 
 def _nearest(name: str, known: list[str]) -> str:
-    """Returns the known name with the most similar letters and digits, or an empty text."""
+    """Returns the known name whose letters and digits are most similar, or an empty text."""
     plain = {re.sub(r"[^a-z0-9]", "", other): other for other in known}
     close = get_close_matches(re.sub(r"[^a-z0-9]", "", name.lower()), plain, n=1)
     return plain[close[0]] if close else ""
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """Returns the file of a nominal robot, which is shipped or in the same folder."""
+    """Returns the file of a nominal robot, which is installed or in the same folder."""
     return shipped_file(nominal) or file.parent / nominal

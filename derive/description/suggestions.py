@@ -1,4 +1,4 @@
-"""Suggests a known word in place of an unknown word of a description."""
+"""Suggests a known word for an unknown word in a description."""
 
 import difflib
 import re
@@ -35,11 +35,12 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("degree", "degrees", "°"), ("deg",)),
     **dict.fromkeys(("radian", "radians"), ("rad",)),
 }
-"""Words of other formats and programs, in lower case, and the corresponding words here."""
+"""Words of other formats and programs in lower case, each with the corresponding words of robot
+files."""
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """Returns a suffix for error messages that suggests a similar known word, or empty."""
+    """Returns a suffix for error messages that suggests a similar known word, or an empty text."""
     words, lower = list(known), word.lower()
     close = [other for other in (lower, *SAME_MEANING.get(lower, ())) if other in words]
     close = close or difflib.get_close_matches(word, words, n=1)
@@ -47,6 +48,6 @@ def hint(word: str, known: Iterable[str]) -> str:
 
 
 def suggestion(expected: str) -> str:
-    """Returns the word that an error suggests by :func:`hint`, or empty."""
+    """Returns the word that :func:`hint` suggested in an error, or an empty text."""
     found = re.search(r"\(did you mean '(.+)'\?\)$", expected)
     return found.group(1) if found else ""

@@ -1,6 +1,6 @@
-"""Reads TOML with exact numbers, units and parameters; errors state file and line.
+"""Reads TOML with exact numbers, units and parameters; an error states the file and the line.
 
-:class:`TomlFile` handles values and lines but has no knowledge of robots.
+:class:`TomlFile` handles values and lines, but does not know robots.
 """
 
 import keyword
@@ -26,10 +26,10 @@ from .suggestions import hint
 from .toml_lines import MAX_PARTS, LongKeyError, first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
-"""Path to a value in the file: names of tables and fields, and list indices."""
+"""Path to a value in the file, which consists of names of tables and fields, and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields besides the parameters that replace the fields of the extended file."""
+"""Fields, in addition to parameters, that replace the fields of the extended file."""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -72,7 +72,7 @@ def file_error(
 
 
 class TomlFile:
-    """A robot file with table, units and parameters; errors state their line."""
+    """A robot file, with its table, units and parameters; an error states the line."""
 
     def __init__(self, file: str, text: str, extending: "TomlFile | None" = None) -> None:
         """Parses the text.
@@ -80,12 +80,13 @@ class TomlFile:
         Args:
             file: File name in error messages.
             text: TOML text.
-            extending: A file that extends this file and replaces its name, title, source and
-                parameter values. Errors in lines of the extending file state the name of that file.
+            extending: A file that extends this file; it replaces name, title, source and parameter
+                values of this file. An error in a line of the extending file states the name of
+                that file.
 
         Raises:
             DescriptionError: The text is empty or not valid TOML, or the extending file has fields
-                that it cannot replace.
+                that it must not replace.
         """
         self.file, self.text = file, text
         self.extending: TomlFile | None = None
@@ -114,7 +115,7 @@ class TomlFile:
             line = first_line(self.text, is_unreadable)
             raise file_error(self.file, line, "", None, expected) from error
         if not table:
-            raise file_error(self.file, None, "", None, "a robot, the file is empty")
+            raise file_error(self.file, None, "", None, "a robot in the file, which is empty")
         return table
 
     def _leave_to(self, extending: "TomlFile") -> None:
@@ -132,7 +133,7 @@ class TomlFile:
         self.extending = extending
 
     def _new_value(self, keys: Keys) -> object:
-        """Returns the parameter value that an extending file sets: a number or a table."""
+        """Returns the parameter value that an extending file sets, which is a number or a table."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -167,7 +168,7 @@ class TomlFile:
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
-        """Returns a declared parameter with its value in meter, radian or as a ratio."""
+        """Returns a declared parameter, with its value in meter, in radian or as a ratio."""
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
@@ -202,7 +203,7 @@ class TomlFile:
         return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """Reads a list of three numbers; a missing field gives zeros."""
+        """Reads a list of three numbers; a missing field means three zeros."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -210,7 +211,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in meter or radian; a missing field gives zero."""
+        """Reads an expression with parameters, in meter or radian; a missing field means zero."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -250,7 +251,7 @@ class TomlFile:
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Rejects angles that look like radians in a file in degrees: pi/2, 1.5708."""
+        """Rejects angles in a file in degrees that look like radians, such as pi/2 or 1.5708."""
         if kind != "angle" or self.scale["angle"] == 1:
             return
         for text in map(str, _parts(value)):
@@ -284,7 +285,7 @@ class TomlFile:
         return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
-        """Reads a number without parameters, in the units of the file."""
+        """Reads a number without parameters, which is in the units of the file."""
         value = self.at(keys)
         if value is None and default is not None:
             return sp.Integer(default)
@@ -294,7 +295,7 @@ class TomlFile:
             self.fail(keys, f"a number without parameters ({error})")
 
     def name(self, keys: Keys, default: str | None = None) -> str:
-        """Reads a valid C name."""
+        """Reads a name that is valid in C."""
         value = self.at(keys)
         if value is None and default is not None:
             return default
@@ -303,7 +304,7 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """Reads the robot name, the prefix of all generated names."""
+        """Reads the name of the robot, which is the prefix of all generated names."""
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -312,7 +313,7 @@ class TomlFile:
         return name
 
     def string(self, keys: Keys, default: str) -> str:
-        """Reads one line of text."""
+        """Reads a text that consists of one line."""
         value = self.at(keys)
         if value is None:
             return default
@@ -321,7 +322,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """Reads a word that must be one of the options."""
+        """Reads a word, which must be one of several options."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)
@@ -334,7 +335,7 @@ class TomlFile:
         return found
 
     def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
-        """Reads a unit name and returns its conversion factor."""
+        """Reads the name of a unit and returns its conversion factor."""
         return options[self.option(keys, options, default)]
 
     def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
@@ -354,16 +355,16 @@ class TomlFile:
                 self.fail((*keys, field), expected, shown=field)
 
     def at(self, keys: Keys) -> object:
-        """Returns a value of the file, or None if it is missing."""
+        """Returns a value of the file, or None if the value is missing."""
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        """Raises DescriptionError for a value, or for a table without the value.
+        """Raises DescriptionError for a value, or for the table if the value is missing.
 
         Args:
             keys: The path to the value.
             expected: Description of a valid value for the message.
-            shown: The value to print, if it differs from the value at the path.
+            shown: The value to print in the message, if it differs from the value at the path.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:
@@ -372,7 +373,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file with a value: this file, or a file that extends it."""
+        """Returns the file that contains a value: this file, or a file that extends it."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (
@@ -380,7 +381,7 @@ class TomlFile:
         )
 
     def _line(self, keys: Keys) -> int | None:
-        """Returns the line of a value, or the line of its table if the value is missing."""
+        """Returns the line of a value or, if the value is missing, the line of its table."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -400,7 +401,7 @@ def _follow(value: object, keys: Keys) -> object:
 
 
 def dotted(keys: Keys) -> str:
-    """Returns a dotted path such as ``joints[2].alpha``, with list indices from 1."""
+    """Returns a path with dots, such as ``joints[2].alpha``; list indices start at 1."""
     text = ""
     for key in keys:
         text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
@@ -408,12 +409,12 @@ def dotted(keys: Keys) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether a text is a valid name in robot files."""
+    """Whether a text is a valid name in a robot file."""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """Returns a parameter with a different value; its unit and meaning do not change."""
+    """Returns a parameter with another value; its unit and its meaning do not change."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 
@@ -422,7 +423,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """Returns the kind of a parameter (length, angle or ratio) from its use in an expression."""
+    """Returns the kind of a parameter (length, angle or ratio), as an expression uses it."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -437,12 +438,12 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 
 def is_missing(expected: str) -> bool:
-    """Whether an error concerns a value that the file does not contain."""
+    """Whether an error concerns a value that is missing in the file."""
     return expected.endswith(_MISSING)
 
 
 def keys_of(field: str) -> Keys:
-    """Returns the path to a value from its dotted form, see :func:`dotted`."""
+    """Returns the path to a value, given in the form of :func:`dotted`."""
     parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
     return tuple(int(index) - 1 if index else name for index, name in parts)
 
@@ -453,7 +454,7 @@ def listed(words: Iterable[str]) -> str:
 
 
 def shown_value(value: object) -> str:
-    """Formats a value as in the file; long values are truncated."""
+    """Formats a value as the file states it; a long value is truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
     except ValueError:  # Python refuses to print integers with thousands of digits.

@@ -18,9 +18,10 @@ _TOKEN = re.compile(
     re.DOTALL | re.VERBOSE,
 )
 MAX_PARTS = 20
-"""Maximum number of parts of a dotted key.
+"""Maximum number of parts in a key with dots.
 
-The parser copies all beginnings of a key, so a key of 200 kB needs more than 10 GB of memory.
+The parser copies every beginning of such a key, so a key of 200 kB would need more than 10 GB of
+memory.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -28,17 +29,17 @@ _LONG_KEY = re.compile(
 
 
 class LongKeyError(ValueError):
-    """A dotted key has more than `MAX_PARTS` parts."""
+    """A key with dots has more than `MAX_PARTS` parts."""
 
 
 def table_of(text: str) -> dict[str, object]:
-    """Parses a TOML text to a table with exact decimals.
+    """Parses a TOML text to a table whose decimals are exact.
 
     Raises:
         TOMLDecodeError: The text is not TOML.
-        LongKeyError: A key has too many parts.
-        ValueError, ArithmeticError: A number has too many digits.
-        RecursionError: Brackets are nested too deeply.
+        LongKeyError: A key of the text has too many parts. ValueError, ArithmeticError: A number of
+        the text has too many digits.
+        RecursionError: Brackets in the text are nested too deeply.
     """
     if _LONG_KEY.search(text):
         raise LongKeyError
@@ -46,10 +47,9 @@ def table_of(text: str) -> dict[str, object]:
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """Returns the first line up to which the text, with closed brackets, has a property.
+    """Returns the first line such that the text up to it, with closed brackets, has a property.
 
-    The parser stores no positions, so a bisection parses beginnings of the text of different
-    lengths.
+    The parser stores no positions, so beginnings of different length are parsed in a bisection.
     """
     lines = text.split("\n")
 
@@ -63,7 +63,7 @@ def first_line(text: str, holds: Callable[[str], bool]) -> int:
 
 
 def _closed(text: str) -> str:
-    """Closes open strings and brackets at the end of a truncated text."""
+    """Closes the open strings and brackets at the end of a truncated text."""
     open_brackets: list[str] = []
     string = ""
     for match in _TOKEN.finditer(text):
@@ -79,7 +79,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails because of a number, a long key or nested brackets, not the syntax."""
+    """Whether parsing fails for a number, a long key or nested brackets, not for the syntax."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

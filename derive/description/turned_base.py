@@ -1,10 +1,10 @@
-"""Restores exact angles of a robot whose base frames are all rotated and rounded in the file.
+"""Restores exact angles of a robot whose base frames are rotated together and then rounded.
 
 If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
-rounded numbers. Therefore, the base frames are expressed in axes that have the orientation of one
-of these frames. Relative angles that are multiples of 15 degrees become exact. Within the rounding
-of angles and positions, any other number becomes a number of a different body or the shortest
-decimal. The rotation itself does not change.
+rounded numbers. Therefore, the base frames are expressed in axes whose orientation is that of one
+of these frames. Relative angles that are close to multiples of 15 degrees become exact. Within the
+rounding of angles and positions, any other number becomes a number of another body or the shortest
+decimal. The rotation of the base itself does not change.
 """
 
 import math
@@ -26,26 +26,28 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding of a relative rotation in units of the last place: half a unit for each of six
+"""Rounding of a relative rotation in units of the last place, which is half a unit for each of six
 angles."""
 _FINE = 10**20
-"""Resolution (1/radian) of an angle in rotated axes before simplification."""
+"""Resolution (1/radian) of an angle in rotated axes before its simplification."""
 _UPRIGHT = 1e-3
-"""Below this cosine of the pitch, roll and yaw count as rotations about the same axis."""
+"""If the cosine of the pitch is below this value, roll and yaw count as rotations about the same
+axis."""
 _GUARD = 2
-"""Additional decimal places of a coordinate in rotated axes in the list of changes."""
+"""Number of additional decimal places that the list of changes states for a coordinate in rotated
+axes."""
 
 
 @dataclass(frozen=True)
 class TurnedBase:
-    """The axes of a rotated base.
+    """The axes in which a rotated base has exact angles.
 
     Attributes:
         owner: The joint or closure whose frame defines the rotation.
         turn: The rotation of the base axes.
         matrix: The rotation as a matrix (4, 4).
-        angle: Rounding of relative angles (radian).
-        length: Rounding of coordinates in the axes (meter).
+        angle: Rounding error of relative angles (radian).
+        length: Rounding error of coordinates in the rotated axes (meter).
         lengths: Lengths of other bodies and of rods; a coordinate may equal one of these lengths.
         angles: Angles of other bodies; a base angle may equal one of these angles.
     """
@@ -60,14 +62,14 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """Returns the axes in which the largest number of base frames have exact angles.
+    """Returns the axes in which the most base frames have exact angles.
 
     Args:
         mechanism: A robot with the numbers of its file.
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        The axes, or None if the base frame itself gives at least as many exact angles.
+        The axes, or None if the base frame already gives as many exact angles.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -88,21 +90,21 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
 
 def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
-    """Returns axes with the orientation of a frame."""
+    """Returns the axes that have the orientation of a frame."""
     turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
     with mpmath.workdps(EVALUATION_DIGITS):
         return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
 
 
 def _rough(base: TurnedBase, placement: Placement) -> int:
-    """Counts the frame angles that are not multiples of 15 degrees in the rotated axes."""
+    """Counts the angles of frames that are not multiples of 15 degrees in the rotated axes."""
     with mpmath.workdps(EVALUATION_DIGITS):
         T = _turned_back(base, placement)
         return sum(not (angle * 12 / sp.pi).is_Integer for angle in _angles(T, base))
 
 
 def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -> Mechanism:
-    """Returns the robot with its base frames in rotated axes.
+    """Returns the robot after its base frames are expressed in the rotated axes.
 
     Args:
         mechanism: A robot with the numbers of its file.
@@ -145,7 +147,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
 def _listed(
     work: ExactNumbers, at: str, name: str, coordinate: mpmath.mpf, base: TurnedBase
 ) -> sp.Expr:
-    """Returns the exact coordinate and records the rounded coordinate in the list of changes."""
+    """Returns the exact coordinate, and adds the rounded coordinate to the list of changes."""
     places = _GUARD - round(float(mpmath.log10(base.length)))
     found = Fraction(int(mpmath.nint(coordinate * 10**places)), 10**places)
     taken = _meant(found, base.lengths, base.length)
@@ -153,7 +155,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Returns zero, a known number up to its sign, or the shortest decimal within rounding."""
+    """Returns zero, a known number with either sign, or the shortest decimal within rounding."""
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other
@@ -175,7 +177,7 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
 
 
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
-    """Returns magnitudes of lengths (including rods) and angles of the other bodies."""
+    """Returns the magnitudes of lengths (including rod lengths) and angles of the other bodies."""
     placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]
@@ -198,7 +200,7 @@ def _numbers(placement: Placement) -> Iterator[sp.Expr]:
 
 
 def _places(placements: Iterable[Placement]) -> int:
-    """Returns the maximum number of decimal places of the coordinates."""
+    """Returns the largest number of decimal places of the coordinates."""
     return max(
         (decimal_places(x) or 0 for placement in placements for x in _lengths(placement)),
         default=0,
@@ -220,7 +222,7 @@ def _turned_back(base: TurnedBase, placement: Placement) -> mpmath.matrix:
 
 
 def _angles(T: mpmath.matrix, base: TurnedBase) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Returns roll, pitch and yaw of a pose, snapped to multiples of 15 degrees if close."""
+    """Returns roll, pitch and yaw of a pose, snapped if close to multiples of 15 degrees."""
     level = mpmath.hypot(T[0, 0], T[1, 0])
     pitch = mpmath.atan2(-T[2, 0], level)
     roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])

@@ -1,6 +1,7 @@
-"""URDF import: reads the chain between two links with exact numbers.
+"""URDF import, which reads the chain between two links with exact numbers.
 
-Decimals are read as written, then snapped (:mod:`~chasles.derive.description.cleaned_robot`).
+Decimals are first read as the file states them, and then snapped
+(:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
 import re
@@ -33,9 +34,9 @@ from .toml_file import file_error
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
-"""Joint types that require limits."""
+"""Joint types for which a URDF requires limits."""
 FREE_KINDS = ("floating", "planar")
-"""Multi-DOF joint types; a chain starts after such a joint."""
+"""Joint types with several degrees of freedom; a chain starts after such a joint."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -45,7 +46,7 @@ KINDS: dict[str, JointKind] = {
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
-    """Whether limits are missing or both 0; exporters write 0 for unknown limits."""
+    """Whether the limits are missing or both 0; exporters write 0 for unknown limits."""
     if limit is None:
         return True
     bounds = [limit.get(name, "0") for name in ("lower", "upper")]
@@ -56,17 +57,18 @@ def _states_no_range(limit: etree._Element | None) -> bool:
 
 
 class UrdfFile:
-    """A parsed URDF, with joints keyed by child link."""
+    """A parsed URDF, with its joints keyed by child link."""
 
     def __init__(self, file: str, text: str) -> None:
-        """Reads the tree of links and joints.
+        """Reads the tree of the links and joints.
 
         Args:
             file: File name in error messages.
             text: URDF text.
 
         Raises:
-            DescriptionError: The text is not a valid URDF, or joints refer to unknown links.
+            DescriptionError: The text is not a valid URDF, or joints refer to links that do not
+                exist.
         """
         self.file = file
         self.root = parsed(file, text)
@@ -83,7 +85,7 @@ class UrdfFile:
         self._refuse_circles()
 
     def _refuse_circles(self) -> None:
-        """Raises an error for cyclic joints, which are not connected to the base."""
+        """Raises an error for joints that form a cycle, which is not connected to the base."""
         based: set[str] = set()
         for child in self.joint_to:
             path: list[str] = []
@@ -96,29 +98,30 @@ class UrdfFile:
             based.update(path)
 
     def _circle(self, links: list[str]) -> NoReturn:
-        """Raises the error for a cycle of the parent joints of the listed links."""
+        """Raises the error for a cycle that the parent joints of the listed links form."""
         joints = [self.joint_to[link] for link in links]
         names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
         expected = f"a link that is not a descendant of the joint; cyclic joints: {names}"
         self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> SerialRobot:
-        """The chain between two links.
+        """Returns the chain between two links.
 
         Args:
-            base: The link whose frame is the base frame; default: the root, see
-                :mod:`~chasles.derive.description.importers.tool_links`.
-            tip: The link whose frame is the tool frame, anywhere in the tree; default: the end of
-                the longest chain.
-            name: Name of the robot; default: the name in the URDF.
+            base: The link whose frame is the base frame; by default, the root (see
+                :mod:`~chasles.derive.description.importers.tool_links`).
+            tip: The link whose frame is the tool frame, anywhere in the tree; by default, the end
+                of the longest chain.
+            name: Name of the robot; by default, the name in the URDF.
 
         Returns:
-            The robot with the frames, joints and links of the URDF; characters not allowed in C
-            names become "_". ``notes`` lists doubtful units, and the selected tip if there are
-            several.
+            The robot with the frames, joints and links of the URDF; the character "_" replaces
+            characters that C names do not allow. The field ``notes`` lists doubtful units, and the
+            selected tip if there are several tips.
 
         Raises:
-            DescriptionError: No such chain exists, or several chains have equally many joints.
+            DescriptionError: The chain does not exist, or several chains have the largest number of
+                joints.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -160,11 +163,11 @@ class UrdfFile:
         notes = (*ends.notes, *assumed, *found)
         return replace(robot, notes=notes)
 
-    # --- the tree of joints ---
+    # --- the tree of the joints ---
 
     @cached_property
     def tree(self) -> KinematicTree:
-        """Returns the tree of links and joints."""
+        """Returns the tree of the links and joints."""
         joints = (
             TreeJoint(
                 str(joint.get("name")),
@@ -191,7 +194,7 @@ class UrdfFile:
         return "moving" if joint.find("mimic") is None else "follower"
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; missing ends are inferred.
+        """Returns the chains between base and tip; a missing end is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -202,14 +205,14 @@ class UrdfFile:
             self._no_chain(error)
 
     def _no_chain(self, error: NoChain) -> NoReturn:
-        """Raises the error for links without a chain; suggests xacro for unexpanded macros."""
+        """Raises the error for links without a chain; suggests xacro if macros are not expanded."""
         elements = self.root.iterchildren(tag=etree.Element)
         macro = next((element for element in elements if element.prefix == "xacro"), None)
         name = f"<xacro:{etree.QName(macro).localname}>" if macro is not None else ""
         hint = f"; {name} is not expanded: give the file the ending .xacro" if name else ""
         self._fail(self.root, error.field, error.value, error.expected + hint)
 
-    # --- one joint ---
+    # --- a single joint of the file ---
 
     def _joint(self, element: etree._Element) -> Joint:
         kind = element.get("type", "")
@@ -261,7 +264,7 @@ class UrdfFile:
     def _couplings(
         self, elements: Iterable[etree._Element], driven: DrivenJoints
     ) -> Iterator[Coupling]:
-        """Yields the couplings of joints to actuators, or to the last of their leaders."""
+        """Yields the couplings of joints, either to actuators or to the last of their leaders."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             multiplier, offset = sp.Integer(1), sp.Integer(0)
             laws, leader = self._followed(element)
@@ -276,7 +279,7 @@ class UrdfFile:
                 yield Coupling(own, scaled, offset + multiplier * shift)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """Returns the chain of <mimic> elements of a joint, and the last leader joint."""
+        """Returns the <mimic> elements from a joint to its last leader, and this leader."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")
@@ -288,7 +291,7 @@ class UrdfFile:
         return laws, followed[-1]
 
     def _check_leaders(self, elements: Sequence[etree._Element], ends: Ends) -> None:
-        """Raises an error if a mimic joint of a chain has its leader outside the chain."""
+        """Raises an error if the leader of a mimic joint is outside the chain."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             _, leader = self._followed(element)
             if leader not in elements:

@@ -1,19 +1,19 @@
-"""Modeling conventions: each maps the named parameters of a joint to the joint's placements.
+"""Modeling conventions: each convention maps the named parameters of a joint to its placements.
 
 :data:`CONVENTIONS` lists all conventions. A convention is one
 :class:`~chasles.derive.model.convention.Convention` object in a file of this folder; robot files
 and articles use only this object, never its name.
 
-| name      | link transform, the joint's variable in brackets    | file                     |
-|-----------|-----------------------------------------------------|--------------------------|
-| `dh`      | Rz([theta]) Tz([d]) Tx(a) Rx(alpha)                 | denavit_hartenberg       |
-| `mdh`     | Rx(alpha) Tx(a) Rz([theta]) Tz([d])                 | denavit_hartenberg       |
-| `hayati`  | Rz([theta]) Tx(a) Rx(alpha) Ry(beta)                | nearly_parallel          |
-| `mdh5`    | T(a, b, c) Rx(alpha) Rz([theta])                    | five_parameters          |
-| `hayati5` | Tx(a) Rx(alpha) Ry(beta) Tz([d]) Rz([theta])        | five_parameters          |
-| `s_model` | Rz([theta]) Ry(beta) Rx(alpha) T(x, y, [z])         | s_model                  |
-| `poe`     | exp([q] screw of axis through point)                | product_of_exponentials  |
-| `urdf`    | T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then about `axis` | urdf_origin             |
+The list states the link transform of each convention, with the joint variable in brackets.
+
+`dh` (denavit_hartenberg.py) is Rz([theta]) Tz([d]) Tx(a) Rx(alpha).
+`mdh` (denavit_hartenberg.py) is Rx(alpha) Tx(a) Rz([theta]) Tz([d]).
+`hayati` (nearly_parallel.py) is Rz([theta]) Tx(a) Rx(alpha) Ry(beta).
+`mdh5` (five_parameters.py) is T(a, b, c) Rx(alpha) Rz([theta]).
+`hayati5` (five_parameters.py) is Tx(a) Rx(alpha) Ry(beta) Tz([d]) Rz([theta]).
+`s_model` (s_model.py) is Rz([theta]) Ry(beta) Rx(alpha) T(x, y, [z]).
+`poe` (product_of_exponentials.py) is exp([q] screw) for the screw of an axis through a point.
+`urdf` (urdf_origin.py) is T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about `axis`.
 """
 
 from ...model.convention import Convention

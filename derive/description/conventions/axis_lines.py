@@ -1,8 +1,9 @@
-"""Fits convention fields to a joint axis, expressed relative to the preceding axis.
+"""Fits convention fields to a joint axis that is expressed relative to the preceding axis.
 
-The z axis of the reference frame is along the preceding joint axis. In the conventions below, the x
-axis of the link points along the common normal of both axes. For Hayati's tilts, a plane normal to
-the preceding axis intersects the joint axis. The x axis points to this intersection.
+The z axis of the reference frame is along the preceding joint axis. In most conventions, the x axis
+of the link points along the common normal of both axes. With Hayati's tilts, a plane normal to the
+preceding axis intersects the joint axis instead. The x axis of the link then points to this
+intersection.
 """
 
 from collections.abc import Mapping
@@ -16,26 +17,27 @@ from ...model.tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, ZERO_C
 
 
 def angle_between(line: AxisLine) -> mpmath.mpf:
-    """Returns the angle between the preceding axis and the axis (radian), from 0 to pi."""
+    """Returns the angle between a joint axis and the preceding axis (radian), from 0 to pi."""
     x, y, z = line.direction
     return mpmath.atan2(mpmath.hypot(x, y), z)
 
 
 def is_parallel(line: AxisLine) -> bool:
-    """Whether both axes are parallel up to rounding error."""
+    """Whether the two axes are parallel up to rounding error."""
     x, y, _ = line.direction
     return bool(mpmath.hypot(x, y) <= ZERO_COMPONENT)
 
 
 def distance_between(line: AxisLine) -> mpmath.mpf:
-    """Returns the distance between both axes (meter)."""
+    """Returns the distance between the two axes (meter)."""
     return mpmath.hypot(*line.point[:2]) if is_parallel(line) else abs(_of_normal(line)[2])
 
 
 def common_normal(line: AxisLine) -> Fitted:
-    """Returns rotation and shift to the common normal, and the fields a and alpha of the normal.
+    """Returns rotation and shift to the common normal, and the fields a and alpha along the normal.
 
-    For parallel axes, the normal through the origin is used; for coinciding axes, the x axis.
+    For parallel axes, the normal through the origin is used; for coinciding axes, the x axis is
+    used.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         if is_parallel(line):
@@ -60,7 +62,8 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 def tilts(line: AxisLine) -> Fitted | None:
     """Returns the rotation to the axis in the plane z = 0, and the fields a, alpha, beta.
 
-    The fields define Tx(a) Rx(alpha) Ry(beta). The result is None if both axes are perpendicular.
+    The fields define Tx(a) Rx(alpha) Ry(beta). The result is None if the two axes are
+    perpendicular.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
@@ -80,7 +83,7 @@ def tilts(line: AxisLine) -> Fitted | None:
 
 
 def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
-    """Returns the axis point, and beta, alpha that align Ry(beta) Rx(alpha) z with the axis."""
+    """Returns the axis point, and beta and alpha that align Ry(beta) Rx(alpha) z with the axis."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = line.direction
         p_x, p_y, p_z = (length(component) for component in line.point)
@@ -89,7 +92,7 @@ def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
 
 
 def in_turned_frame(line: AxisLine) -> Vector:
-    """Returns the axis point in the frame rotated by Ry(beta) Rx(alpha)."""
+    """Returns the axis point in a frame that is rotated by Ry(beta) Rx(alpha)."""
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), p = line.direction, line.point
         in_plane = mpmath.hypot(x, z)
@@ -103,7 +106,7 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns a fit with rotation 0 and shift 0."""
+    """Returns a fit whose rotation and shift are 0."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 

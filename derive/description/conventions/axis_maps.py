@@ -1,8 +1,8 @@
-"""Displacement of a joint axis caused by changes of its convention parameters.
+"""Displacements of a joint axis that changes of its convention parameters cause.
 
-A revolute axis is a line with four displacements: shifts along the line and rotations about it have
-no effect. A prismatic axis is a direction, which can change by two tilts. A convention can
-represent every nearby axis if its parameters span these displacements.
+A revolute axis is a line with four possible displacements; shifts along the line and rotations
+about it have no effect. A prismatic axis is a direction, which two tilts can change. A convention
+can represent every nearby axis if its parameters produce all these displacements.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -22,26 +22,27 @@ from ...model.kinds import JointKind
 from ...model.placements import Placement, Rotation, Translation, rotation, translation
 
 FREE = {"prismatic": (3, 4)}
-"""Components of (v, omega) that displace the axis, keyed by joint type."""
+"""Components of the twist (v, omega) that displace the axis, keyed by joint type."""
 OF_A_LINE = (0, 1, 3, 4)
-"""Default components: shifts along x, y and rotations about x, y of the joint frame."""
+"""Default components: shifts along x and y, and rotations about x and y, of the joint frame."""
 POSE = 6
-"""Number of parameters of a pose."""
+"""Number of parameters of a full pose."""
 _BEFORE = sp.symbols("theta_before d_before", real=True)
 _AFTER = sp.symbols("theta_after d_after", real=True)
 
 
 @dataclass(frozen=True)
 class AxisMap:
-    """The transform between two axes in a convention, completed to six pose parameters.
+    """The transform between two axes in a convention, with six pose parameters in total.
 
     Attributes:
         product: Pose of the joint frame relative to the preceding axis, as elementary motions.
         own: Symbols of the convention parameters.
-        added: Symbols of the added rotations about and shifts along both axes.
-        columns: (6, own and added) twists (v; omega) of the joint frame per unit change of each
-            parameter, expressed in the joint frame.
-        free: Twist components that displace the axis.
+        added: Symbols of the added rotations about both axes and of the added shifts along both
+            axes.
+        columns: (6, number of parameters) twists (v; omega) of the joint frame per unit change of
+            each parameter, expressed in the joint frame.
+        free: Components of the twist that displace the axis.
     """
 
     product: Placement
@@ -52,12 +53,12 @@ class AxisMap:
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """All parameter symbols, in column order."""
+        """The symbols of all parameters, in the order of the columns."""
         return (*self.own, *self.added)
 
 
 def free_of(kind: JointKind) -> tuple[int, ...]:
-    """Returns the components of (v, omega) of a joint frame that displace its axis."""
+    """Returns the components of the twist (v, omega) of a joint frame that displace its axis."""
     return FREE.get(kind, OF_A_LINE)
 
 
@@ -65,10 +66,10 @@ def free_of(kind: JointKind) -> tuple[int, ...]:
 def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
     """Returns the transform between two axes in a convention.
 
-    A transform that starts with a rotation about the preceding axis is completed by a rotation
-    about and a shift along the joint axis. If a transform ends with a rotation about the joint
-    axis, the added motions are about and along the preceding axis, because an offset of the
-    preceding joint has the same effect.
+    If a transform starts with a rotation about the preceding axis, a rotation about the joint axis
+    and a shift along it are added. If a transform ends with a rotation about the joint axis, the
+    added motions are about and along the preceding axis; an offset of the preceding joint has the
+    same effect.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)
@@ -113,15 +114,15 @@ def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatr
 
 
 class Motions:
-    """Numeric orientation and twists of a product of elementary motions.
+    """Numeric functions for the orientation and the twists of a product of elementary motions.
 
     Args:
-        product: The product; its arguments are expressions in the symbols.
+        product: The product of motions, whose arguments are expressions in the symbols.
         symbols: The symbols.
     """
 
     def __init__(self, product: Placement, symbols: Sequence[sp.Symbol]) -> None:
-        """Prepares numeric functions for arguments and derivatives."""
+        """Prepares numeric functions for the arguments and for their derivatives."""
         steps = [step for motion in product for step in _steps(motion)]
         self._axes = [(turns, axis) for turns, axis, _ in steps]
         arguments = [argument for _, _, argument in steps]
@@ -132,7 +133,7 @@ class Motions:
             for symbol in argument.free_symbols & places.keys()
         ]
         self._places = [(k, i) for k, i, _ in rates]
-        # SymPy would print all expressions once more for the docstring.
+        # For its docstring, SymPy would print all expressions once more.
         results = [arguments, [rate for _, _, rate in rates]]
         self._evaluated = sp.lambdify([symbols], results, docstring_limit=0)
         self._count = len(symbols)
@@ -141,14 +142,14 @@ class Motions:
         """Returns twists (6, k) of the last frame, in its axes, and its orientation (3, 3).
 
         Args:
-            values: One value for each symbol.
+            values: One value for each symbol, in the order of the symbols.
         """
         arguments, rates = self._evaluated(values)
         of_motions = np.zeros((6, len(arguments)))
         R, p = np.eye(3), np.zeros(3)
         for k in reversed(range(len(arguments))):
             turns, axis = self._axes[k]
-            # R[axis] is the axis of the motion in the last frame.
+            # R[axis] is the axis of the elementary motion in the last frame.
             if turns:
                 i, j = (axis + 1) % 3, (axis + 2) % 3
                 of_motions[:3, k] = p[i] * R[j] - p[j] * R[i]
@@ -165,7 +166,7 @@ class Motions:
 
 
 def _steps(motion: Rotation | Translation) -> list[tuple[bool, int, sp.Expr]]:
-    """Returns (is rotation, axis index, amount) for each nonzero step of a motion."""
+    """Returns a triple (is rotation, axis index, amount) for each nonzero step of a motion."""
     if isinstance(motion, Rotation):
         return [(True, "xyz".index(motion.axis), motion.angle)]
     return [(False, k, part) for k, part in enumerate(motion.vector) if part != 0]
@@ -181,7 +182,7 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 
 def field_values(found: Fitted) -> dict[str, sp.Expr]:
-    """Returns field values (vectors per component), keyed by symbol name."""
+    """Returns the field values, keyed by symbol name; a vector gives one value per component."""
     values: dict[str, sp.Expr] = {}
     for name, value in found.values.items():
         if isinstance(value, tuple):
@@ -192,7 +193,7 @@ def field_values(found: Fitted) -> dict[str, sp.Expr]:
 
 
 def _coordinates(motion: Rotation | Translation) -> list[tuple[sp.Symbol, sp.Matrix]]:
-    """Returns the symbols of an elementary motion with their twists."""
+    """Returns the symbols of an elementary motion, with the twists that they cause."""
     if isinstance(motion, Rotation):
         arguments = [(motion.angle, 3 + "xyz".index(motion.axis))]
     else:
@@ -213,7 +214,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether the last motion is a rotation about z, apart from shifts along z."""
+    """Whether the last motion, apart from shifts along z, is a rotation about z."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

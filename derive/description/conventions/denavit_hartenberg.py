@@ -23,7 +23,7 @@ _FIELDS = (
 
 
 def _standard(line: AxisLine) -> Fitted:
-    """Assigns all four fields to the joint of the preceding link."""
+    """Assigns all four fields to the joint that moves the preceding link."""
     return into_fields(common_normal(line))
 
 
@@ -40,7 +40,7 @@ dh = of_transform(
     sliding="d",
     fit=_standard,
 )
-"""Standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+"""Standard Denavit-Hartenberg: The link transform is Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 mdh = of_transform(
     "mdh",
     _FIELDS,

@@ -1,4 +1,4 @@
-"""Converts poses to convention fields in high precision: axis lines, positions and angles."""
+"""Converts poses in high precision to convention fields: axis lines, positions and angles."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,7 @@ _ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def axis_line(relative: Any, joint: Joint) -> AxisLine:
-    """Returns the axis of a joint from its frame (4, 4); a prismatic axis is moved to the origin.
+    """Returns the axis of a joint from its frame (4, 4); a prismatic axis is placed at the origin.
 
     The position of a prismatic axis has no effect.
     """
@@ -26,7 +26,7 @@ def axis_line(relative: Any, joint: Joint) -> AxisLine:
 
 
 def along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
-    """Returns the rotation about z (radian) and the translation along z (meter)."""
+    """Returns a rotation about z (radian) followed by a translation along z (meter)."""
     return rotation("z", turn) + translation(sp.S.Zero, sp.S.Zero, shift)
 
 
@@ -41,11 +41,11 @@ def placement_of(T: Any) -> Placement:
 
 
 def xyz_rpy_of(T: Any) -> tuple[Vector, Vector]:
-    """Returns position, and roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns the position, and roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     pitch = mpmath.atan2(-T[2, 0], mpmath.hypot(T[0, 0], T[1, 0]))
     is_locked = mpmath.hypot(T[0, 0], T[1, 0]) <= ZERO_COMPONENT
     yaw = mpmath.mpf(0) if is_locked else mpmath.atan2(T[1, 0], T[0, 0])
-    # If the x axis is vertical, roll and yaw rotate about the same axis, and yaw is set to 0.
+    # If the x axis is vertical, roll and yaw rotate about the same axis, so yaw is set to 0.
     c, s = mpmath.cos(yaw), mpmath.sin(yaw)
     roll = mpmath.atan2(s * T[0, 2] - c * T[1, 2], c * T[1, 1] - s * T[0, 1])
     x, y, z = (length(T[k, 3]) for k in range(3))

@@ -1,9 +1,9 @@
-"""Five-parameter conventions for parallel and nonparallel axes; both are complete and continuous.
+"""Two complete and continuous conventions with five parameters, one for nearly parallel axes.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-    Engineering: equation (6) for `mdh5`, axes that are not parallel; equation (8) for `hayati5`,
-    axes that are nearly parallel.
+    Engineering. Equation (6) is `mdh5`, for axes that are not parallel. Equation (8) is `hayati5`,
+    for axes that are nearly parallel.
 """
 
 import sympy as sp
@@ -17,7 +17,7 @@ alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
 
 
 def _at_the_normal(line: AxisLine) -> Fitted:
-    """Places the frame at the foot of the common normal, so b is zero."""
+    """Places the frame at the foot of the common normal, so that b is zero."""
     found = common_normal(line)
     return Fitted(found.turn, sp.S.Zero, {**found.values, "c": found.shift})
 
@@ -37,7 +37,8 @@ mdh5 = of_transform(
     turning="theta",
     fit=_at_the_normal,
 )
-"""T(a, b, c) Rx(alpha) Rz(theta); a prismatic joint moves along z after Rz(theta)."""
+"""The link transform is T(a, b, c) Rx(alpha) Rz(theta); a prismatic joint moves along z after
+Rz(theta)."""
 hayati5 = of_transform(
     "hayati5",
     (
@@ -58,4 +59,4 @@ hayati5 = of_transform(
     sliding="d",
     fit=tilts,
 )
-"""Tx(a) Rx(alpha) Ry(beta) Tz(d) Rz(theta)."""
+"""The link transform is Tx(a) Rx(alpha) Ry(beta) Tz(d) Rz(theta)."""

@@ -1,4 +1,4 @@
-"""Consecutive axes of a chain with all joints at zero, each relative to the preceding axis."""
+"""Consecutive axes of a chain at zero joint values, each relative to the preceding axis."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ from .axis_lines import angle_between, distance_between, is_parallel
 from .axis_maps import Motions, axis_map, field_values
 
 _PLACE: tuple[sp.Symbol, sp.Symbol] = sp.symbols("place_x place_y", real=True)
-"""Shifts of a prismatic joint frame perpendicular to the joint direction."""
+"""Shifts of a prismatic joint frame that are perpendicular to the joint direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """The axis of a moving joint relative to the preceding axis.
+    """The axis of a moving joint, relative to the preceding axis.
 
     Attributes:
         joint: The joint.
         before: The preceding moving joint, or None for the z axis of the base frame.
-        line: The axis in the frame of the preceding joint.
+        line: The joint axis in the frame of the preceding joint.
         frame: (4, 4) high-precision pose of the joint frame in the frame of the preceding joint.
         size: Arm length: the sum of the distances between consecutive revolute axes (meter), or 1
-            if the sum is zero.
+            if this sum is zero.
     """
 
     joint: Joint
@@ -43,34 +43,34 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines: neither axis is prismatic, and the preceding axis exists."""
+        """Whether both axes are lines: neither axis is prismatic, and a preceding axis exists."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
     def angle(self) -> float:
-        """The angle between both axes (radian), from 0 to pi."""
+        """The angle between the two axes (radian), from 0 to pi."""
         return float(angle_between(self.line))
 
     @cached_property
     def distance(self) -> float:
-        """Distance between both axes (meter)."""
+        """Distance between the two axes (meter)."""
         return float(distance_between(self.line))
 
     @property
     def is_parallel(self) -> bool:
-        """Whether both axes are exactly parallel."""
+        """Whether the two axes are exactly parallel."""
         return is_parallel(self.line)
 
     def fit(self, convention: Convention) -> Fitted | None:
-        """Returns the convention parameters of the axis, or None."""
+        """Returns the convention parameters that fit the axis, or None if none fit."""
         return convention.fit(self.line) if convention.fit else None
 
     def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
         """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
 
-        Rows are shifts along the common normal and its perpendicular, relative to the arm length,
-        and rotations about both directions. For a prismatic axis, the rotations are the only
-        displacements. The position of a preceding prismatic axis is arbitrary, so shifts
+        The rows are the shifts along the common normal and its perpendicular, relative to the arm
+        length, and the rotations about both directions. For a prismatic axis, only the rotations
+        are displacements. The position of a preceding prismatic axis is arbitrary, so shifts
         perpendicular to this axis count as parameters. The result is None if the convention cannot
         represent the axis.
         """
@@ -102,7 +102,7 @@ class Neighbours:
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Direction of the common normal in the preceding frame, or 0 for coinciding axes."""
+        """Direction of the common normal in the preceding frame, or 0 if the axes coincide."""
         if self.is_parallel:
             across = np.array([float(x) for x in self.line.point[:2]] + [0.0])
         else:
@@ -113,7 +113,7 @@ class Neighbours:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Names of the rows of :meth:`displacements`."""
+        """Names of the displacements in the rows of :meth:`displacements`."""
         along, across = "the common normal", "the perpendicular of axis and common normal"
         if not self.normal.any():
             along, across = "the link's x axis", "the link's y axis"
@@ -124,7 +124,7 @@ class Neighbours:
 
 
 def least_singular_value(rows: NDArray[np.float64] | None) -> float:
-    """Returns the smallest displacement over all directions per unit parameter change, or 0."""
+    """Returns the smallest displacement per unit parameter change over all directions, or 0."""
     if rows is None or rows.shape[1] < rows.shape[0]:
         return 0.0
     return float(np.linalg.svd(rows, compute_uv=False)[-1])

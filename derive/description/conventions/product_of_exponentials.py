@@ -1,4 +1,4 @@
-"""Product-of-exponentials convention: each joint has a screw axis.
+"""Convention of the product of exponentials: each joint has a screw axis.
 
 Source:
     R. W. Brockett, Robotic manipulators and the product of exponentials formula, MTNS 1983 (1984).
@@ -14,23 +14,23 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Returns the displacement to the screw axis and its inverse.
+    """Returns the displacement to the screw axis and the inverse displacement.
 
-    All link frames therefore equal the base frame at zero configuration.
+    Therefore, all link frames equal the base frame at the zero configuration.
     """
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 
 
 def _corrections(kind: JointKind) -> Placement:
-    """Returns two tilts, and two shifts for non-prismatic axes, as correction parameters."""
+    """Returns the correction parameters: two tilts and, for non-prismatic axes, two shifts."""
     x, y, tilt_x, tilt_y = sp.symbols("shift_x shift_y tilt_x tilt_y", real=True)
     shifts = () if kind == "prismatic" else translation(x, y, sp.S.Zero)
     return shifts + rotation("x", tilt_x) + rotation("y", tilt_y)
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Accepts every axis; all corrections are zero."""
+    """Fits every axis; all corrections are zero."""
     return fitted({})
 
 
@@ -43,8 +43,9 @@ poe = Convention(
     numbers=_corrections,
     fit=_uncorrected,
 )
-"""The screw along ``axis`` through ``point``.
+"""The joint moves along the screw whose line has the direction ``axis`` and passes through
+``point``.
 
-Axis and point are expressed in the frame of the previous link at zero. In a chain with only `poe`
-joints, this is the base frame.
+Axis and point are expressed in the frame of the previous link when all joints are at zero. In a
+chain with only `poe` joints, this is the base frame.
 """

@@ -1,4 +1,4 @@
-"""The S-model: six parameters (a full pose) per link.
+"""The S-model, which has six parameters (a full pose) for each link.
 
 Source:
     Xie, Miao, Wang and Zhang, Kinematic Model Analysis of an 8-DOF Photographic Robot, 2018,
@@ -16,7 +16,7 @@ x, y, z = sp.symbols("x y z", real=True)
 
 
 def _turned_then_moved(line: AxisLine) -> Fitted:
-    """Fits beta and alpha to the axis direction, and the point in the rotated frame."""
+    """Fits beta and alpha to the axis direction, and the shift to the point in this frame."""
     _, beta, alpha = origin_and_turns(line)
     p_x, p_y, p_z = in_turned_frame(line)
     return fitted({"beta": beta, "alpha": alpha, "x": p_x, "y": p_y, "z": p_z})
@@ -39,4 +39,5 @@ s_model = of_transform(
     sliding="z",
     fit=_turned_then_moved,
 )
-"""Rz(theta) Ry(beta) Rx(alpha) T(x, y, z), with joint variable theta or z."""
+"""The link transform is Rz(theta) Ry(beta) Rx(alpha) T(x, y, z), where theta or z is the joint
+variable."""

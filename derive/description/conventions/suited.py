@@ -1,8 +1,8 @@
-"""Selects a suitable calibration convention per joint: complete, continuous, few parameters.
+"""Selects a calibration convention for each joint: complete, continuous, and with few parameters.
 
 For nonparallel consecutive axes, the modified Denavit-Hartenberg parameters are complete and
-minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts are used,
-with one more parameter. For nearly coinciding axes, both of these conventions fail, so a full pose
+minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts with one
+more parameter are used. For nearly coinciding axes, both of these conventions fail, so a full pose
 describes the joint.
 """
 
@@ -27,7 +27,8 @@ from .neighbours import Neighbours, least_singular_value, neighbours
 from .urdf_origin import urdf
 
 SUITED = (mdh, hayati5, urdf)
-"""Conventions that can be mixed because their fields define the axis of the same joint."""
+"""Conventions that can be mixed in one chain, because their fields define the axis of the same
+joint."""
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
@@ -39,7 +40,7 @@ def suitable_convention(pair: Neighbours) -> Convention:
 
 
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
-    """Returns each moving joint with its suitable convention.
+    """Returns each moving joint with the convention that suits it.
 
     A prismatic axis is moved to the origin of the preceding link, because its position is
     arbitrary.
@@ -50,18 +51,17 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with each joint in a suitable convention.
+    """Returns the robot after converting each joint to a suitable convention.
 
-    The tool pose, coordinates, limits and couplings do not change. Link frames follow the
+    The tool pose, coordinates, limits and couplings do not change. The link frames follow the new
     conventions, and fixed joints become parts of the links. Multiples of 15 degrees and numbers
     with fewer than 25 digits stay exact.
 
     Args:
-        robot: A serial robot with joints in any convention; named parameters are replaced by their
-            values.
+        robot: A serial robot whose joints have any convention; values replace the named parameters.
 
     Raises:
-        DescriptionError: The robot has masses, whose positions depend on the link frames.
+        DescriptionError: The robot has masses whose positions depend on the link frames.
     """
     if robot.load is not None:
         raise DescriptionError(
@@ -85,14 +85,15 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
 
 @dataclass
 class _Placed:
-    """A joint during its conversion to a convention.
+    """A joint that is being converted to a convention.
 
     Attributes:
         pair: The described joint and the preceding joint.
         convention: The suitable convention.
-        fitted: The values of the convention's fields that fit the joint.
+        fitted: The values of the convention fields that fit the joint.
         before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
-        turn: Rotation of the joint frame about its axis that the next joint requires (radian).
+        turn: Rotation of the joint frame about its axis (radian), as the convention of the next
+            joint requires.
         shift: Shift (meter) of the joint frame along its axis, as the convention of the next joint
             requires.
     """
@@ -105,14 +106,15 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """Returns the values of all fields, including rotation and shift."""
+        """Returns the values of all fields, which include rotation and shift."""
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
                 self.convention.turning: self.turn,
                 self.convention.sliding: self.shift,
             }
-        # A full pose includes rotation and shift in its fields position, roll, pitch and yaw.
+        # In a full pose, the fields position, roll, pitch and yaw include the rotation and the
+        # shift.
         T = pose_in_digits(self._own() + along_z(self.turn, self.shift), {})
         xyz, rpy = xyz_rpy_of(T)
         return fields | {"xyz": xyz, "rpy": rpy}
@@ -121,11 +123,11 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """Returns the joint frame (4, 4) without rotation and shift."""
+        """Returns the joint frame (4, 4) before the rotation and the shift are applied."""
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:
-        """Returns the joint in its convention."""
+        """Returns the joint in the selected convention."""
         given = self.convention.scalars(
             {f.name: f.value(self.fields()) for f in self.convention.fields}
         )
@@ -141,7 +143,7 @@ class _Placed:
 
 
 def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
-    """Returns the joints in their conventions, and the frame of the last joint."""
+    """Returns the joints in their conventions, and the frame after the last joint."""
     first = pairs[0]
     # The six parameters of the base frame define the position and direction of the first axis.
     placed = [_Placed(first, SUITED[0], fitted({}), first.frame)]
@@ -161,6 +163,6 @@ def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
 
 
 def _used(robot: SerialRobot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:
-    """Returns the parameters used by screw pitches."""
+    """Returns the parameters that occur in screw pitches."""
     used = {symbol for joint in joints for symbol in joint.pitch.free_symbols}
     return tuple(parameter for parameter in robot.parameters if parameter.symbol in used)

@@ -1,4 +1,4 @@
-"""Opens link-tree files by suffix and finds their chains."""
+"""Opens files with a link tree according to their suffix, and finds the chains in the tree."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,24 +23,24 @@ from .xacro_file import expanded, is_xacro
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf")
 READING = Limits()
-"""Limits on time and memory for reading one file."""
+"""Limits on the time and memory for reading one file."""
 Result = TypeVar("Result")
 Chain = tuple[str | None, str | None, str]
-"""Base link, tip link (None to infer) and suffix of the robot name."""
+"""Base link, tip link (None: the link is inferred) and suffix of the robot name."""
 
 
 class LinkedBodies(Protocol):
-    """A file with a link tree: a URDF or an MJCF model."""
+    """A file that contains a link tree, which is a URDF or an MJCF model."""
 
     @property
     def tree(self) -> KinematicTree:
         """The tree of links and joints."""
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; missing ends are inferred."""
+        """Returns the chains between base and tip; a missing end is inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """Returns the chain between two links, with the loops through its joints."""
+        """Returns the chain between two links, including the loops through its joints."""
 
 
 def is_imported(file: Path) -> bool:
@@ -55,7 +55,7 @@ def imported(
     tip: str | None = None,
     name: str | None = None,
 ) -> Described:
-    """The chain between two links of a file, with the numbers as written in the file.
+    """Returns the chain between two links of a file, with the numbers that the file contains.
 
     Args:
         file: A URDF, a xacro file or an MJCF model.
@@ -65,7 +65,7 @@ def imported(
         name: The robot's name; by default the name in the file.
 
     Raises:
-        DescriptionError: The file is invalid, has no such chain, or exceeds a limit.
+        DescriptionError: The file is invalid, does not contain the chain, or exceeds a limit.
     """
     return within_limits(file, partial(_robot, file, arguments, base, tip, name))
 
@@ -96,7 +96,8 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file is invalid, or it has arguments but is not a xacro file.
+        DescriptionError: The file is invalid, or arguments are given although the file is not a
+            xacro file.
     """
     if is_xacro(file):
         return UrdfFile(f"{file} (expanded)", expanded(file, arguments))
@@ -117,20 +118,21 @@ def chains(
     groups: Sequence[str],
     srdf: Path | None,
 ) -> tuple[Chain, ...]:
-    """Returns the chains of a file, from SRDF groups or inferred from the tree.
+    """Returns the chains of a file, either from SRDF groups or inferred from the tree.
 
     Args:
         file: A link-tree file.
-        arguments: Arguments of a xacro file.
-        base: The base link; default: the root.
-        groups: Names of SRDF groups.
-        srdf: The SRDF file; default: the SRDF file in the same folder.
+        arguments: Argument values of a xacro file, each as ``name:=value``.
+        base: The base link; by default, the root of the tree.
+        groups: Names of the SRDF groups.
+        srdf: The SRDF file; by default, the SRDF file in the folder of the description.
 
     Returns:
-        Base, tip and robot-name suffix per chain; the suffix of a single chain is empty.
+        Base link, tip link and suffix of the robot name for each chain; if there is only one chain,
+        its suffix is empty.
 
     Raises:
-        DescriptionError: A file is invalid, or the group is unknown.
+        DescriptionError: A file is invalid, or a group is unknown.
     """
     return within_limits(file, partial(_chains, file, arguments, base, groups, srdf))
 
@@ -149,7 +151,7 @@ def _chains(
     if not groups:
         found = [(base, end.tip, end.tip) for end in source.ends(base, None)]
         if len(found) == 1:
-            # The file reader selects the tip and lists the other ends in a note.
+            # The file reader selects the tip, and lists the other possible ends in a note.
             return ((base, None, ""),)
     if len(found) == 1:
         return ((*found[0][:2], ""),)
@@ -157,7 +159,7 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Returns the chains of a group, named after the group or after the tip of each chain."""
+    """Returns the chains of a group; each chain is named after the group or after its tip."""
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -1,9 +1,9 @@
-"""Finds end parts that do not belong to an arm: fingers, wheels, branches, ball joints.
+"""Finds end parts that do not belong to an arm: fingers, wheels, branches and ball joints.
 
 - A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints,
-  all branches on the link of a finger also count as fingers. After a moving joint, two more kinds
-  of joints are fingers: joints on a link with one of these words in its name, and end joints on the
-  same link that are prismatic or coupled, unless they carry a tool frame.
+  all branches that start at the link of a finger also count as fingers. After a moving joint, two
+  more kinds of joints are fingers: joints on a link with one of these words in its name, and end
+  joints on the same link that are prismatic or coupled, unless they carry a tool frame.
 - Several branches with at most ``LONGEST_FINGER`` joints on one link after ``JOINTS_OF_AN_ARM``
   joints are short branches, as in most hands.
 - A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint
@@ -20,9 +20,9 @@ from typing import Literal
 from .kinematic_tree import KinematicTree, TreeJoint
 
 FINGER_WORDS = ("finger", "thumb", "knuckle", "gripper", "jaw", "claw")
-"""Words in the names of hand joints."""
+"""Words that occur in the names of hand joints."""
 WHEEL = re.compile(r"wheel(?!chair|[ _-]?base)|cast[eo]r", re.IGNORECASE)
-"""Pattern for names of wheel joints and wheel links."""
+"""Pattern for the names of wheel joints and wheel links."""
 TOOL_NAMES = (
     "tool0",
     "tcp",
@@ -44,7 +44,7 @@ TOOL_NAMES = (
     "hand",
     "palm",
 )
-"""Names of tool frames, most common first; a prefix such as ``left_`` is allowed."""
+"""Names of tool frames, most common first; a name may have a prefix such as ``left_``."""
 LONGEST_FINGER = 4
 JOINTS_OF_AN_ARM = 4
 FREEDOMS_OF_A_BALL = 3
@@ -54,7 +54,7 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 @dataclass(frozen=True)
 class EndPart:
-    """A joint that is excluded from an arm together with all links after it."""
+    """A joint that is excluded from the arm, together with all links after this joint."""
 
     kind: EndPartKind
     joint: TreeJoint
@@ -62,14 +62,14 @@ class EndPart:
 
 @dataclass(frozen=True)
 class Arms:
-    """Chains of moving joints from a base link, and the excluded end parts."""
+    """Chains of moving joints that start at a base link, and the excluded end parts."""
 
     paths: tuple[TreePath, ...]
     left_out: tuple[EndPart, ...]
 
 
 def arms_of(tree: KinematicTree, base: str) -> Arms:
-    """Returns the chains of moving joints from a base link, without end parts."""
+    """Returns the chains of moving joints that start at a base link, without end parts."""
     heights = _heights(tree, base)
     paths: list[TreePath] = []
     left_out: list[EndPart] = []
@@ -88,14 +88,14 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(path: Sequence[TreeJoint]) -> int:
-    """Returns the number of coordinates of a chain after its last floating or planar joint."""
+    """Returns the number of coordinates in a chain after its last floating or planar joint."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(path))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
 
 
 def has_a_word(name: str, words: Iterable[str]) -> bool:
-    """Whether a name contains one of the words."""
+    """Whether a name contains one of several words."""
     return any(word in name.lower() for word in words)
 
 
@@ -148,12 +148,12 @@ def _has_a_tool(tree: KinematicTree, joint: TreeJoint) -> bool:
 
 
 def _leader(joint: TreeJoint) -> str:
-    """Returns the leader of a mimic joint, or the name of the joint itself."""
+    """Returns the leader of a mimic joint; for any other joint, its own name."""
     return joint.leader or joint.name
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
-    """Returns, for each link, the maximum number of moving joints in series after it."""
+    """Returns, for each link, the largest number of moving joints that follow it in series."""
     found: dict[str, int] = {}
     for link in reversed(list(tree.outwards(base))):
         lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
@@ -170,13 +170,13 @@ def _is_wheel(joint: TreeJoint) -> bool:
 
 
 def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
-    """Whether a one-DOF joint carries only wheels."""
+    """Whether a joint with one degree of freedom carries only wheels."""
     carried = tree.moved(joint.child)
     return joint.kind == "moving" and bool(carried) and all(map(_is_wheel, carried))
 
 
 def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:
-    """Yields each kind of end part with its joint names, excluding mimic joints."""
+    """Yields each kind of end part with the names of its joints; mimic joints are excluded."""
     names: dict[EndPartKind, list[str]] = {}
     for part in left_out:
         if part.joint.kind != "follower":

@@ -7,9 +7,10 @@ LONGEST_NAME = 60
 
 
 def identifier(name: str) -> str:
-    """Returns a valid C and Python name that is short enough for a file name.
+    """Returns a valid name for C and Python that is short enough for a file name.
 
-    Invalid characters become "_"; a name that starts with a digit gets the prefix "x".
+    The character "_" replaces invalid characters; a name that starts with a digit gets the prefix
+    "x".
     """
     allowed = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(allowed):

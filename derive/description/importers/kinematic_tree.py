@@ -1,4 +1,4 @@
-"""Named tree of links and joints of a file, used to find the path from base to tip."""
+"""Tree of the named links and joints in a file, in which the path from base to tip is found."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from itertools import takewhile
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""Kinds of joints: with a separate coordinate; mimic joint; fixed joint; floating or planar joint,
-after which a chain starts; ball joint, which cannot be in a chain."""
+"""Kinds of joints. A joint has its own coordinate, follows another joint (mimic), is fixed, is
+floating or planar (a chain starts after it), or is a ball joint (which a chain cannot contain)."""
 
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between two links.
+    """A joint that connects two links.
 
     Attributes:
         name: Name of the joint.
@@ -34,11 +34,11 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class KinematicTree:
-    """Links and joints, in the order of the file.
+    """Links and joints of the file, in the order of the file.
 
     Attributes:
         links: Names of all links.
-        joints: The joints; each link is the child of at most one joint.
+        joints: The joints; each link is the child of at most one of these joints.
     """
 
     links: tuple[str, ...]
@@ -46,7 +46,7 @@ class KinematicTree:
 
     @cached_property
     def joint_to(self) -> Mapping[str, TreeJoint]:
-        """The parent joint of each non-root link."""
+        """The parent joint of each link except the root."""
         return {joint.child: joint for joint in self.joints}
 
     @cached_property
@@ -88,7 +88,7 @@ class KinematicTree:
         return (*reversed(up[shared:]), *down[shared:])
 
     def common_ancestor(self, links: Iterable[str]) -> str:
-        """Returns the lowest link that is an ancestor of all links."""
+        """Returns the lowest link that is an ancestor of all given links."""
         first, *others = links
         above = self.path_down(self.root_of(first), first) or ()
         candidates = (first, *(joint.parent for joint in reversed(above)))
@@ -99,7 +99,7 @@ class KinematicTree:
         )
 
     def root_of(self, link: str) -> str:
-        """Returns the root above a link; for cyclic joints, the link itself."""
+        """Returns the root above a link; if joints form a cycle, returns the link itself."""
         start = link
         for _ in self.links:
             if link not in self.joint_to:
@@ -108,7 +108,7 @@ class KinematicTree:
         return start
 
     def outwards(self, link: str) -> Iterator[str]:
-        """Yields a link and all its descendants, parents first."""
+        """Yields a link and all its descendants; parents come first."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -116,7 +116,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(self.below[reached])]
 
     def rigid(self, link: str) -> Iterator[str]:
-        """Yields a link and all descendants rigidly connected to it."""
+        """Yields a link and all descendants that are rigidly connected to it."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -125,7 +125,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(fixed)]
 
     def moved(self, link: str) -> tuple[TreeJoint, ...]:
-        """Returns the moving child joints of a link and of its rigidly connected links."""
+        """Returns the moving joints that start at a link or at a rigidly connected link."""
         return tuple(
             joint
             for part in self.rigid(link)

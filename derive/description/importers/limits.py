@@ -1,4 +1,4 @@
-"""Note on joints without limits in a file."""
+"""Note that lists the joints without limits in a file."""
 
 from collections.abc import Sequence
 
@@ -6,10 +6,10 @@ from ..toml_file import listed
 
 
 def without_limits(joints: Sequence[str]) -> tuple[str, ...]:
-    """Returns a note on joints without limits or with limits 0 and 0, or () if there are none.
+    """Returns a note on joints whose limits are missing or both 0, or () if there are none.
 
     Args:
-        joints: Names of the joints without limits.
+        joints: Names of the joints that have no limits.
     """
     if not joints:
         return ()

@@ -14,7 +14,7 @@ MAX_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
-    """Returns the file of a robot_descriptions robot; first use downloads the file with git.
+    """Returns the file of a robot in robot_descriptions; git downloads it at the first use.
 
     Args:
         name: Name of a description in the package, such as ``ur5e_description``. If the name has no
@@ -26,7 +26,7 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
     Raises:
         NotInstalledError: The package is not installed.
         UnknownRobotError: The robot is unknown.
-        DescriptionError: The download failed, or the package has no description of the robot.
+        DescriptionError: The download failed, or the package contains no description of the robot.
     """
     try:
         from git.exc import GitError  # noqa: PLC0415

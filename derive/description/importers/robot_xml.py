@@ -1,4 +1,4 @@
-"""Safe XML parser: it rejects entities, so a file cannot read other files or exhaust memory."""
+"""Safe XML parser; it rejects entities, so that a file cannot read other files or fill memory."""
 
 import re
 from pathlib import Path
@@ -16,14 +16,15 @@ ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
 _DECLARED = re.compile(rb"""<\?xml[^>]*\bencoding\s*=\s*["']([\w.:-]+)["']""")
 _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
-"""Encodings keyed by the first two bytes (byte order mark or first character)."""
+"""Encodings of XML files, keyed by their first two bytes (byte order mark or first character)."""
 
 
 def read_xml(path: str | Path) -> str:
-    """Reads an XML file in the encoding of its byte order mark or declaration.
+    """Reads an XML file, with the encoding that its byte order mark or its declaration states.
 
     Raises:
-        DescriptionError: The file cannot be read, is too long, or violates its encoding.
+        DescriptionError: The file cannot be read, is too long, or does not have the stated
+            encoding.
     """
     content = read_bytes(path)
     declared = _DECLARED.match(content)
@@ -34,7 +35,7 @@ def read_xml(path: str | Path) -> str:
 
 
 def nearby_document(path: Path) -> minidom.Document | None:
-    """Returns a file near a description, such as package.xml, or None if it is not valid XML."""
+    """Returns a file near a description, such as package.xml, or None if it is no valid XML."""
     try:
         return minidom.parseString(read_bytes(path))
     except (DescriptionError, ExpatError, ValueError):
@@ -59,15 +60,15 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
 
 
 def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
-    """Parses an XML text; returns the root element without its namespace.
+    """Parses an XML text and returns its root element without the namespace.
 
     Args:
         file: File name in error messages.
         text: XML text.
-        root: Required name of the root element, where None accepts any name.
+        root: Required name of the root element; None accepts any name.
 
     Raises:
-        DescriptionError: The text is not valid XML, has a document type, or has a different root
+        DescriptionError: The text is not valid XML, has a document type, or has another root
             element.
     """
     parser = _parser()
@@ -78,8 +79,8 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     try:
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        # Some exporters write undeclared prefixes such as drake:. The log of the exception may
-        # include errors of other files, so the log of the parser is read.
+        # Some exporters write prefixes that are not declared, such as drake:. The log of the
+        # exception may include errors of other files, so the log of the parser is read instead.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error

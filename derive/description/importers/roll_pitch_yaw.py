@@ -1,4 +1,4 @@
-"""Roll, pitch and yaw of a rotation, with full accuracy also near gimbal lock.
+"""Roll, pitch and yaw of a rotation, accurate even near gimbal lock.
 
 Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are cosine
 and sine of (roll - yaw)/2 times cos(pitch/2) + sin(pitch/2). Likewise, w - y and x + z are cosine
@@ -13,13 +13,13 @@ import mpmath as mp
 from ...model.tolerances import GIMBAL_LOCK
 
 Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
-"""Roll, pitch, yaw (radian): roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2]."""
+"""Roll, pitch and yaw (radian); roll and yaw are in (-pi, pi], and pitch is in [-pi/2, pi/2]."""
 
 
 def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
-    """Returns the angles of a scalar-first quaternion of any length.
+    """Returns the angles of a quaternion of any length, whose scalar comes first.
 
-    At gimbal lock, only the sum or difference of roll and yaw is defined, and yaw is 0.
+    At gimbal lock, only the sum or difference of roll and yaw is determined, and yaw is set to 0.
     """
     up, down = mp.hypot(w + y, x - z), mp.hypot(w - y, x + z)
     difference, total = 2 * mp.atan2(x - z, w + y), 2 * mp.atan2(x + z, w - y)
@@ -38,7 +38,7 @@ def of_matrix(pose: mp.matrix) -> Angles:
 
 
 def _quaternion(R: mp.matrix) -> list[mp.mpf]:
-    """Returns an unnormalized quaternion: the largest of four parallel candidates."""
+    """Returns a quaternion that is not normalized: the largest of four parallel candidates."""
     xx, yy, zz = R[0, 0], R[1, 1], R[2, 2]
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     xy, yz, zx = R[1, 0] + R[0, 1], R[2, 1] + R[1, 2], R[0, 2] + R[2, 0]

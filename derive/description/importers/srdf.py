@@ -1,7 +1,7 @@
-"""Reads joint groups of SRDF files as base and tip links.
+"""Reads the joint groups of SRDF files, as base links and tip links.
 
 Source:
-    The SRDF specification of <group>: <chain>, <link>, <joint> and <group> inside it.
+    The SRDF specification of <group>, which contains <chain>, <link>, <joint> and <group>.
 """
 
 from collections.abc import Iterator
@@ -28,16 +28,17 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
         group: Name of the group.
 
     Returns:
-        One pair for a chain; one pair per subgroup for a group of groups.
+        One pair of links for a chain; for a group of groups, one pair for each subgroup.
 
     Raises:
-        DescriptionError: The file is not a valid SRDF, or the group is unknown or not a chain.
+        DescriptionError: The file is not a valid SRDF, or the group is unknown or does not form a
+            chain.
     """
     return tuple(_Srdf(file, tree).ends(group, 0))
 
 
 def srdf_in_folder(file: Path) -> Path | None:
-    """Returns the SRDF file with the same name, or the only SRDF file, in the same folder."""
+    """Returns the SRDF file in the same folder: the one with the same name, or the only one."""
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())
     of_the_name = [path for path in there if path.name.split(".")[0] == stem]
@@ -67,7 +68,7 @@ class _Srdf:
             yield self._own(element)
 
     def _own(self, element: etree._Element) -> tuple[str, str]:
-        """Returns base and tip of a group defined by a chain, joints or links."""
+        """Returns base and tip of a group that consists of a chain, joints or links."""
         chains = element.findall("chain")
         if len(chains) == 1:
             base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
@@ -82,7 +83,7 @@ class _Srdf:
         return self._base(tips[0], links), tips[0]
 
     def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
-        """Raises an error for moving joints of a group outside its chains."""
+        """Raises an error for moving joints of a group that are outside its chains."""
         joints = [joint for base, tip in pairs for joint in self.tree.path_down(base, tip) or ()]
         kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in joints}
         for joint in element.findall("joint"):

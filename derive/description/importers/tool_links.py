@@ -1,4 +1,4 @@
-"""Rules that infer the chain if base or tip is not specified.
+"""Rules that infer the chain if the base or the tip is not specified.
 
 1. The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
 ball joints without further joints. 2. The arm is the chain with the largest number of joints with
@@ -18,20 +18,21 @@ from .end_parts import EndPart, TreePath, arms_of, freedom, has_a_word, named_pa
 from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
-"""Words in the names of links that are not tools."""
+"""Words in the names of links that cannot be tools."""
 MAX_LINKS = 500
-"""Maximum number of links for which the tip is inferred; bounds the computing time."""
+"""Maximum number of links for which the tip is inferred, to limit the computing time."""
 MAX_OTHERS = 6
-"""Maximum number of alternative chain ends listed in a note."""
+"""Maximum number of alternative chain ends that a note lists."""
 
 
 class NoChain(DescriptionError):
-    """Error for links without a chain; the caller adds the name of the file.
+    """Error for links that no chain connects; the caller adds the name of the file.
 
     Attributes:
-        field: The wrong argument: ``base``, ``tip`` or ``link``.
-        value: The value found, or None if there is no value.
-        expected: Description of a valid value for the message.
+        field: The wrong argument: The name of the wrong argument, which is ``base``, ``tip`` or
+            ``link``.
+        value: The value that was found, or None if there is no value.
+        expected: Description of a valid value, for the message.
     """
 
     def __init__(self, field: str, value: str | None, expected: str) -> None:
@@ -41,15 +42,15 @@ class NoChain(DescriptionError):
 
 @dataclass(frozen=True)
 class Ends:
-    """The ends of a chain, with the alternatives and the excluded parts.
+    """The ends of a chain, with alternative ends and excluded parts.
 
     Attributes:
         base: The base link.
         tip: The tip link.
         others: The alternative tip links.
-        before: The joints before an inferred base; the last of these joints is the floating or
-            planar joint.
-        left_out: Fingers and other end parts excluded from the arm.
+        before: The joints before an inferred base, the last of which is the floating or planar
+            joint.
+        left_out: Fingers and other end parts that are excluded from the arm.
     """
 
     base: str
@@ -60,7 +61,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on inferred ends, or () if the caller specified both ends."""
+        """Notes on the ends that were inferred, or () if the caller specified both ends."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property
@@ -89,13 +90,13 @@ class Ends:
 
 
 def _few(names: Sequence[str]) -> str:
-    """Joins names with commas; long lists are truncated."""
+    """Joins names by commas; a long list is truncated."""
     more = len(names) - MAX_OTHERS
     return f"{', '.join(names[:MAX_OTHERS])}{f' and {more} more' if more > 0 else ''}"
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-    """Returns the ends of the chain between two links; missing ends are inferred.
+    """Returns the ends of the chain between two links; a missing end is inferred.
 
     Args:
         tree: The tree of links and joints.
@@ -103,7 +104,8 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
         tip: The tip link.
 
     Returns:
-        The ends of one chain, or of each of several arms of equal length, in the order of the file.
+        The ends of a chain or, if several arms have equal length, of each arm, in the order of the
+        file.
 
     Raises:
         NoChain: A link is unknown, no chain exists, or the tree has several roots.
@@ -124,10 +126,10 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
-    """Returns the ends of the only chain between two links, see :func:`chosen_ends`.
+    """Returns the ends of the only chain between two links; see :func:`chosen_ends`.
 
     Raises:
-        NoChain: No chain or several chains exist.
+        NoChain: No chain or more than one chain exists.
     """
     found = chosen_ends(tree, base, tip)
     if len(found) > 1:
@@ -140,7 +142,7 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
 
 
 def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
-    """Raises an error for multi-DOF joints between base and tip.
+    """Raises an error for joints with several degrees of freedom between base and tip.
 
     Raises:
         NoChain: The chain has a multi-DOF joint; the message suggests other ends.
@@ -160,7 +162,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
 
 
 def leader_between(follower: str, ends: Ends) -> str:
-    """Returns the error text for a mimic joint whose leader is outside the chain."""
+    """Returns the error text for a mimic joint whose leader is not in the chain."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
         f"coupling, {follower} has its own coordinate"
@@ -177,7 +179,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns the inferred chains below a link: the longest arm, or all arms of this length."""
+    """Returns the inferred chains below a link: the longest arm, or all arms of equal length."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(
@@ -200,7 +202,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """Returns the only end of a tree without movable arm joints, or raises an error."""
+    """Returns the only end of a tree without moving arm joints, or raises an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:
@@ -212,7 +214,7 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """Returns the ends of a chain; by default it starts after a floating or planar joint."""
+    """Returns the ends of a chain, which by default starts after a floating or planar joint."""
     free = [k for k, joint in enumerate(path) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)
@@ -221,9 +223,9 @@ def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> E
 
 
 def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
-    """Returns the chains with the most coordinates, one chain per last joint with a coordinate.
+    """Returns the chains with the most coordinates, one for each last joint with a coordinate.
 
-    A chain also includes the mimic joints after this last joint, unless they branch.
+    A chain also includes the mimic joints after its last joint, unless they branch.
     """
     most = max(map(freedom, paths), default=0)
     by_last: dict[str, list[TreePath]] = {}
@@ -238,7 +240,7 @@ def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
 
 
 def _tip(tree: KinematicTree, link: str) -> str:
-    """Returns the tool frame among the links rigidly connected to the last link."""
+    """Returns the tool frame among the links that are rigidly connected to the last link."""
     links = list(tree.rigid(link))
     named = [part for part in links if tool_rank(part) is not None]
     if named:

@@ -1,10 +1,11 @@
 """Applies the factory calibration of a UR arm to its description.
 
-The controller stores deviations of the six DH parameter rows (``calibration.conf``: delta_theta,
+The controller stores deviations of six rows of DH parameters (``calibration.conf``: delta_theta,
 delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
-ill-defined and delta_d is often many meters. The ROS driver moves these frames along their axes and
-writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll,
-pitch, yaw). Both file formats are converted to the second form, the poses of links.
+poorly defined and delta_d is often many meters. The ROS driver moves these frames along their axes
+and writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z,
+roll, pitch, yaw). Both file formats are converted to the second form, in which a file states the
+poses of links.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -39,37 +40,39 @@ if TYPE_CHECKING:
     from yaml import Node
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-"""Link names in the YAML file; each entry is the pose of a joint in the frame of the preceding
+"""Link names in the YAML file; the entry of a link is its joint pose in the frame of the preceding
 link."""
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
-"""Row indices of upper arm and forearm, whose axes are nearly parallel to the next axis."""
+"""Row indices of the upper arm and the forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Number of digits of the computed placements; higher than double precision."""
+"""Number of digits of the computed placements, which exceeds double precision."""
 
 
 @dataclass(frozen=True)
 class LinkPose:
-    """Pose of a joint in the preceding link: position (meter) and roll, pitch, yaw (radian)."""
+    """Pose of a joint in the preceding link, as position (meter) and roll, pitch, yaw (radian)."""
 
     xyz: Vector
     rpy: Vector
 
 
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
-    """Returns a UR arm with the measured geometry of one robot instead of nominal values.
+    """Returns a UR arm whose nominal geometry is replaced by the measured geometry of one robot.
 
-    Names, limits, base frame and tool frame do not change. The resulting joints are in the URDF
-    convention.
+    The names, the limits, the base frame and the tool frame do not change. The joints of the result
+    use the URDF convention.
 
     Args:
-        description: A UR arm: six revolute joints in DH parameters, or URDF origins with z axes.
-        path: ``calibration.conf`` of the controller, or the ``.yaml`` file from the ROS driver.
+        description: A UR arm with six revolute joints, described by DH parameters or by URDF
+            origins with z axes.
+        path: The file ``calibration.conf`` from the controller, or the ``.yaml`` file from the ROS
+            driver.
 
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to a different arm type (tools at zero differ by more than
+            calibration belongs to another arm type (the tools at zero differ by more than
             ``CALIBRATED_TOOL``).
     """
     file = as_path("path", path)
@@ -126,11 +129,11 @@ def _placed(joint: Joint, pose: LinkPose) -> Joint:
     return replace(joint, before=before, after=after, convention=urdf, given=urdf.scalars(given))
 
 
-# --- the file ---
+# --- the calibration file itself ---
 
 
 class _File:
-    """A calibration file with link poses or DH parameter deviations."""
+    """A calibration file that contains link poses or deviations of DH parameters."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -181,7 +184,7 @@ class _File:
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
     def _rows(self, robot: SerialRobot) -> list[list[mp.mpf]]:
-        """Returns the rows theta, d, a, alpha of the arm, including the deviations."""
+        """Returns the rows (theta, d, a, alpha) of the arm, including the deviations."""
         deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
         defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
         rows = []
@@ -227,21 +230,22 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table with text keys; the result is empty for other nodes."""
+    """Returns the entries of a YAML table with text keys; empty for any other node."""
     pairs = node.value if node is not None and node.id == "mapping" else []
-    # Aliases in other keys and values could expand to a text of any length.
+    # Aliases in other keys and values could expand to a text of unlimited length.
     return {key.value: value for key, value in pairs if key.id == "scalar"}
 
 
-# --- DH rows to poses without large offsets ---
+# --- DH rows to poses without large link offsets ---
 
 
 def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, ...]:
-    """Converts DH rows theta, d, a, alpha to the pose of each joint in the preceding link.
+    """Converts DH rows (theta, d, a, alpha) to the pose of each joint in the preceding link.
 
-    The origin of a joint may lie anywhere on its axis. After a row of ``NEARLY_PARALLEL``, the
-    origin is moved to the point where the axis intersects the plane normal to the preceding axis.
-    The preceding x axis is rotated towards this point. The poses of the tool do not change.
+    The origin of a joint may be anywhere on the joint axis. After a row of ``NEARLY_PARALLEL``, the
+    origin is moved to the intersection of the axis with the plane that is normal to the preceding
+    axis. The x axis of the preceding frame is rotated towards this point. The tool poses do not
+    change.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]
@@ -289,7 +293,7 @@ def _evaluated(value: sp.Expr) -> mp.mpf:
 
 
 def _tool_at_zero(robot: SerialRobot) -> mp.matrix:
-    """Returns the tool pose at q = 0."""
+    """Returns the tool pose at the configuration q = 0."""
     defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
     pose = mp.eye(4)
     for motion in (motion for placement in robot.placements for motion in placement):

@@ -1,13 +1,15 @@
-"""Transmissions of a URDF: the joints of a chain as linear functions of actuators.
+"""Transmissions of a URDF, which make the joints of a chain linear functions of actuators.
 
 Elements <transmission> of the URDF and of <ros2_control> have the equations of ros2_control, with
-reductions n and offsets of the actuators a and the joints j:
+reductions n and offsets of the actuators a and the joints j.
 
-    simple           j = a / n + offset
-    differential     j1 = (a1 / n_a1 + a2 / n_a2) / (2 n_j1) + offset1
-                     j2 = (a1 / n_a1 - a2 / n_a2) / (2 n_j2) + offset2
-    four-bar linkage j1 = a1 / (n_j1 n_a1) + offset1
-                     j2 = (a2 / n_a2 - a1 / (n_j1 n_a1)) / n_j2 + offset2
+A simple transmission has the equation ``j = a / n + offset``.
+
+A differential has the equations ``j1 = (a1 / n_a1 + a2 / n_a2) / (2 n_j1) + offset1`` and
+``j2 = (a1 / n_a1 - a2 / n_a2) / (2 n_j2) + offset2``.
+
+A four-bar linkage has the equations ``j1 = a1 / (n_j1 n_a1) + offset1`` and
+``j2 = (a2 / n_a2 - a1 / (n_j1 n_a1)) / n_j2 + offset2``.
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
@@ -25,21 +27,20 @@ SIMPLE, DIFFERENTIAL, FOUR_BAR = (
     "FourBarLinkageTransmission",
 )
 ACTUATORS: Mapping[str, int] = {SIMPLE: 1, DIFFERENTIAL: 2, FOUR_BAR: 2}
-"""Number of actuators, and of joints, for each type of transmission."""
+"""Number of actuators for each type of transmission, which equals its number of joints."""
 REDUCTION_TAGS = ("mechanical_reduction", "mechanicalReduction")
-"""Names of the element in <ros2_control> and in <robot>."""
+"""Names of the XML element for the reduction, in <ros2_control> and in <robot>."""
 Ratios = tuple[tuple[str, sp.Expr], ...]
 
 
 @dataclass(frozen=True)
 class DrivenJoints:
-    """The joints that transmissions move.
+    """The joints of a chain that transmissions move.
 
     Attributes:
-        rows: The ratios of the actuators and the offset of each joint, keyed by the name of the
-            joint in the file.
-        motors: The actuators that are not joints of the chain.
-        notes: Sentences about the transmissions.
+        rows: The actuator ratios and the offset of each joint, keyed by the joint name in the file.
+        motors: The actuators that are not themselves joints of the chain.
+        notes: Sentences that describe the transmissions.
     """
 
     rows: Mapping[str, tuple[Ratios, sp.Expr]]
@@ -53,8 +54,8 @@ class TransmissionReader:
 
     Attributes:
         root: The element <robot>.
-        number: Reads a number of an element; the field is for the error.
-        fail: Raises the error for a field of an element, its value and the expected value.
+        number: Reads a number from an element; the field is named in an error.
+        fail: Raises the error for a field of an element, with its value and the expected value.
     """
 
     root: etree._Element
@@ -67,10 +68,10 @@ class TransmissionReader:
         A simple transmission with reduction 1 and offset 0 has no effect.
 
         Args:
-            joints: Names of the moving joints of the chain, without mimic joints.
+            joints: Names of the moving joints in the chain, without mimic joints.
 
         Raises:
-            DescriptionError: A reduction is 0 or not a number, or two transmissions have the same
+            DescriptionError: A reduction is 0 or no number, or two transmissions have the same
                 joint or actuator.
         """
         rows: dict[str, tuple[Ratios, sp.Expr]] = {}
@@ -105,7 +106,7 @@ class TransmissionReader:
         return DrivenJoints(rows, free, tuple(notes))
 
     def _check(self, parts: Sequence[etree._Element], taken: Container[str], expected: str) -> None:
-        """Raises an error if the name of a part is taken, or occurs twice."""
+        """Raises an error if the name of a part is already used, or occurs twice."""
         seen: set[str] = set()
         for part in parts:
             name = identifier(str(part.get("name")))
@@ -116,9 +117,10 @@ class TransmissionReader:
     def _rows(
         self, kind: str, parts: Sequence[etree._Element], joints: Sequence[etree._Element]
     ) -> list[tuple[Ratios, sp.Expr]] | None:
-        """Returns the equation of each joint.
+        """Returns the equation for each joint of a transmission.
 
-        The result is None for an unknown type, and empty if the actuator is the joint.
+        The result is None for an unknown type of transmission, and empty if the actuator is the
+        joint.
         """
         if not len(parts) == len(joints) == ACTUATORS.get(kind):
             return None
@@ -159,13 +161,13 @@ class TransmissionReader:
 
 
 def _kind(element: etree._Element) -> str:
-    """Returns the type of a transmission, without the name of its package."""
+    """Returns the type of a transmission without the package name."""
     texts = element.findtext("plugin"), element.findtext("type"), element.get("type")
     return next((text.strip().rpartition("/")[2] for text in texts if text), "")
 
 
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
-    """Yields the actuators or joints of a transmission in the order of their roles, if any."""
+    """Yields the actuators or joints of a transmission, ordered by their roles if any."""
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]
     order = sorted(range(len(parts)), key=lambda k: roles[k]) if all(roles) else range(len(parts))

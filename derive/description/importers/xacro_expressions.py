@@ -1,11 +1,11 @@
-"""Evaluates xacro expressions without Python's ``eval``, so a file cannot run commands.
+"""Evaluates xacro expressions without ``eval`` of Python, so that a file cannot run commands.
 
-Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a file access to any
-Python function. This module uses Python only to parse an expression. The evaluator below supports
-numbers, strings, lists, tuples, dictionaries, operators, comprehensions and the documented xacro
-functions. The evaluator rejects names that start with an underscore, ``lambda``, ``type``, ``vars``
-and ``str.format``. No accepted symbol may give access to a rejected function: ``map``, for example,
-calls any function it receives.
+Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, by which a file can call any Python
+function. This module uses Python only to parse an expression. The evaluator supports numbers,
+strings, lists, tuples, dictionaries, operators, comprehensions and the documented functions of
+xacro. The evaluator rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start
+with an underscore. No accepted symbol may give access to a rejected function; ``map``, for example,
+calls any function that it receives.
 """
 
 import ast
@@ -16,11 +16,12 @@ from contextlib import contextmanager
 from typing import Any
 
 MAX_STEPS = 1_000_000
-"""Maximum number of evaluated nodes per expression."""
+"""Maximum number of nodes that are evaluated per expression."""
 MAX_SIZE = 1_000_000
-"""Maximum item count of a repeated sequence, and bit count of a power or shifted number."""
+"""Maximum length of a repeated sequence, and maximum number of bits of a power or a shifted
+number."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
-"""Functions of xacro that only inspect Python objects."""
+"""Functions of xacro that serve only to inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
     str: (
         *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit"),
@@ -34,7 +35,7 @@ METHODS: Mapping[type, Collection[str]] = {
     set: ("add", "union", "intersection", "difference", "issubset"),
     frozenset: ("union", "intersection", "difference", "issubset"),
 }
-"""Methods allowed in an expression, keyed by the type of the value."""
+"""Methods that an expression may call, keyed by the type of the value."""
 BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -70,12 +71,12 @@ COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 
 
 class RefusedExpressionError(ValueError):
-    """An expression is outside the documented xacro subset, or too large."""
+    """An expression is outside the documented subset of xacro, or is too large."""
 
 
 @contextmanager
 def replaced(module: Any, **values: Any) -> Iterator[None]:
-    """Context manager that temporarily replaces attributes of a module."""
+    """Context manager that replaces attributes of a module for a while."""
     before = dict(vars(module))
     try:
         vars(module).update(values)
@@ -90,7 +91,7 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
 
 
 def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
-    """Returns a copy of xacro's symbols without ``REFUSED_FUNCTIONS``, also in its namespaces."""
+    """Returns a copy of the symbols of xacro without ``REFUSED_FUNCTIONS``, also in namespaces."""
     copy: Any = type(symbols)()
     for name, value in symbols.items():
         if name not in REFUSED_FUNCTIONS:
@@ -101,11 +102,11 @@ def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
 
 
 def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
-    """Returns the replacement for xacro's evaluator of ``${...}``.
+    """Returns the function that replaces xacro's evaluator of ``${...}``.
 
     Args:
-        symbols: The :func:`allowed_symbols`: functions, constants, and mappings of functions and
-            constants.
+        symbols: The result of :func:`allowed_symbols`: functions, constants, and mappings that
+            contain them.
     """
     functions = set(_functions(symbols))
 
@@ -116,7 +117,7 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
 
 
 def substitution_evaluator(substitution_args: Any) -> Callable[..., str]:
-    """Returns the replacement for xacro's evaluator of ``$(eval ...)``."""
+    """Returns the function that replaces xacro's evaluator of ``$(eval ...)``."""
     convert, read_argument = substitution_args.convert_value, substitution_args._eval_arg
 
     def evaluated(text: str, context: dict[str, Any]) -> str:
@@ -149,11 +150,11 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
 
     Args:
         text: A Python expression in the documented subset.
-        symbols: Values keyed by name: a mapping, or an object with ``__getitem__``.
-        functions: The functions allowed in the expression.
+        symbols: Values keyed by name, given as a mapping or as an object with ``__getitem__``.
+        functions: The functions that the expression may call.
 
     Raises:
-        RefusedExpressionError: The expression is outside the subset, or too large.
+        RefusedExpressionError: The expression is outside the subset, or is too large.
         NameError: A name has no value.
         SyntaxError: The text is not an expression.
     """
@@ -177,8 +178,8 @@ class _Evaluator:
         if evaluator is None:
             raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
         found = evaluator(node)
-        # The function `_attribute` checks its values itself: methods of strings and lists are not
-        # symbols.
+        # The function `_attribute` checks its values itself, because methods of strings and lists
+        # are not symbols.
         return found if isinstance(node, ast.Attribute) else self._checked(node, found)
 
     def _expression(self, node: ast.Expression) -> Any:
@@ -200,7 +201,7 @@ class _Evaluator:
             raise NameError(f"name {node.id!r} is not defined") from None
 
     def _checked(self, node: ast.AST, found: Any) -> Any:
-        """Returns a value; a function must be in the list of allowed functions."""
+        """Returns a value; a function must be among the allowed functions."""
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             name = ast.unparse(node)
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
@@ -210,7 +211,7 @@ class _Evaluator:
         _check_name(node.attr)
         owner = self.value(node.value)
         if isinstance(owner, dict) and node.attr not in METHODS[dict]:
-            # Dotted access to namespaces and to YAML dictionaries.
+            # Namespaces and YAML dictionaries allow access by dots.
             return self._checked(node, getattr(owner, node.attr))
         allowed = next((names for kind, names in METHODS.items() if isinstance(owner, kind)), ())
         if node.attr not in allowed:
@@ -345,7 +346,7 @@ def _is_hashable(found: Any) -> bool:
 
 
 def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
-    """Rejects a power, shift, repetition or format whose result would exhaust memory."""
+    """Rejects a power, shift, repetition or format if its result would exhaust memory."""
     if isinstance(kind, ast.Mod) and isinstance(left, str):
         _check_widths(left, right if isinstance(right, tuple) else (right,))
     size = 0
@@ -362,9 +363,9 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
 
 
 def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
-    """Rejects a format with large widths or precisions.
+    """Rejects a format with a large width or precision.
 
-    A ``*`` in the format takes a width from the values, so integer values are widths, too.
+    A ``*`` in the format takes its width from the values, so integer values count as widths too.
     """
     widths = [int(digits) for digits in re.findall(r"\d+", text)]
     if "*" in text:

@@ -23,22 +23,22 @@ from .xacro_hints import files_like, incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
-"""Error class name that xacro prints before its message."""
+"""Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""Duplicate message that a nested xacro error contains."""
+"""Duplicate of the message, which a nested xacro error contains."""
 MAX_REASON = 2000
-"""Maximum number of characters of a reason from xacro."""
+"""Maximum number of characters of a reason that xacro states."""
 PACKAGE_ENDINGS = ("_description", "_support")
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
 
 def is_xacro(file: Path) -> bool:
-    """Whether the file suffix is .xacro."""
+    """Whether the suffix of the file is .xacro."""
     return file.suffix.lower() == ".xacro"
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """Returns the XML of a xacro file, see :func:`expanded_with_files`."""
+    """Returns the XML text of a xacro file; see :func:`expanded_with_files`."""
     return expanded_with_files(file, arguments)[0]
 
 
@@ -46,18 +46,18 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     """Expands a xacro file to XML, and lists the files that it includes.
 
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
-    ROS. A package is a folder whose package.xml has this name, or a folder with this name. The
-    suffixes of ``PACKAGE_ENDINGS`` are removed from package names. Included files and YAML files
-    are read from the file's package and from packages of ``$(find package)``. Without a
-    package.xml, the folder of the file is its package.
+    an installed ROS. The folder of a package has a package.xml that states its name, or has this
+    name itself. The suffixes of ``PACKAGE_ENDINGS`` are removed from package names. Included files
+    and YAML files are read only from the package of the file and from packages of ``$(find
+    package)``. Without a package.xml, the folder that contains the file is its package.
 
     Args:
         file: A xacro file.
         arguments: Argument values, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file cannot be expanded or is an incomplete robot. The error states
-            the reason from xacro and the missing part.
+        DescriptionError: The file cannot be expanded, or the robot in the file is incomplete. The
+            error states the reason that xacro gives, and the missing part.
     """
     try:
         import xacro  # noqa: PLC0415
@@ -83,7 +83,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     except DescriptionError:
         raise
     except Exception as error:
-        # Expressions in the file may raise any error, not only the errors of xacro.
+        # Expressions in the file may raise any error, not only errors of xacro.
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
@@ -110,13 +110,13 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> DescriptionError:
-    """Returns the error with the file and, if known, the line where the expansion stopped."""
+    """Returns the error with the file name and the line (if known) where the expansion stopped."""
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
     hint = missing(reason, Path(inner))
     reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason[:MAX_REASON]).split()))
-    # A surrogate character could not be printed.
+    # A surrogate character in a text could not be printed.
     reason = reason.encode(errors="replace").decode()
     expected = f"xacro that can be expanded ({reason}{within}{hint})"
     return file_error(inner, int(line[1]) if line else None, "", None, expected)
@@ -124,7 +124,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 
 @contextmanager
 def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[None]:
-    """Resolves ``$(find package)`` in the folders near a file during the expansion of the file.
+    """Resolves ``$(find package)`` in the folders near a file while xacro expands the file.
 
     Xacro itself finds packages only in the package index of an installed ROS.
     """
@@ -136,7 +136,7 @@ def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[N
             try:
                 folder = Path(of_ros(name))
             except Exception as error:
-                # ROS is missing, or a different package has replaced the package finder of ROS.
+                # ROS is missing, or another package has replaced the package finder of ROS.
                 raise substitution_args.SubstitutionException(packages.missed(name)) from error
         packages.readable.append(folder)
         return str(folder)
@@ -147,7 +147,7 @@ def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[N
 
 
 class _Packages:
-    """Finds packages near a file by name, and opens files in these packages."""
+    """Finds packages by name near a file, and opens files in these packages."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -155,11 +155,11 @@ class _Packages:
         self.readable = [input_folder(file)]
 
     def opened(self, name: str) -> io.BytesIO:
-        """Opens an included file; replaces the function ``open`` of xacro."""
+        """Opens an included file; this function replaces the function ``open`` of xacro."""
         return io.BytesIO(included_bytes(Path(name), self.readable, self.file))
 
     def folder(self, name: str) -> Path | None:
-        """Returns the folder of a package, or None."""
+        """Returns the folder of a package, or None if the package is not found."""
         stem = _stem(name)
         rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
         for known, sought in rules:
@@ -169,14 +169,14 @@ class _Packages:
         return None
 
     def missed(self, name: str) -> str:
-        """Returns an error text with the searched folders."""
+        """Returns an error text that lists the searched folders."""
         return (
             f"no package {name!r} in {self.above[0]} and {FOLDERS_UP - 1} folders above it, nor in "
             f"ROS: put the package there, as a folder {name}"
         )
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:
-        """Returns the packages with a package.xml in a folder or its subfolders."""
+        """Returns the packages, with a package.xml, in a folder or its subfolders."""
         files = [folder / PACKAGE_FILE, *files_like(folder, f"*/{PACKAGE_FILE}")]
         return {_package_name(file): file.parent for file in files if file.is_file()}
 

@@ -1,4 +1,4 @@
-"""Hints on missing parts of a xacro file: an argument, property, macro, macro call or link.
+"""Hints on missing parts of a xacro file, such as an argument, property, macro, macro call or link.
 
 Nearby xacro files are searched for a file that defines the missing part.
 """
@@ -16,18 +16,18 @@ from ..file_text import read_bytes
 from .robot_xml import nearby_document
 
 MAX_FILES = 300
-"""Maximum number of searched files; bounds the computing time."""
+"""Maximum number of files that are searched, to limit the computing time."""
 MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Search locations near a file: the number of folders upwards, and the file pattern below that
-folder."""
+"""Search locations near a file, given by the number of folders upwards and the file pattern below
+that folder."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 
 
 @dataclass(frozen=True)
 class _Macro:
-    """A macro: name, required parameters, block parameters, and whether it creates links."""
+    """A macro: its name, required parameters, block parameters, and whether it creates links."""
 
     name: str
     parameters: tuple[str, ...]
@@ -42,7 +42,7 @@ class _Macro:
 
 
 def missing(reason: str, file: Path) -> str:
-    """Returns a hint on how to fix a failed expansion; the result is empty if unknown.
+    """Returns a hint on how to fix a failed expansion, or an empty text if no fix is known.
 
     Args:
         reason: The error message of xacro.
@@ -83,7 +83,7 @@ def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> st
     """Returns the missing parts of a robot in expanded XML; empty if the robot may be complete.
 
     Args:
-        root: The root element of the expanded file.
+        root: The root element of the expanded XML.
         file: The file.
         includes: The included files.
     """
@@ -152,7 +152,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns the files that match a pattern; no files if a folder cannot be read."""
+    """Returns the files that match a pattern, or no files if a folder cannot be read."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

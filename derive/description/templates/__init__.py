@@ -1,4 +1,4 @@
-"""Commented robot files to start from."""
+"""Commented robot files from which a user can start."""
 
 from pathlib import Path
 
@@ -8,14 +8,14 @@ _FOLDER = Path(__file__).parent
 
 
 def template(kind: str) -> str:
-    """Returns the text of a commented robot file that is ready to derive.
+    """Returns the text of a robot file with comments, which is ready to derive.
 
     Args:
         kind: "arm" (joints with origins and axes), "dh" (a table of joints) or "mechanism" (a boom
-            that a cylinder moves).
+            that is moved by a cylinder).
 
     Raises:
-        InputValueError: The kind is unknown.
+        InputValueError: The kind of the file is unknown.
     """
     known = sorted(file.stem for file in _FOLDER.glob("*.toml"))
     if kind not in known:

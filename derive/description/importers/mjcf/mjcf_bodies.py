@@ -1,10 +1,10 @@
-"""Converts bodies of a compiled MJCF model to links and one-DOF joints.
+"""Converts the bodies of a compiled MJCF model to links and joints with one degree of freedom.
 
 MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
-rotates about (or translates along) an axis through its anchor. The amount is the joint coordinate
-minus the reference value. In the converted model, the link of each joint has its origin at the
-anchor. If the last anchor is not the body origin, a fixed joint is added. Each link thus has the
-pose of the body with the same name.
+rotates about an axis through its anchor, or translates along this axis. The amount of motion is the
+joint coordinate minus the reference value. In the converted model, the link of each joint has its
+origin at the anchor. If the last anchor is not the body origin, a fixed joint is added. Thus, each
+link has the pose of the body with the same name.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -36,20 +36,21 @@ Quaternion = tuple[mp.mpf, mp.mpf, mp.mpf, mp.mpf]
 
 @dataclass(frozen=True)
 class BodyJoint:
-    """A joint between two links of a model.
+    """A joint between two links of an MJCF model.
 
     Attributes:
         name: Name of the joint; an unnamed joint is named after the body.
         parent: The parent link.
         child: The child link.
-        kind: Joint type: revolute, prismatic, fixed, or the MuJoCo name of a multi-DOF joint.
-        xyz: Origin in the parent frame (meter).
-        rpy: Roll, pitch, yaw of the origin (radian).
-        axis: Direction of the motion in the origin frame.
+        kind: Joint type: revolute, prismatic, fixed, or the name that MuJoCo gives a multi-DOF
+            joint.
+        xyz: Origin of the joint in the parent frame (meter).
+        rpy: Roll, pitch and yaw of the joint origin (radian).
+        axis: Direction of the joint motion in the origin frame.
         limits: Minimum and maximum coordinate (radian or meter).
-        coupling: Linear equation of a joint with a leader, or None without a leader.
-        leader: Name of the leader joint in the model.
-        notes: Notes on angles snapped to multiples of pi/12.
+        coupling: Linear equation of a joint that follows a leader, or None without a leader.
+        leader: Name of the leader joint in the MJCF model.
+        notes: Notes on angles that were snapped to multiples of pi/12.
     """
 
     name: str
@@ -65,7 +66,7 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self) -> Joint:
-        """Returns the robot joint with its parent link.
+        """Returns the robot joint for this joint, with its parent link.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.
@@ -91,7 +92,7 @@ class BodyJoint:
 
     @property
     def in_tree(self) -> TreeJoint:
-        """The joint as an entry of the named tree."""
+        """The joint as an entry of the tree of named joints."""
         if self.kind == "fixed":
             return TreeJoint(self.name, "fixed", self.parent, self.child)
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
@@ -102,17 +103,17 @@ class BodyJoint:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether the joint has a separate coordinate without limits."""
+        """Whether the joint has its own coordinate and no limits."""
         return self.kind in KINDS.values() and self.coupling is None and self.limits == (None, None)
 
 
 class Bodies:
-    """All links and joints of a model.
+    """All links and joints of an MJCF model.
 
     Attributes:
         names: Link name of each body, keyed by body index.
         sites: Link name of each named site, keyed by site index.
-        joints: The joints; parents precede children.
+        joints: The joints; a parent joint precedes its children.
     """
 
     def __init__(self, model: CompiledModel) -> None:
@@ -149,7 +150,7 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
-        """Yields the joints of a body, and a fixed joint from its last anchor to its origin."""
+        """Yields the joints of a body, then a fixed joint from its last anchor to its origin."""
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
         link = self.names[int(arrays.body_parentid[body])]
@@ -209,9 +210,9 @@ class Bodies:
         return lower, upper
 
     def _coupling(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Coupling | None, str]:
-        """Returns the equation of a joint with a leader, and the leader's name.
+        """Returns the equation of a joint that follows a leader, and the leader's name.
 
-        If the leader itself has a leader, the equations are combined.
+        If the leader itself follows another leader, the equations are combined.
         """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:
@@ -228,7 +229,7 @@ class Bodies:
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:
-    """Returns a link rigidly mounted on another link."""
+    """Returns a link that is rigidly mounted on another link."""
     name = f"{child}_mount"
     rpy, notes = snapped(roll_pitch_yaw(turned))
     return BodyJoint(name, parent, child, "fixed", lengths(at), rpy, notes=_of_joint(name, notes))
@@ -240,7 +241,7 @@ def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Law:
-    """Joint coupling ``multiplier * leader + offset``."""
+    """Coupling of a joint: ``multiplier * leader + offset``."""
 
     leader: int
     multiplier: sp.Expr
@@ -248,7 +249,7 @@ class _Law:
 
 
 def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
-    """Yields the linear couplings y - y0 = a0 + a1 (x - x0) of active joint equalities."""
+    """Yields the linear couplings y - y0 = a0 + a1 (x - x0) of joint equalities that are active."""
     arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
     start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
     for k in range(arrays.neq):
@@ -260,7 +261,7 @@ def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
                 yield follower, _Law(leader, a1, start[follower] + a0 - a1 * start[leader])
 
 
-# --- quaternions, scalar first ---
+# --- quaternions whose scalar comes first ---
 
 _UNTURNED: Quaternion = (mp.mpf(1), mp.mpf(0), mp.mpf(0), mp.mpf(0))
 

@@ -1,6 +1,7 @@
-"""Actuators, tendons and springs of an MJCF model, as far as a description needs them.
+"""Reads actuators, tendons and springs of an MJCF model, as far as a description needs them.
 
-Joint actuators define q for a robot with loops. Tendons, slider-cranks and springs are not
+In a robot with loops, the joint actuators define the coordinates q. Tendons, slider-cranks and
+springs are not
 modeled: they are listed in notes, and a tendon equality between joints raises an error.
 """
 
@@ -22,15 +23,15 @@ class Tendon:
     """A tendon.
 
     Attributes:
-        name: Name of the tendon, or a name that contains its index.
-        joints: The joints of a fixed tendon.
-        bodies: The bodies with the sites of a spatial tendon.
-        ratios: The joints of a fixed tendon with the change of the tendon length per unit of each
-            joint.
+        name: Name of the tendon; for an unnamed tendon, a name that contains its index.
+        joints: The joints over which a fixed tendon runs.
+        bodies: The bodies that carry the sites of a spatial tendon.
+        ratios: The joints of a fixed tendon, each with the change of the tendon length per unit of
+            the joint.
         limits: Minimum and maximum length of the tendon. None if unbounded.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
-        is_fixed: Whether an equality constraint fixes the tendon length.
+        is_fixed: Whether an equality constraint keeps the tendon length constant.
     """
 
     name: str
@@ -43,12 +44,12 @@ class Tendon:
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
-        """Whether the tendon runs over one of the joints or bodies."""
+        """Whether the tendon runs over one of these joints or bodies."""
         return bool({*self.joints} & {*joints} or {*self.bodies} & {*bodies})
 
     @property
     def note(self) -> str:
-        """Note that the tendon is not modeled."""
+        """Note which states that the tendon is not modeled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -65,13 +66,13 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Drives:
-    """All elements of a model that move or load its joints.
+    """All elements of a model that move or load the joints of the model.
 
     Attributes:
-        joints: The actuated joints, in the order of the actuators.
+        joints: The joints with an actuator, in the order of the actuators.
         tendons: All tendons.
         cranks: Slider-crank actuators.
-        springs: The joints with stiffness.
+        springs: The joints with a stiffness.
     """
 
     joints: tuple[str, ...]
@@ -82,12 +83,12 @@ class Drives:
     def notes(
         self, joints: Collection[str], bodies: Collection[str], coordinates: Collection[str] = ()
     ) -> Iterator[str]:
-        """Yields a note on each element of the robot that is not modeled.
+        """Yields a note on each element that affects the robot but is not modeled.
 
         Args:
             joints: Names of the robot joints.
             bodies: Names of the robot links.
-            coordinates: Names of the tendons whose lengths are coordinates.
+            coordinates: Names of the tendons whose lengths are coordinates of the robot.
         """
         for tendon in self.tendons:
             if identifier(tendon.name) not in coordinates and tendon.moves(joints, bodies):
@@ -101,7 +102,7 @@ class Drives:
             yield f"springs of joints are not modeled (stiffness of {', '.join(springs)})"
 
     def check_tendons(self, joints: Iterable[str]) -> None:
-        """Raises an error for a tendon equality that couples robot joints.
+        """Raises an error for a tendon equality that couples joints of the robot.
 
         Raises:
             DescriptionError: If an equality couples joints of the robot through a tendon.
@@ -111,8 +112,8 @@ class Drives:
             if tendon.is_fixed and known & {*tendon.joints}:
                 raise DescriptionError(
                     f"an equality fixes the length of tendon {tendon.name!r} over joints "
-                    f"{', '.join(tendon.joints)}; expected an equality of two joints, by which one "
-                    "follows the other"
+                    f"{', '.join(tendon.joints)}; expected an equality of two joints, so that one "
+                    "joint follows the other"
                 )
 
 
@@ -157,7 +158,7 @@ def _tendon(
 
 
 def _ratios(parts: Iterable[tuple[str, float]]) -> tuple[tuple[str, sp.Expr], ...]:
-    """Returns the sum of the coefficients of each joint."""
+    """Returns the sum of the tendon coefficients for each joint."""
     found: dict[str, sp.Expr] = {}
     for name, coefficient in parts:
         found[name] = found.get(name, sp.S.Zero) + sp.Rational(repr(coefficient))

@@ -22,7 +22,7 @@ from .mjcf_tendons import tendon_couplings
 
 
 class MjcfFile:
-    """An MJCF model: bodies and sites become links; hinges and slides become joints."""
+    """An MJCF model: its bodies and sites become links, its hinges and slides become joints."""
 
     def __init__(self, file: Path) -> None:
         """Reads the model.
@@ -45,7 +45,7 @@ class MjcfFile:
         return ModelLoops(self.model, self.bodies)
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; missing ends are inferred.
+        """Returns the chains between base and tip; a missing end is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -56,19 +56,19 @@ class MjcfFile:
             self._fail(error.field, error.value, error.expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """The chain between two links.
+        """Returns the chain between two links.
 
         Args:
-            base: A body or site; default: the world, or the child body of a free joint.
-            tip: A body or site; default: the end of the longest chain.
-            name: Name of the robot; default: the model name.
+            base: A body or site; by default, the world or the child body of a free joint.
+            tip: A body or site; by default, the end of the longest chain.
+            name: Name of the robot; by default, the name of the model.
 
         Returns:
-            A SerialRobot, or a Mechanism if joints of the chain belong to loops that equalities
-            close.
+            A SerialRobot, or a Mechanism if joints of the chain belong to loops that are closed by
+            equalities.
 
         Raises:
-            DescriptionError: No such chain exists, or the chain has unsupported elements.
+            DescriptionError: The chain does not exist, or it has unsupported elements.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -106,7 +106,7 @@ class MjcfFile:
     def _with_loops(
         self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
     ) -> Described:
-        """Returns a robot with loops: first from the common ancestor, then from the base."""
+        """Builds a robot with loops from the common ancestor, then converts it to the base."""
         links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
         connected = {
@@ -143,12 +143,12 @@ class MjcfFile:
         loop_joints: Sequence[object],
         tendons: Collection[str] = (),
     ) -> Iterator[str]:
-        """Yields notes on the joints of a robot and on omitted parts of the model."""
+        """Yields notes on the joints of a robot and on the parts of the model that are omitted."""
         yield from self.loops.notes
         yield from (note for joint in tree for note in joint.notes)
         drives = self.model.drives
         yield from drives.notes([j.name for j in tree], [j.child for j in tree], tendons)
-        # Passive loop joints need no limits.
+        # Passive joints in loops need no limits.
         named = [
             j.name for j in tree if j.is_unlimited and (not loop_joints or j.name in drives.joints)
         ]
@@ -159,10 +159,10 @@ class MjcfFile:
 
 
 def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
-    """Raises an error for a coupled joint whose leader is outside the chain.
+    """Raises an error for a coupled joint whose leader is not in the chain.
 
     Raises:
-        NoChain: If a coupled joint has its leader outside the chain.
+        NoChain: If the leader of a coupled joint is not in the chain.
     """
     names = {joint.name for joint in path}
     for joint in path:

@@ -1,10 +1,10 @@
-"""Loops of a compiled MJCF model: equalities of bodies or sites become closures.
+"""Loops of a compiled MJCF model, in which equalities of bodies or sites become closures.
 
-A ``connect`` equality joins two points (ball joint). Two ``connect`` equalities of the same two
-bodies form a pin joint along the line through their points. A ``weld`` equality joins two frames.
-If a body has only one ball joint and one ``connect`` equality, it is a rod with ball joints at both
-ends. Joint equalities are mimic relations; unsupported couplings raise an error if they affect the
-robot.
+A ``connect`` equality joins two points by a ball joint. Two ``connect`` equalities between the same
+bodies form a pin joint along the line through their points. A ``weld`` equality joins two frames
+rigidly. A body that has only one ball joint and one ``connect`` equality is a rod with ball joints
+at both ends. Joint equalities are mimic relations; an unsupported coupling raises an error if it
+affects the robot.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,13 +23,13 @@ from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
-"""Maximum number of ``connect`` equalities between two bodies: one is a ball joint, two are a pin
-joint."""
+"""Maximum number of ``connect`` equalities between two bodies: one equality is a ball joint, two
+equalities are a pin joint."""
 
 
 @dataclass(frozen=True)
 class _End:
-    """A frame that an equality connects, on its link: position (meter) and angles (radian)."""
+    """A frame on a link to which an equality connects: position (meter) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -38,7 +38,7 @@ class _End:
 
 @dataclass(frozen=True)
 class _Equality:
-    """A ``connect`` or ``weld`` equality of two frames, or a rod between the frame origins."""
+    """A ``connect`` or ``weld`` equality between two frames, or a rod between their origins."""
 
     name: str
     kind: Literal["connect", "weld", "rod"]
@@ -51,7 +51,7 @@ class ModelLoops:
     """The closures of a model.
 
     Attributes:
-        notes: Equalities that are not modeled, with the reasons.
+        notes: Equalities that are not modeled, with the reasons why.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
@@ -63,7 +63,7 @@ class ModelLoops:
         self.notes: list[str] = []
 
     def through(self, path: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
-        """Returns the closures of all loops connected to a chain by shared moving joints.
+        """Returns the closures of all loops that share moving joints with a chain.
 
         Raises:
             DescriptionError: A loop is not supported.
@@ -80,7 +80,7 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
-        """Returns the links attached to closures and rods."""
+        """Returns the links to which closures and rods are attached."""
         names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}
@@ -89,7 +89,7 @@ class ModelLoops:
         """Raises an error for unsupported joint couplings.
 
         Raises:
-            DescriptionError: If an unsupported coupling affects the robot.
+            DescriptionError: If an unsupported coupling affects joints of the robot.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -113,10 +113,10 @@ class ModelLoops:
                 )
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """Returns the actuated joints, in the order of the actuators.
+        """Returns the joints with an actuator, in the order of the actuators.
 
         Raises:
-            DescriptionError: No joint is actuated.
+            DescriptionError: No joint has an actuator.
         """
         names = [joint.name for joint in tree if joint.kind != "fixed"]
         drives = self.model.drives
@@ -131,7 +131,7 @@ class ModelLoops:
         return tuple(map(identifier, moved))
 
     def springs(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the joints of a tree with springs but no actuator, and their values at rest."""
+        """Returns the joints of a tree with a spring but no actuator, and their rest positions."""
         drives = self.model.drives
         free = [name for name in drives.springs if name not in drives.joints]
         return tuple(
@@ -141,7 +141,7 @@ class ModelLoops:
         )
 
     def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the nonzero joint values of the model's reference configuration."""
+        """Returns the nonzero joint values in the reference configuration of the model."""
         names = {joint.name for joint in tree}
         found = []
         for k in range(self.arrays.njnt):
@@ -152,7 +152,7 @@ class ModelLoops:
         return tuple(found)
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
-        """Returns the tree joints between the two bodies of an equality."""
+        """Returns the tree joints on the path between the two bodies of an equality."""
         to_a, to_b = (self._path_to(end.link) for end in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
@@ -166,7 +166,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Converts a ``connect`` of a body on a ball joint to a rod; ignores other equalities."""
+        """Converts a ``connect`` of a body on a ball joint to a rod; keeps any other equality."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
@@ -178,7 +178,7 @@ class ModelLoops:
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
-        """Whether the link of a ball joint is a rod: no moving child and no other equality."""
+        """Whether the link of a ball joint is a rod, without moving child and other equality."""
         links = set(self.bodies.tree.rigid(ball.child))
         attached = [e for e in others if {e.a.link, e.b.link} & links]
         return (
@@ -188,7 +188,7 @@ class ModelLoops:
         )
 
     def _from_ball(self, ball: BodyJoint, point: _End) -> Vector:
-        """Returns a point on a rod relative to the center of its ball joint."""
+        """Returns a point on a rod, relative to the center of the ball joint of the rod."""
         x, y, z = point.xyz
         for joint in self._path_to(point.link):
             if joint is ball:
@@ -236,7 +236,7 @@ class ModelLoops:
     def _of_bodies(self, k: int, is_weld: bool) -> tuple[_End, _End]:
         """Returns the points of a ``connect`` on both bodies, or the frame and point of a ``weld``.
 
-        For a ``weld``, MuJoCo stores first the point on the second body, then the point on the
+        For a ``weld``, MuJoCo stores the point on the second body first, then the point on the
         first body and the relative orientation.
         """
         ids = (self.arrays.eq_obj1id, self.arrays.eq_obj2id)
@@ -249,7 +249,7 @@ class ModelLoops:
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
-    """Yields the closures of equalities; merges ``connect`` equalities of the same two bodies."""
+    """Yields the closures of equalities; merges ``connect`` equalities between the same bodies."""
     for equality in equalities:
         if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)
@@ -268,11 +268,11 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
-    """Returns the pin joint of two ``connect`` equalities, with its axis through both points."""
+    """Returns the pin joint of two ``connect`` equalities; its axis passes through both points."""
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
-            f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one, "
-            "two for a hinge, or a weld"
+            f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one "
+            "connect, two connects for a hinge, or a weld"
         )
     second = others[0]
     ends = (second.a, second.b) if second.a.link == first.a.link else (second.b, second.a)

@@ -1,8 +1,8 @@
-"""Compiles MJCF with MuJoCo, without the elements that kinematics does not need.
+"""Compiles an MJCF model with MuJoCo, without the elements that kinematics does not need.
 
 Meshes may be missing: shapes, materials, sensors, cameras and their references are removed before
 the compilation. MuJoCo resolves defaults, includes, frames, angle units and orientations; positions
-and quaternions are double precision.
+and quaternions are in double precision.
 """
 
 import re
@@ -29,9 +29,9 @@ from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
-"""Attributes that contain text instead of numbers."""
+"""Attributes whose values are texts instead of numbers."""
 UNNAMED = "MuJoCo Model"
-"""Default model name of MuJoCo."""
+"""Model name that MuJoCo uses by default."""
 REMOVED = (
     "keys",
     "sensors",
@@ -53,14 +53,14 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Element lists that do not affect poses; lists with references come first."""
+"""Lists of elements that do not affect poses; lists whose elements refer to others come first."""
 OPENED = ("include", "model", "flexcomp")
-"""Elements whose files MuJoCo opens when it reads a model."""
+"""Elements whose files MuJoCo opens while it reads a model."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A compiled model: Arrays of MuJoCo, joint axes as written in the file, and drives."""
+    """A compiled model: Arrays of MuJoCo, joint axes as the file states them, and drives."""
 
     name: str
     arrays: Any
@@ -69,7 +69,7 @@ class CompiledModel(NamedTuple):
     drives: Drives
 
     def named(self, kind: str, index: int) -> str:
-        """Returns the name of a body, joint, site or equality; the result is empty if unnamed."""
+        """Returns the name of a body, joint, site or equality, or an empty text if unnamed."""
         found = self.mujoco.mj_id2name(self.arrays, getattr(self.mujoco.mjtObj, kind), index)
         return str(found or "")
 
@@ -78,7 +78,7 @@ def compiled(file: Path) -> CompiledModel:
     """Compiles an MJCF file.
 
     Raises:
-        NotInstalledError: The package mujoco is not installed.
+        NotInstalledError: The Python package mujoco is not installed.
         DescriptionError: mujoco cannot read the file.
     """
     try:
@@ -111,7 +111,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # Removing shapes removes the masses that they define, but MuJoCo requires a mass.
+    # If shapes are removed, their masses are missing, but MuJoCo requires a mass.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -122,18 +122,19 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 
 
 def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
-    """Checks a file and the files that it includes, before MuJoCo opens them.
+    """Checks a file and the files that it includes before MuJoCo opens these files.
 
-    Numbers must be finite: MuJoCo itself would only write a log file. Included files must be inside
-    the folder of the model. MuJoCo does not open other files, since shapes are removed.
+    Numbers must be finite, because MuJoCo itself would only write a log file. Included files must
+    be inside the folder of the model. MuJoCo does not open any other files, because shapes are
+    removed.
 
     Args:
-        file: The model, or an included file.
+        file: The model file, or a file that it includes.
         by: The model.
-        seen: The files checked so far, to which the function adds the current file.
+        seen: The files that have been checked so far; the function adds the current file.
     """
     seen.append(file)
-    # MuJoCo reads UTF-8, whatever encoding the file declares.
+    # MuJoCo reads every file as UTF-8, whatever encoding the file declares.
     root = parsed(str(file), text_of(file), "mujoco" if file == by else None)
     for element in root.iter(tag=etree.Element):
         for name in sorted({*map(str, element.keys())}.difference(NAMES)):
@@ -150,7 +151,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
 
 
 def _included(element: etree._Element, file: Path, by: Path) -> Path:
-    """Returns the file that an element includes: MuJoCo tries the folder of the model first."""
+    """Returns the file that an element includes; MuJoCo searches the folder of the model first."""
     name = str(element.get("file"))
     for folder in (by.parent, file.parent):
         try:
@@ -163,7 +164,7 @@ def _included(element: etree._Element, file: Path, by: Path) -> Path:
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
-    """Raises an error for nonfinite pose data from included files."""
+    """Raises an error for pose data from included files that is not finite."""
     kinds = {
         "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
         "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
@@ -187,36 +188,36 @@ def _refused(file: Path, reason: str) -> DescriptionError:
     return file_error(str(file), int(found[1]) if found else None, "", None, expected)
 
 
-# --- doubles as exact numbers ---
+# --- floating-point numbers as exact numbers ---
 
 
 def length(value: float) -> sp.Expr:
-    """Returns a compiled length (meter) without rounding noise."""
+    """Returns a length (meter) from the compiled model, without rounding noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """Returns a compiled vector (meter) without rounding noise."""
+    """Returns a vector (meter) from the compiled model, without rounding noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 
 
 def angle(value: float) -> sp.Expr:
-    """Returns a compiled angle (radian), snapped to pi/12 within rounding error."""
+    """Returns an angle (radian) from the compiled model, snapped to pi/12 within rounding error."""
     exact = length(value)
     multiple = snap_angle(exact)
     return multiple if abs(float(multiple) - float(value)) < COMPILED_ANGLE else exact
 
 
 def roll_pitch_yaw(quaternion: Any) -> Vector:
-    """Returns roll, pitch, yaw (radian) of a compiled scalar-first quaternion."""
+    """Returns roll, pitch and yaw (radian) of a compiled quaternion whose scalar comes first."""
     with mp.workdps(EVALUATION_DIGITS):
         roll, pitch, yaw = of_quaternion(*map(mp.mpf, quaternion))
     return angle(roll), angle(pitch), angle(yaw)
 
 
 def snapped(angles: Vector) -> tuple[Vector, list[str]]:
-    """Snaps rounded angles to multiples of pi/12; returns a note per changed angle."""
+    """Snaps rounded angles to multiples of pi/12; returns a note for each changed angle."""
     exact = [snap_angle(value) for value in angles]
     notes = [
         f"{which} = {float(value)!r} taken as {taken}"
@@ -228,7 +229,7 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 
 
 def direction(model: CompiledModel, joint: int) -> Vector:
-    """Returns a joint axis as written in the file if MuJoCo only normalized it."""
+    """Returns a joint axis as the file states it, if MuJoCo only normalized this axis."""
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]
     size = sum(value**2 for value in written) ** 0.5

@@ -1,8 +1,8 @@
-"""Couplings of an MJCF model: fixed tendons whose actuators move joints of a chain.
+"""Couplings of an MJCF model, which are fixed tendons whose actuators move joints of a chain.
 
-The length of a fixed tendon is a weighted sum of joint positions. If the number of actuators on a
-set of joints equals the number of these joints, the actuator positions determine the joints, and
-the tendons are coordinates.
+The length of a fixed tendon is a weighted sum of its joint positions. If a set of joints has as
+many tendon actuators as joints, the actuator positions determine the joints, and the tendons are
+coordinates.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,9 +18,9 @@ from .mjcf_drives import Drives, Tendon
 def tendon_couplings(
     drives: Drives, chain: Sequence[BodyJoint]
 ) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-    """Returns the couplings of joints to driven tendons, and the tendons as motors.
+    """Returns the couplings of joints to tendons with actuators, and these tendons as motors.
 
-    Tendons are omitted if they do not determine their joints, or act on joints outside the chain.
+    A tendon is omitted if it does not determine its joints, or acts on joints outside the chain.
 
     Args:
         drives: The actuators and tendons of the model.
@@ -48,7 +48,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields each set of joints that share driven tendons, together with these tendons."""
+    """Yields each set of joints that share tendons with actuators, and these tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

@@ -1,8 +1,8 @@
 """Reads the chain between two links of an SDF model, including its loops.
 
-Joints form a tree. A joint whose child already has a parent joint closes a loop. Each frame becomes
-a link. A fixed joint attaches it to the frame's link. As in Drake, a joint with the effort limit 0
-is passive; this rule matters in loops only.
+The joints of the model form a tree. A joint whose child already has a parent joint closes a loop.
+Each frame of the model becomes a link. A fixed joint attaches this link to the link of the frame.
+As in Drake, a joint whose effort limit is 0 is passive; this rule matters only in loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,17 +45,17 @@ CLOSURES: Mapping[str, ClosureKind] = {
     "fixed": "weld",
     "ball": "ball",
 }
-"""Kinds of closures, by the type of the joint that closes a loop."""
+"""Kinds of closures, keyed by the type of the joint that closes the loop."""
 
 
 class SdfFile:
-    """A parsed SDF file with one model."""
+    """A parsed SDF file that contains one model."""
 
     def __init__(self, file: str, text: str) -> None:
-        """Reads links, frames and joints.
+        """Reads the links, frames and joints of the model.
 
         Raises:
-            DescriptionError: The text is not a valid SDF, includes other files, or does not have
+            DescriptionError: The text is not a valid SDF, includes other files, or does not contain
                 exactly one model.
         """
         self.file = file
@@ -71,7 +71,7 @@ class SdfFile:
         self.links = [*dict.fromkeys(self._links())]
         self.joints = {str(j.get("name")): j for j in model.findall("joint")}
         self.tree_joints: dict[str, etree._Element] = {}
-        """The joints of the tree, by child link."""
+        """The joints of the tree, keyed by child link."""
         self.closing: list[etree._Element] = []
         for joint in sorted(self.joints.values(), key=self._is_passive):
             parent, child = self._ends(joint)
@@ -144,7 +144,7 @@ class SdfFile:
         return "" if mimic is None else str(mimic.get("joint"))
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; missing ends are inferred.
+        """Returns the chains between base and tip; a missing end is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -158,12 +158,12 @@ class SdfFile:
         """The chain between two links or frames.
 
         Args:
-            base: The link whose frame is the base frame; default: the root.
-            tip: The link whose frame is the tool frame; default: the end of the longest chain.
-            name: Name of the robot; default: the name of the model.
+            base: The link whose frame is the base frame; by default, the root.
+            tip: The link whose frame is the tool frame; by default, the end of the longest chain.
+            name: Name of the robot; by default, the name of the model.
 
         Raises:
-            DescriptionError: No such chain exists, or the chain has unsupported elements.
+            DescriptionError: The chain does not exist, or it has unsupported elements.
         """
         model = self.frames.model
         try:
@@ -192,7 +192,7 @@ class SdfFile:
         joints: list[Joint] = []
         link = ends.base
         for each in path:
-            # On the path up to the common ancestor, the fixed joint to the child comes first.
+            # On the path up to the common ancestor, the fixed joint to the child link comes first.
             is_down = each.parent == link
             joints += self._joints(each) if is_down else reversed([*self._joints(each)])
             link = each.child if is_down else each.parent
@@ -245,10 +245,10 @@ class SdfFile:
             loops.append({each.name for each in joints if each.kind != "fixed"})
         return any(around & loop for loop in loops)
 
-    # --- one joint ---
+    # --- a single joint of the model ---
 
     def _joints(self, joint: TreeJoint) -> Iterator[Joint]:
-        """Yields a joint, and a fixed joint if the joint frame is not the frame of its child."""
+        """Yields a joint, then a fixed joint if the joint frame is not the frame of its child."""
         element = self.joints.get(joint.name)
         if element is None or joint.kind == "fixed":
             yield self._fixed(joint.name, joint.parent, joint.child, (joint.parent, joint.child))
@@ -304,7 +304,7 @@ class SdfFile:
         return Closure(identifier(name), CLOSURES[kind], a, b)
 
     def _axis(self, joint: etree._Element) -> Vector:
-        """Returns the axis in the joint frame."""
+        """Returns the joint axis in the joint frame."""
         xyz = joint.find("axis/xyz")
         words = ["0", "0", "1"] if xyz is None else (xyz.text or "").split()
         if len(words) != 3:  # noqa: PLR2004
@@ -341,7 +341,7 @@ class SdfFile:
         return lower, upper
 
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
-        """Yields multiplier * (leader - reference) + offset for the independent leader."""
+        """Yields couplings multiplier * (leader - reference) + offset to the independent leader."""
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]
             while seen[-1] is not None and (mimic := seen[-1].find("axis/mimic")) is not None:

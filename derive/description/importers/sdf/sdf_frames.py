@@ -1,7 +1,8 @@
 """Poses of an SDF model in its zero configuration, from ``<pose relative_to="...">``.
 
-Links, joints and frames are placed in the model frame. By default, a link is placed in the model, a
-joint in its child, and a frame in the frame to which it is attached.
+Links, joints and frames have poses in the model frame. By default, the pose of a link is relative
+to the model, the pose of a joint to its child, and the pose of a frame to the frame to which it is
+attached.
 """
 
 from collections.abc import Mapping
@@ -35,7 +36,7 @@ _NUMBERS = {"euler_rpy": 6, "quat_xyzw": 7}
 
 
 def merged(placement: Placement) -> Placement:
-    """Returns a placement with consecutive motions of one kind merged and zero motions dropped."""
+    """Returns a placement with merged consecutive motions of one kind and without zero motions."""
     found: Placement = ()
     for motion in placement:
         last = found[-1] if found else None
@@ -53,7 +54,7 @@ def merged(placement: Placement) -> Placement:
 
 
 def origin_of(placement: Placement) -> tuple[Vector, Vector]:
-    """Returns position and roll, pitch, yaw; exact if the placement has the order T Rz Ry Rx."""
+    """Returns position, roll, pitch and yaw; exact if the placement has the order T Rz Ry Rx."""
     xyz: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     angles = dict.fromkeys(_ORDER, sp.S.Zero)
     axes = [motion.axis for motion in placement if isinstance(motion, Rotation)]
@@ -73,7 +74,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model, with the numbers and errors of its elements."""
+    """The frames of a model; methods read numbers from its elements and raise errors for them."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
@@ -100,11 +101,11 @@ class SdfFrames:
         return self._known[name]
 
     def relative(self, base: str, name: str) -> Placement:
-        """Returns the pose of a frame in another frame, in the zero configuration."""
+        """Returns the pose of a frame in another frame at the zero configuration."""
         return merged(inverse(self.placed(base)) + self.placed(name))
 
     def link_of(self, name: str, waiting: tuple[str, ...] = ()) -> str:
-        """Returns the link to which a frame is fixed."""
+        """Returns the link to which a frame is rigidly attached."""
         if name == WORLD:
             return name
         if name == MODEL:
@@ -152,7 +153,7 @@ class SdfFrames:
     # --- values ---
 
     def number(self, element: etree._Element, field: str, text: str) -> sp.Expr:
-        """Returns a decimal number as written in the file."""
+        """Returns a decimal number with the digits of the file."""
         if not DECIMAL.fullmatch(text.strip()):
             self.fail(element, field, text, "a decimal number")
         try:
@@ -161,7 +162,7 @@ class SdfFrames:
             self.fail(element, field, text, f"a number ({error})")
 
     def text(self, element: etree._Element, tag: str) -> str:
-        """Returns the text of a child element."""
+        """Returns the text of a child element of an element."""
         child = element.find(tag)
         found = (child.text or "").strip() if child is not None else ""
         if not found:
@@ -169,14 +170,14 @@ class SdfFrames:
         return found
 
     def attribute(self, element: etree._Element | None, name: str) -> str:
-        """Returns an attribute that must not be empty."""
+        """Returns an attribute of an element; it must not be empty."""
         value = None if element is None else element.get(name)
         if not value:
             self.fail(self.model if element is None else element, name, value, f'{name}="..."')
         return value
 
     def fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an error with file, line and element."""
+        """Raises an error that states file, line and element."""
         words: Mapping[str, str] = {"tag": str(element.tag), "name": element.get("name") or ""}
         about = f"<{' '.join(filter(None, words.values()))}> {field}".strip()
         raise file_error(self.file, element.sourceline, about, value, expected) from None
