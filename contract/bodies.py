@@ -95,7 +95,7 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: The first three rows of the poses of both frames in those bodies.
+        frames: The first three rows of the pose of each frame in its body.
     """
 
     name: str

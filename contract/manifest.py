@@ -70,7 +70,7 @@ class Redundancy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The reference configuration, which selects the branch: coordinates q, variables z."""
+    """The reference configuration, with coordinates q and variables z, which selects the branch."""
 
     q: tuple[float, ...]
     z: tuple[float, ...]
@@ -234,11 +234,11 @@ class Cleaning:
     """The combined effect of all cleaned values.
 
     Attributes:
-        position: Upper bound of the change (m) of the tool position by cleaning, within the joint
+        position: Upper bound (m) of the tool displacement that cleaning causes within the joint
             limits; 0.0 if no value was cleaned.
-        orientation: Upper bound of the change (rad) of the tool orientation by cleaning. For a
-            robot with loops, both bounds are maxima over random configurations; the notes state the
-            number of configurations.
+        orientation: Upper bound (rad) of the tool rotation that cleaning causes. For a robot with
+            loops, both bounds are maxima over random configurations; the notes state the number of
+            configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 

@@ -94,10 +94,10 @@ TASK_COMPONENTS = {
     "pitch": 1,
     "heading": 1,
 }
-"""The components of a task with their number of entries. "position" is the tool position, "plane"
-its first two coordinates, "orientation" its rotation matrix, and "direction" the tool's third axis.
-"pitch" is the elevation of this axis above the base's x-y plane. "heading" is the angle of the
-tool's first axis in this plane."""
+"""The components of a task with their number of entries. The component "position" is the tool
+position, "plane" its x and y, "orientation" the rotation matrix of the tool, and "direction" the
+third axis of the tool. The component "pitch" is the elevation of the third axis above the x-y plane
+of the base, and "heading" is the angle of the first axis in the x-y plane."""
 
 
 TaskName = Literal[

@@ -149,8 +149,7 @@ def load(
     Raises:
         UnknownRobotError: If there is no such robot.
         DerivationError: If the compiler is not installed or rejects the description.
-        ChaslesError: If the robot cannot be read, compiled or opened; the message states the
-            reason.
+        ChaslesError: If the robot cannot be read, compiled or opened; the message states why.
     """
     options = options_of(exact, parametric, base=base, tip=tip, group=group, name=name)
     return Robot(read_manifest(find_folder(robot, (*arguments, *options))))

@@ -1,4 +1,4 @@
-"""Types of arrays, named by the element type, and the check of real numbers."""
+"""Array types, named by the element type, and a check for real numbers."""
 
 from __future__ import annotations
 

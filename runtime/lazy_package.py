@@ -14,8 +14,7 @@ def lazy_package(namespace: dict[str, Any]) -> tuple[Callable[[str], Any], Calla
     """Return `__getattr__` and `__dir__` (PEP 562) of a package with these `globals()`.
 
     The first access to an attribute loads the robot, after compilation if necessary, as `robot`.
-    After loading, the functions of the robot are globals of the module. The errors are as in
-    `chasles.load`.
+    After loading, the robot's functions are globals of the module. Errors: see `chasles.load`.
     """
     module = namespace["__name__"]
     folder = Path(namespace["__file__"]).parent

@@ -34,10 +34,10 @@ class DifferentiableArm:
             origin, in base axes.
         hessian: `hessian(q)` returns derivatives (..., 6, n, n) of the Jacobian. The derivatives of
             the Jacobian cannot be differentiated again.
-        ik: `ik(T)` returns `Solutions`, or `ik(T, *fixed)` with the values of the fixed joints. The
-            derivatives of q follow from the inverse Jacobian. The derivatives are NaN at a singular
-            solution, and 0 in slots without a solution. The derivatives of residual and margin are
-            0.
+        ik: `ik(T)` returns `Solutions`; a robot with redundancy parameters needs their values, as
+            in `ik(T, *fixed)`. The derivatives of q follow from the inverse Jacobian. The
+            derivatives are NaN at a singular solution, and 0 in slots without a solution. The
+            derivatives of residual and margin are 0.
     """
 
     robot: Robot

@@ -126,7 +126,7 @@ def derive(
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
     sources: Annotated[Path | None, typer.Option(hidden=True)] = None,
 ) -> None:
-    """Derive robots: equations, LaTeX, C and a Python package each.
+    """Derive the equations, LaTeX, C and Python package of each robot.
 
     Robots that are up to date are skipped. An invalid description stops the command before a file
     is written.

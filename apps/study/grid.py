@@ -7,15 +7,14 @@ the area of the open faces of the cells. The side of a cell is h, and the open f
 surface projected along x. The correction along each axis is a factor 1 - c, where c is half the
 number of open faces per cell. The product of the three factors is exact for boxes and never
 negative. If a random half of the points misses many of the visited cells, the points are too few,
-and the estimate enlarges the cells. Four errors remain:
+and the estimate enlarges the cells.
 
-- If the surface is parallel to the grid, all lines end at the same position within their cells, and
-  the excess is between 0 and h per open face. A face of this kind is coplanar with the
-  adjacent faces.
-- The points may miss a cell that contains only a small corner of the body. The number of missed
-  cells is extrapolated as a power of the number of points, from a random half of the points.
-- If there are few cells, the lines end at few positions, so their average is uncertain.
-- For bodies other than boxes, the second order of the correction is not exact.
+Four errors remain. If the surface is parallel to the grid, all lines end at the same position
+within their cells, and the excess is between 0 and h per open face. A face of this kind is coplanar
+with the adjacent faces. The points may miss a cell that contains only a small corner of the body.
+The number of missed cells is extrapolated as a power of the number of points, from a random half of
+the points. If there are few cells, the lines end at few positions, so their average is uncertain.
+For bodies other than boxes, the second order of the correction is not exact.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area

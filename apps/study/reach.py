@@ -191,7 +191,7 @@ def base_placement(
     """
     tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)
     for name, array in (("T_w_ee", tools), ("T_w_0", bases)):
-        if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - rows of matrices
+        if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - the rows are matrices
             raise ShapeError(f"{name}: expected shape (m, 4, 4), got {array.shape}")
     T_0_ee = np.matmul(se3.inverse(bases)[:, None], tools)
     found = reach(
@@ -240,15 +240,15 @@ def _poses_and_rotations(
         at: FloatArray = np.stack(mesh, -1).reshape(-1, 3)
     else:
         at = finite("targets", targets)
-    if at.ndim == 3 and at.shape[1:] == (4, 4):  # noqa: PLR2004 - rows of matrices
+    if at.ndim == 3 and at.shape[1:] == (4, 4):  # noqa: PLR2004 - the rows are matrices
         if orientations is not None:
             raise InputValueError("reach: orientations= requires positions, but targets are poses")
         return at, np.eye(3)[None]
-    if at.ndim != 2 or at.shape[1] != 3:  # noqa: PLR2004 - rows of positions
+    if at.ndim != 2 or at.shape[1] != 3:  # noqa: PLR2004 - the rows are positions
         raise ShapeError(f"targets: expected a Grid, (m, 3) or (m, 4, 4), got shape {at.shape}")
     rotations = uniform_orientations(20) if orientations is None else orientations
     rotations = finite("orientations", rotations)
-    if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):  # noqa: PLR2004 - rows of matrices
+    if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):  # noqa: PLR2004 - the rows are matrices
         raise ShapeError(f"orientations: expected (k, 3, 3), got shape {rotations.shape}")
     poses = np.tile(np.eye(4), (len(at), 1, 1))
     poses[:, :3, 3] = at

@@ -26,8 +26,8 @@ class Guard:
 
     Attributes:
         label: Robot and function.
-        margin: Maps the first input to sin^2 of the transmission angle of each solution step:
-            positive if the loop can be closed, 0 at a dead point.
+        margin: Maps the first input to sin^2 of the transmission angle in each solution step. The
+            value is positive if the loop can be closed, and 0 at a dead point.
         steps: The loop of each solution step.
         coordinates: The elements of the first input.
         dead_point: Maximum margin that is treated as a dead point.

@@ -128,10 +128,10 @@ class NearestMethods(RobotFacts):
             limits: "robot", None for no limits, or (n, 2) limits. A joint that exceeds a limit by
                 rounding is set to the limit.
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
-            redundancy: The choice of the redundancy parameters. "fixed": their values at `q_seed`.
-                "nearest": the smallest distance over the self-motion. "limits", "manipulability":
-                for each parameter value, the solution nearest to `q_seed`; of these, the solution
-                farthest from limits or singularities.
+            redundancy: The choice of the redundancy parameters. The choice "fixed" keeps the values
+                at `q_seed`, and "nearest" minimizes the distance over the self-motion. For "limits"
+                and "manipulability", each parameter value gives the solution nearest to `q_seed`;
+                the solution farthest from limits or singularities is selected.
             out: Four arrays to write q, residual, margin and valid into, None for a new array.
             threads: The number of threads for a large batch; "all" is one per core.
 
@@ -168,8 +168,7 @@ class NearestMethods(RobotFacts):
 
         Returns:
             `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and the
-            angle times `unit_length`. Limits are ignored. For a pose out of reach, the residual is
-            not 0.
+            angle times `unit_length`. Limits are ignored. Only reachable poses have residual 0.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.

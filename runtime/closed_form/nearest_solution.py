@@ -35,7 +35,7 @@ class NearestSolution(Fields):
     def reason(self) -> Any:
         """The reason for a missing solution: "", "out of reach", "limits" or "not a pose".
 
-        A str for a single pose, otherwise an array (...,). "not a pose" means NaN in an input.
+        The result is a str for a single pose, otherwise an array (...,). NaN gives "not a pose".
         """
         reached = (self.residual <= self.tolerance) | self._limited
         found = np.select(

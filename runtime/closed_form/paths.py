@@ -30,7 +30,7 @@ from .task_components import Task, inverse_for
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
-"""Poses per block after a change of the slot; the number doubles after each complete block."""
+"""Initial number of poses per block in a solution slot; each complete block doubles the number."""
 
 
 @dataclass(frozen=True, slots=True)

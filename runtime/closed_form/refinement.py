@@ -189,8 +189,7 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        In rows with ``aside`` (N,), a joint may also be fixed at configurations far from the
-        target.
+        In rows with ``aside`` (N,), a joint may also be fixed far from the target.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)

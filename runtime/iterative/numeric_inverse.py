@@ -66,10 +66,10 @@ class NumericSolution(NamedTuple):
     def reason(self) -> Any:
         """The reason for a missing solution: a str for a single pose, otherwise an array (...,).
 
-        "": solved. "limits": a local minimum of the residual with coordinates at their limits.
-        "stalled": a local minimum within the limits. "max_evaluations": the evaluation limit was
-        reached. "not a pose": the matrix is not finite, or deviates from a rigid pose by more than
-        `se3.NEARLY_RIGID`; `se3.project` reports the reason.
+        A valid solution has "". The reason "limits" is a local minimum of the residual with
+        coordinates at their limits, "stalled" a local minimum within the limits, "max_evaluations"
+        a reached evaluation limit. For "not a pose", the matrix is not finite, or deviates from a
+        rigid pose by more than `se3.NEARLY_RIGID`; `se3.project` reports the reason.
         """
         reasons = np.array(REASONS)[self.ending]
         return reasons if reasons.ndim else str(reasons)

@@ -13,7 +13,7 @@ static int has_right_angle(double aa, double bb, double ab, double total)
 }
 
 /* Returns the axis (not removed) with the longest component outside the span of `count` orthonormal
- * vectors (stride m), else -1. *square: the squared length. */
+ * vectors (stride m), else -1. Writes the squared length to *square. */
 static int find_longest_axis(const double *others, int count, int m, const char *removed,
                              double *square)
 {

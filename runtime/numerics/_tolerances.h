@@ -1,7 +1,7 @@
 /* All tolerances and gains of the C runtime with value, unit and reason, by solver.
  *
- * "Dimensionless" values belong to scaled Jacobians: lengths are divided by the characteristic
- * length of the robot. */
+ * Values that are "dimensionless" belong to scaled Jacobians: lengths are divided by the
+ * characteristic length of the robot. */
 #ifndef CHASLES_TOLERANCES_H
 #define CHASLES_TOLERANCES_H
 

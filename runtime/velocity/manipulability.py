@@ -157,10 +157,10 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. "linear"
-        components are forces without a torque, in 1/meter (newton per newton meter), inf at a
-        singularity. "all" components are wrenches (force * length, torque). Arguments, result and
-        errors are as for `velocity_ellipsoid`.
+        The axes are the axes of the velocity ellipsoid, with reciprocal semi-axes. The
+        "linear" components are forces without a torque, in 1/meter (newton per newton meter), inf
+        at a singularity. The components "all" are wrenches (force * length, torque). Arguments,
+        result and errors are as for `velocity_ellipsoid`.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
@@ -224,7 +224,7 @@ def metric_of(
 def _decomposed(
     J: FloatArray, metric: Metric, components: Part
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return left singular vectors (..., k, r), singular values (..., r), and if J is finite."""
+    """Return left singular vectors (..., k, r), values (..., r), and whether J is finite."""
     part = PART[components]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))

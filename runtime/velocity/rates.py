@@ -71,7 +71,10 @@ class Accelerations:
         acceleration: (..., 6) resulting time derivative of the twist, in the requested
             representation.
         scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
-        limited, min_singular_value, damping_squared, singular_direction: See `Rates`.
+        limited: (..., n) whether a limit of the joint is active.
+        min_singular_value: (...,) the smallest singular value, as in `Rates`.
+        damping_squared: (...,) lambda^2 of the smallest singular value, as in `Rates`.
+        singular_direction: (..., 6) twist for the smallest singular value, as in `Rates`.
     """
 
     qdd: FloatArray
@@ -124,10 +127,10 @@ class VelocityMethods(ManipulabilityMethods):
             components: The controlled components of the twist at the tip: "all", "linear" (the
                 angular part of V is ignored) or "angular". With a spatial twist, "linear" needs
                 all six components of V.
-            redundancy: The objective for null-space motion. "minimum_norm": the smallest rates;
-                "limits": towards the mid-range, by the gradient of half the sum of squares of
-                (q - middle) / half range over the joints with limits; "manipulability": increase
-                Yoshikawa's measure; a configuration (..., n): towards this configuration.
+            redundancy: The objective for null-space motion. With "minimum_norm", rates are
+                smallest. With "limits", joints with limits move towards mid-range, by the gradient
+                of half the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's
+                measure increases. A configuration (..., n) is the goal of the null-space motion.
             gain: Gain of this objective [1/s]; for a configuration, the fraction of the remaining
                 difference per second.
             rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].

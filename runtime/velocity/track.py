@@ -31,9 +31,12 @@ class Track:
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose. The
             dimensionless value is 0 at a singularity and about 1 far from singularities.
-        max_distance, max_distance_index: The largest distance [m] and its pose index.
-        max_angle, max_angle_index: The largest angle [rad] and its pose index.
-        min_singular_value, min_singular_value_index: The smallest singular value, its pose index.
+        max_distance: The largest distance of the tool from its pose [m].
+        max_distance_index: The pose index of the largest distance.
+        max_angle: The largest rotation angle of the tool error [rad].
+        max_angle_index: The pose index of the largest angle.
+        min_singular_value: The smallest singular value of all poses.
+        min_singular_value_index: The pose index of the smallest singular value.
         at_rate_limit: For each coordinate name, the steps with an active rate limit, if any; fixed
             coordinates are not listed.
         at_limit: For each coordinate name, the steps with an active position limit, if any.

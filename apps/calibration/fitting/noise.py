@@ -7,8 +7,8 @@ combines both with the noise s:
     H = J^T J + s^2 D^T D
 
 The inverse of H gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The
-fit adapts to an error, so only the fraction 1 - h of the error's variance remains. sum(1 - h) is
-the residual number of degrees of freedom.
+fit adapts to an error, so only the fraction 1 - h of the error's variance remains. The
+sum of 1 - h is the residual number of degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
 standard deviations, s maximizes the marginal likelihood of the measurements: along the singular
@@ -130,8 +130,8 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         has_prior = self.D.any(0)
-        # Errors at the nominal parameters and the derivative of these errors, without the
-        # components that the free variables explain.
+        # The errors at the nominal parameters and their derivative are projected: the components
+        # that the free variables explain are removed.
         per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~has_prior])[0]

@@ -422,7 +422,7 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # If the rows with NaN were removed, the variables would be undetermined.
+            return used  # Without the rows with NaN, the variables would be undetermined.
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:

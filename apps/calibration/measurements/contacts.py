@@ -55,12 +55,12 @@ class _OneNumber(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; each measurement is a row with one error."""
+        """Row index of each error; a row is one measurement with one error."""
         return np.arange(len(self.values))
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement of each row, counted from 1."""
+        """Measurement number of each row, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
     @property
@@ -255,5 +255,5 @@ def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatA
 
 
 def _point(what: str) -> tuple[str, ...]:
-    """Return the names of the coordinates of a point."""
+    """Return the names of a point's coordinates."""
     return tuple(f"{what}_{axis}" for axis in "xyz")

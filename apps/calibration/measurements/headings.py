@@ -1,15 +1,13 @@
 """Recognition of column headings: each supported spelling and its standard name.
 
-| name | headings |
-|---|---|
-| q1 ... | coordinate names; q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0], S L U R B T |
-| x, y, z | x, X_mm, px, pos_x, tcp.x, x_measured |
-| x1, y1, z1, x2 ... | X1, x_1, P1_x, target_1_x, SMR1.X; x, y, z twice; left_x, right_x; x, x.1 |
-| qw, qx, qy, qz | qw, quat_w, orientation.w; q1 ... q4 or q0 ... q3 if joints have other names |
-| rx, ry, rz | rx, rot_x, rotvec_x |
-| roll, pitch, yaw | roll, pitch, yaw; w, p, r of FANUC; c, b, a of KUKA |
-| r11 ... r33 | r11, R_1_1, T[0][0], m00; nx, ox, ax ... |
-| target, station | target, marker, SMR, point, ball; station |
+Headings of joints q1 ... are coordinate names or q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1,
+q[0], S L U R B T. Headings of a position x are x, X_mm, px, pos_x, tcp.x, x_measured. Headings of
+several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x, right_x, or x twice, or x and x.1.
+Headings of quaternions are qw, quat_w, orientation.w, or q1 ... q4 or q0 ... q3 if joints have
+other names. Headings of rotation vectors are rx, rot_x, rotvec_x. Headings of angles are roll,
+pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of matrices are r11, R_1_1, T[0][0],
+m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point, ball, and a station
+has "station".
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with

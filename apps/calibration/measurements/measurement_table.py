@@ -5,7 +5,7 @@ follow for one target, and x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... for several t
 column "target", each row has one target. With a column "station", the device has several stations.
 The orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
 
-The columns of the table may have any order. `headings.py` lists the supported headings,
+The columns of the table can be in any order. `headings.py` lists the supported headings,
 `table_text.py` the separators. Units are in the headings or in a row below the header. If no angle
 or no position has a unit, the unit is inferred from the values;
 :attr:`MeasurementTable.assumptions` reports it. Without a header, columns are inferred from their

@@ -77,12 +77,12 @@ class StationPositions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; each visible target is a row with three errors."""
+        """Row index of each error; a row is one visible target with three errors."""
         return self._placed.rows
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Station, measurement and target of each row, counted from 1."""
+        """Station, measurement and target numbers of each row, counted from 1."""
         at = self.station[self.configurations]
         return tuple(f"station {s + 1}, {t}" for s, t in zip(at, self._placed.labels, strict=True))
 
@@ -93,7 +93,7 @@ class StationPositions(Measurements):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Target of each row, counted from 1."""
+        """Target number of each row, counted from 1."""
         return self._placed.targets
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
@@ -178,7 +178,7 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The measured points as positions, without station frames."""
+        """The measured points as `Positions`, without the station frames."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:

@@ -204,12 +204,12 @@ class Positions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; each visible target is a row with three errors."""
+        """Row index of each error; a row is one visible target with three errors."""
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement and target of each row, counted from 1."""
+        """Measurement number and target number of each row, counted from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self._seen))
 
     @property
@@ -219,7 +219,7 @@ class Positions(Measurements):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Target of each row, counted from 1."""
+        """Target number of each row, counted from 1."""
         return tuple(f"target {j + 1}" for j in np.argwhere(self._seen)[:, 1])
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
@@ -299,17 +299,17 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Empty, because the probe is located by the tool corrections, which are parameters."""
+        """No names: the tool corrections, which are parameters, locate the probe."""
         return ()
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; each pose is a row with six errors."""
+        """Row index of each error; a row is one pose with six errors."""
         return np.repeat(np.arange(len(self.T)), 6)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement of each row, counted from 1."""
+        """Measurement number of each row, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
 
     @property

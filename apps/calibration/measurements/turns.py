@@ -33,13 +33,13 @@ class WrongRow(ValueError):
     """
 
     def __init__(self, row: int, words: str) -> None:
-        """Set the row index, and a message that does not include it."""
+        """Set the row index, and a message without this index."""
         super().__init__(words)
         self.row = row
 
 
 class Form(NamedTuple):
-    """A format of orientations: column names, kind of unit, description, and reader."""
+    """A format of orientations with its column names, kind of unit, description and reader."""
 
     names: tuple[str, ...]
     kind: str

@@ -102,7 +102,7 @@ def plot_deviations(found: Design, ax: Any = None) -> Any:
 
 
 def _on_new_figure(plot: Any, found: Any) -> Any:
-    """Return the axes of a new figure with a plot in a small font."""
+    """Return the axes of a new figure, for a plot in a small font."""
     with matplotlib.rc_context({"font.size": 7, "lines.markersize": 2.5}):
         figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         axes = figure.add_subplot()

@@ -478,9 +478,9 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
             pose is not rigid.
     """
     T = real(f"{name}: poses", poses)
-    if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - rows of positions
+    if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - the rows are positions
         T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
-    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - rows of matrices
+    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - the rows are matrices
         raise ShapeError(
             f"{name}: expected three or more poses (m, 4, 4) or positions (m, 3), got {T.shape}"
         )

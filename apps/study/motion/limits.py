@@ -25,7 +25,7 @@ class LimitViolation:
     Attributes:
         coordinate: The name of the coordinate.
         limit: "lower", "upper", "rate" or "acceleration".
-        amount: The largest excess [rad or m], also per second or per second squared.
+        amount: The largest excess [rad or m, per second for rates, per second^2 for accelerations].
         t: The time of the largest excess [s].
     """
 

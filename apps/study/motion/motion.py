@@ -53,11 +53,12 @@ class Motion:
         fixed: Joints with constant values on a curve of the tool pose: joints named or indexed keep
             their values at q_seed, and a mapping sets values. If joints other than redundancy
             parameters are fixed, the configurations are computed by iteration.
-        redundancy: The treatment of redundant joints. "fixed": redundancy parameters keep their
-            values at q_seed, and the coordinates stay on one branch. "minimum_norm": each pose is
-            solved from q_seed by minimum-norm steps in the joints of the main chain. "global": the
-            parameters move so that no limit is exceeded and the integral of the squared joint rates
-            over the curve is minimal, as in `resolve_redundancy`; the start is free.
+        redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
+            their values at q_seed, and the coordinates stay on one branch. With "minimum_norm",
+            each pose is solved from q_seed by minimum-norm steps in the joints of the main chain.
+            With "global", the parameters move so that no limit is exceeded and the integral of the
+            squared joint rates over the curve is minimal, as in `resolve_redundancy`; the start is
+            free.
 
     Raises:
         InputValueError: `redundancy` is unknown, "minimum_norm", "global" or `fixed` is used

@@ -56,8 +56,8 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Pairs to check: a shape of the robot, and an obstacle or another shape; indices of
-            shapes follow the indices of the obstacles.
+        checks: Index pairs to check: a shape of the robot, and an obstacle or another shape. The
+            indices of the shapes follow the indices of the obstacles.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 

@@ -99,7 +99,7 @@ class Hulls:
                 made.append(None)
             elif len(hull.corners) == 1:
                 made.append(coal.Sphere(float(radius)))
-            elif len(hull.corners) == 2:  # noqa: PLR2004 - a line
+            elif len(hull.corners) == 2:  # noqa: PLR2004 - a line has two ends
                 length = float(np.linalg.norm(hull.corners[1] - hull.corners[0]))
                 made.append(coal.Capsule(float(radius), length))
             else:
@@ -201,7 +201,7 @@ class Hulls:
         """(hulls, 4, 4) poses of capsules and spheres on their bodies; the identity for plates."""
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
-            if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line
+            if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line has two ends
                 made[k] = capsules_along(hull.corners[:1], hull.corners[-1:])[1][0]
         return made
 

@@ -99,7 +99,8 @@ def occupancy_map(
     cells, corner = np.asarray(occupied, dtype=bool), finite("occupancy_map: origin", origin)
     if cells.ndim != 2 or corner.shape != (2,):  # noqa: PLR2004 - a plane has two dimensions
         raise ShapeError(
-            f"occupancy_map: expected (nx, ny) and (2,), got {cells.shape} and {corner.shape}"
+            f"occupancy_map: expected occupied (nx, ny) and origin (2,), got {cells.shape} and "
+            f"{corner.shape}"
         )
     return OccupancyMap(
         cells, above_0("occupancy_map: cell_size", cell_size), finite("origin", corner)

@@ -4,8 +4,7 @@
 
 /* ------------------------------------------------------------------ names */
 
-/* Returns the name of an argument: an input, out, threads or fixed; or NULL if the argument has no
- * keyword. */
+/* Returns the name of an argument (an input, out, threads, fixed), or NULL if it has no keyword. */
 static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
     if (slot < kernel->n_inputs) {

@@ -1,7 +1,7 @@
 /* Function: the Python object that calls one compiled function.
  *
- * function.c defines the type, dispatch.c the calls; arguments.c reads arguments, and results.c
- * packs results. */
+ * The file function.c defines the type, and dispatch.c the calls; arguments.c reads arguments, and
+ * results.c packs results. */
 #ifndef CHASLES_FUNCTION_H
 #define CHASLES_FUNCTION_H
 

@@ -14,7 +14,7 @@ PyObject *new_tuple(int n, PyObject *const *items)
 
 /* ------------------------------------------------------------------ branches */
 
-/* The outputs of a function that returns all branches, followed by `valid`. */
+/* Indices of the outputs of a function that returns all branches, followed by `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
 /* Facts about the poses of a batch that have no valid branch. */

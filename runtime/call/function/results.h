@@ -23,8 +23,7 @@ PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObj
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Returns the ufunc's result for one pose, unless the guard raises an error. Takes ownership of the
- * result. */
+/* Takes ownership of a ufunc result for one pose; returns it unless the guard raises an error. */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Sets the class of the solutions and its tolerance; returns -1 on error. */

@@ -1,9 +1,9 @@
 /* Memory pool for large results.
  *
- * glibc returns freed blocks of 32 MB to the system, which clears memory before it is used again.
- * For a large batch, clearing takes as long as the computation. Therefore large results use a
- * memory handler (NEP 49) that keeps freed blocks for the next call. A block belongs to one array
- * or to the pool. The interpreter lock (GIL) protects the pool. */
+ * The library glibc returns freed blocks of 32 MB to the system, which clears memory before it is
+ * used again. For a large batch, clearing takes as long as the computation. Therefore large results
+ * use a memory handler (NEP 49) that keeps freed blocks for the next call. A block belongs to one
+ * array or to the pool. The interpreter lock (GIL) protects the pool. */
 #ifndef CHASLES_BUFFER_POOL_H
 #define CHASLES_BUFFER_POOL_H
 

@@ -28,7 +28,8 @@ static const void *find_symbol(Library *self, const char *symbol)
 
 #ifdef __x86_64__
 /* Tests for FMA, for bits of cpuid leaf 7, and for the registers that the operating system saves.
- * __builtin_cpu_supports is always false in the runtime library of Zig, which builds wheels. */
+ * The function __builtin_cpu_supports is always false in the runtime library of Zig, which builds
+ * wheels. */
 static int has_features(unsigned bits, unsigned saved)
 {
     unsigned a, b, c, d;

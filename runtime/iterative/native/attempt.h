@@ -1,8 +1,8 @@
 /* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum error.
  *
- * The damping is lambda = mu |e|^2 / 2. mu decreases after successful steps and increases after
- * failed steps. As lambda vanishes with the error, the iteration converges quadratically, even near
- * singularities. */
+ * The damping is lambda = mu |e|^2 / 2. The factor mu decreases after successful steps and
+ * increases after failed steps. As lambda vanishes with the error, the iteration converges
+ * quadratically, even near singularities. */
 #ifndef CHASLES_ATTEMPT_H
 #define CHASLES_ATTEMPT_H
 

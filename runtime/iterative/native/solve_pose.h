@@ -17,8 +17,8 @@ typedef struct {
     int *restarts;          /* number of start configurations after the first */
 } Results;
 
-/* Solves for the target pose, projected if it is nearly rigid (_rigid.h). seed: (n,) the first
- * start configuration, or NULL. */
+/* Solves for the target pose, projected if it is nearly rigid (_rigid.h). The first start
+ * configuration is `seed` (n,), unless it is NULL. */
 void solve_pose(const Problem *problem, const double *seed, const Results *results);
 
 #endif

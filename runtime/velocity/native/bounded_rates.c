@@ -58,8 +58,8 @@ static void apply_damped_inverse(const RateProblem *p, const double *V, double *
 }
 
 /* Returns the largest s in [0, 1] for which s a + b is within the bounds of all free joints,
- * otherwise -1. Joints fixed at a bound are not tested. *critical: the joint whose bound limits s,
- * or -1. */
+ * otherwise -1. Joints fixed at a bound are not tested. Writes the joint whose bound
+ * limits s, or -1, to *critical. */
 static double largest_scale(const RateProblem *p, int *critical)
 {
     double least = 0, most = 1;
@@ -246,8 +246,8 @@ static void project_to_null_space(const RateProblem *p, double *d)
     }
 }
 
-/* Returns the largest s in [0, 1] for which y + s d is within the bounds. *critical: the joint that
- * limits s, or -1. Components of d up to `rounding` count as 0. */
+/* Returns the largest s in [0, 1] for which y + s d is within the bounds. Writes the joint that
+ * limits s, or -1, to *critical. Components of d up to `rounding` count as 0. */
 static double largest_part(const RateProblem *p, const double *d, double rounding, int *critical)
 {
     double part = 1;

@@ -40,7 +40,7 @@ void rate_problem_free(RateProblem *p);
 
 /* Computes the rates y for the twist s V with the largest s in [0, 1] within the bounds. Joints
  * that reach their bounds stay there; the other joints compensate this if the task needs no
- * damping. p->svd must be the decomposition of J. Returns s. */
+ * damping. The member p->svd must be the decomposition of J. Returns s. */
 double solve_within_bounds(RateProblem *p);
 
 /* Adds the null-space component of the secondary rates z to y, within the bounds. */
