@@ -394,7 +394,7 @@ class Manifest:
 
     @property
     def inverses(self) -> dict[TaskName, FunctionInfo]:
-        """The inverses by task."""
+        """The inverses, keyed by task."""
         found: dict[TaskName, FunctionInfo] = {}
         for task, components in TASKS.items():
             for info in self.functions:

@@ -136,7 +136,7 @@ class RobotFacts(GeneratedFunctions):
 
     @functools.cached_property
     def _roles(self) -> Mapping[tuple[str, str, str], Function[Any]]:
-        """The first function of each role, by the role's name, domain and codomain."""
+        """The first function of each role, keyed by name, domain and codomain of the role."""
         infos = reversed(self.manifest.functions)
         return MappingProxyType({info.role.key: self.functions[info.name] for info in infos})
 

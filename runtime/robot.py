@@ -50,7 +50,7 @@ class Robot(
         kind: "serial"; "hybrid" for loops solved in closed form; "platform" for loops solved by
             iteration, with actuated coordinates in closed form from the main chain; "iterated" if
             both directions need iteration.
-        source: The origin of the robot description.
+        source: The source of the robot description.
         n: Number of actuated coordinates, the length of `q`.
         coordinates: The coordinates, in the order of `q`.
         lower: (n,) lower limits [rad or m], -inf for none.

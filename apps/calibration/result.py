@@ -208,7 +208,7 @@ class Calibration(StudyResult):
             path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml file, where None means the stem of the
                 path.
-            source: Origin of the values in a .toml file; "" means the source of the nominal robot.
+            source: Source of the values in a .toml file; "" means the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml file. The inverse of a robot with
                 loops refines the nominal solutions. If the nominal robot is None, the compiler
                 rounds lengths instead.

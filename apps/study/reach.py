@@ -319,7 +319,7 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # The codes of limits are larger than the code for poses out of reach.
+            # The code of each limit is larger than the code for poses out of reach.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 

@@ -95,7 +95,7 @@ class Workspace(StudyResult):
 
     @property
     def size(self) -> SizeEstimate:
-        """Volume [m^3]; for a planar workspace area [m^2], for a straight workspace length [m]."""
+        """Volume [m^3], area [m^2] of a planar workspace, or length [m] of a straight workspace."""
         return size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:

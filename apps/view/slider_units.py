@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""Range of a slider without limits to both sides of its initial value [rad, relative to the robot
-size]."""
+"""Half the range of a slider without limits [rad, or relative to the robot size]; the initial value
+is in the middle."""
 
 
 @dataclass(frozen=True)

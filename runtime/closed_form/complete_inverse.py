@@ -148,7 +148,7 @@ def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solution
 
 
 def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
-    """Return solutions with as many further solution slots as any of the poses needs."""
+    """Return solutions with additional slots, as many as the pose with the most solutions needs."""
     most = max(len(more.valid) for more in further.values())
     if not most:
         return slots

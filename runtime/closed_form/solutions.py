@@ -398,7 +398,7 @@ def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
 class _Listing:
     """The class of solutions within limits, and the limits.
 
-    The limits are lower and upper limits, periods, rounding and numbers of windings, (n,) each.
+    The limits are arrays (n,): lower and upper limits, periods, rounding, numbers of windings.
     """
 
     kind: type[Solutions]

@@ -108,12 +108,12 @@
  * threshold is 1/4 of the median smallest singular value of random six-axis configurations. */
 #define RATES_DAMPING_THRESHOLD 0.04
 
-/* Threshold e and minimum d of track, dimensionless. These values are smaller than
+/* Threshold e and minimum damping d of path tracking, dimensionless. These values are smaller than
  * RATES_DAMPING_THRESHOLD, because track also limits the rates, and damping causes tool errors. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
-/* Maximum d of track, dimensionless: the size of a Jacobian far from singularities. */
+/* Maximum damping d of tracking, dimensionless: the size of a Jacobian far from singularities. */
 #define TRACK_GREATEST_DAMPING 1.0
 
 /* Ratio of actual to predicted reduction of the squared error. Below POOR the damping is multiplied

@@ -23,7 +23,7 @@ VISIBLE = 1e-3
 """Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
 pivots come from rounding errors or second-order effects."""
 SHOWN = 0.01
-"""Minimum coefficient of a combination that is shown."""
+"""Smallest coefficient that is shown in a combination of parameters."""
 
 
 @dataclass(frozen=True)

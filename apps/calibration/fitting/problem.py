@@ -159,7 +159,7 @@ def problem_nearby(
     Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
     real delta robot, for example, are not parallel. A first fit therefore varies all candidates,
     and distributes the deviation among candidates with the same effect. The variables of the
-    returned problem are identified at this fit.
+    returned problem are identified at the first fit.
 
     Args:
         first: The problem with the variables that are identified at the nominal robot.

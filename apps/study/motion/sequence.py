@@ -229,7 +229,7 @@ class MotionSequence:
         return concatenate([stage.motion.sample(frequency) for stage in self._stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
-        """List jumps of derivatives: stage, derivative, time in the sequence [s], jump size."""
+        """List the jumps of derivatives, each as (stage, derivative, time [s], jump size)."""
         found, begin = [], 0.0
         for index, stage in enumerate(self._stages):
             timed = stage.motion.time_scaling

@@ -99,7 +99,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which other circles cross a circle; the first repeats after a turn."""
+    """Return the angles at which other circles cross a circle; a full turn repeats the first."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

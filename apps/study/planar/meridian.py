@@ -182,7 +182,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
 def _along(
     arcs: Sequence[BorderArc], value: Callable[[float], float], at: Sequence[float]
 ) -> float:
-    """Integrate value(max(u, 0)) dv along arcs, where the derivative of value jumps at `at`."""
+    """Integrate value(max(u, 0)) dv along arcs; the derivative of `value` jumps at u = `at`."""
     with requires("chasles[study]"):
         from scipy.integrate import quad  # noqa: PLC0415
 

@@ -238,7 +238,7 @@ def configuration_space(
     radii, bodies = real("configuration_space: radius", radius), hulls.parts
     if radii.shape not in ((), (len(bodies),)):
         raise ShapeError(
-            f"radius: expected a number or {len(bodies)}, of {', '.join(bodies)}, got shape "
+            f"radius: expected one number, or {len(bodies)} for {', '.join(bodies)}, got shape "
             f"{radii.shape}"
         )
     radii = np.broadcast_to(radii, (len(bodies),))

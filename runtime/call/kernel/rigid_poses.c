@@ -20,7 +20,7 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* Returns the residual of a matrix that is not a pose: NaN if it has NaN or inf, otherwise inf. */
+/* Returns the residual of a non-pose matrix, NaN if an entry is not finite, otherwise infinity. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;

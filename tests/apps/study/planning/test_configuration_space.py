@@ -183,7 +183,7 @@ def test_mesh_obstacle_matches_equal_box_obstacle(tmp_path):
 
 def test_invalid_obstacles_and_radii_are_rejected():
     robot = chasles.load("ur5e")
-    with pytest.raises(ShapeError, match=r"radius: expected a number or 5, of 0, link2, link3"):
+    with pytest.raises(ShapeError, match=r"radius: expected one number, or 5 for 0, link2, link3"):
         configuration_space(robot, OBSTACLES, radius=[0.1, 0.1])
     with pytest.raises(InputValueError, match="radius: expected values above 0"):
         configuration_space(robot, OBSTACLES, radius=0)
