@@ -39,7 +39,7 @@ needs_gpu = pytest.mark.skipif(not has_gpu(), reason="no GPU")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Returns the folder with the exported kernels of ur5e."""
-    path = tmp_path_factory.mktemp("robots") / "ur5e"
+    path = tmp_path_factory.mktemp("cuda") / "robots" / "ur5e"
     names = [name for name in FUNCTIONS if name in chasles.load("ur5e").functions]
     write(robot_of("ur5e"), path, functions=names, languages=["cuda"])
     return path
