@@ -423,7 +423,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """Returns the kind of a parameter (length, angle or ratio), as an expression uses it."""
+    """Returns the kind of a parameter (length, angle or ratio) from its use in an expression."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):

@@ -187,8 +187,8 @@ def _near(
     """Returns the structures that the axes fit approximately, likeliest first.
 
     A structure whose deviation is within the tolerance for measurement errors comes first; other
-    structures are sorted by deviation. A nominal arm has no input such as a swivel angle, because
-    it requires exact axes; a fixed joint is the input instead.
+    structures are sorted by deviation. A swivel angle as input requires exact axes, so a nominal
+    arm has the value of a fixed joint as input instead.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)

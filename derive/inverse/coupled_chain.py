@@ -11,9 +11,9 @@ M``.
 The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
 T(t) R' Rz(b - s' a)``.
 
-In the last line, the rotations a and -s a cancel, so that the body with the placement M' only
-translates. t is the translation of M; t' and R' are the translation and rotation of R M', with the
-rotation R of M.
+In the last identity, the rotations a and -s a cancel, so that the body with the placement M' only
+translates. Here, t is the translation of M; t' and R' are the translation and rotation of R M',
+with the rotation R of M.
 """
 
 from collections.abc import Mapping, Sequence

@@ -54,4 +54,4 @@ mdh = of_transform(
     sliding="d",
     fit=common_normal,
 )
-"""Modified (Craig's) Denavit-Hartenberg: Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
+"""Modified (Craig's) convention; the link transform is Rx(alpha) Tx(a) Rz(theta) Tz(d)."""

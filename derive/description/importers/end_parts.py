@@ -1,14 +1,17 @@
 """Finds end parts that do not belong to an arm: fingers, wheels, branches and ball joints.
 
-- A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints,
-  all branches that start at the link of a finger also count as fingers. After a moving joint, two
-  more kinds of joints are fingers: joints on a link with one of these words in its name, and end
-  joints on the same link that are prismatic or coupled, unless they carry a tool frame.
-- Several branches with at most ``LONGEST_FINGER`` joints on one link after ``JOINTS_OF_AN_ARM``
-  joints are short branches, as in most hands.
-- A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint
-  also counts as a wheel if it carries only wheels.
-- A ball joint without further joints is the end of a rod or rope.
+A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints, all
+branches that start at the link of a finger also count as fingers. After a moving joint, two more
+kinds of joints are fingers. The first kind is on a link with one of these words in its name. The
+second kind is a prismatic or coupled end joint on the same link, unless it carries a tool frame.
+
+Branches are short branches, as in most hands, if several of them start at one link, after
+``JOINTS_OF_AN_ARM`` joints, and each has at most ``LONGEST_FINGER`` joints.
+
+A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
+counts as a wheel if it carries only wheels.
+
+A ball joint that no other joint follows is the end of a rod or rope.
 """
 
 import re

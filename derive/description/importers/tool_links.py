@@ -1,11 +1,14 @@
 """Rules that infer the chain if the base or the tip is not specified.
 
-1. The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
-ball joints without further joints. 2. The arm is the chain with the largest number of joints with
-separate coordinates. Arms of equal length with different last joints are separate robots. 3. The
-tip is rigidly connected to the last joint. The tip is the first link with a name in ``TOOL_NAMES``,
-otherwise the only end link except sensors, otherwise the joint's child link. The base is the root
-of the tree, or the child link of the last floating or planar joint.
+The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
+ball joints that no other joint follows.
+
+The arm is the chain with the most joints that have their own coordinate. Arms of equal length with
+different last joints are separate robots.
+
+The tip is rigidly connected to the last joint. It is the first link with a name in ``TOOL_NAMES``,
+otherwise the only end link except sensors, otherwise the child link of the last joint. The base is
+the root of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib

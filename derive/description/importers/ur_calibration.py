@@ -114,8 +114,8 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
     raise DescriptionError(
-        f"{file}: belongs to a UR arm, of {expected}; {robot.name} is not a UR arm; chasles "
-        "has ur5, ur5e and others"
+        f"{file}: the calibration belongs to a UR arm, of {expected}; {robot.name} is not "
+        "a UR arm; chasles has ur5, ur5e and others"
     )
 
 

@@ -46,10 +46,11 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     """Expands a xacro file to XML, and lists the files that it includes.
 
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
-    an installed ROS. The folder of a package has a package.xml that states its name, or has this
-    name itself. The suffixes of ``PACKAGE_ENDINGS`` are removed from package names. Included files
-    and YAML files are read only from the package of the file and from packages of ``$(find
-    package)``. Without a package.xml, the folder that contains the file is its package.
+    an installed ROS. The folder of a package contains a package.xml with the name of the package,
+    or is named after the package. The suffixes of ``PACKAGE_ENDINGS`` are removed from package
+    names. Included files and YAML files are read only from the package of the file and from
+    packages of ``$(find package)``. Without a package.xml, the folder that contains the file is its
+    package.
 
     Args:
         file: A xacro file.

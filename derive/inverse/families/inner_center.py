@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves this
-    # point, in the base frame, to the position that joints 6 and 5 give it in the tool frame.
+    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Seen from the tool,
+    # joint 1 and the joints 6 and 5 place this point at the same position.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:

@@ -4,10 +4,10 @@ Gantries, machine tools and single joints have this structure. Up to three prism
 consecutive, with no revolute joint between them. The orientation determines the revolute joints,
 and the remaining position error determines the prismatic joints.
 
-There are up to two revolute joints. Three are possible with three prismatic joints, or if the three
-revolute axes intersect in one point. If the first and third axis become parallel, only the sum of
-their angles is determined. Three prismatic joints still reach the position for any division of this
-sum between the two joints. The axes need not intersect or be perpendicular.
+There are up to two revolute joints. Three revolute joints are possible with three prismatic joints,
+or if the three axes intersect in one point. If the first and third axis become parallel, only the
+sum of their angles is determined. Three prismatic joints still reach the position for any division
+of this sum between the two joints. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
 an unreachable pose, the result is a nearby pose.

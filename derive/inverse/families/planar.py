@@ -29,7 +29,8 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""Maximum cosine of the angle between a prismatic joint and the axes to count as perpendicular."""
+"""Maximum cosine of the angle between a prismatic joint and an axis at which both count as
+perpendicular."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 

@@ -50,8 +50,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_points(lines: Lines) -> list[Vector]:
     """Returns points of axis 4 that the first three joints move in three directions.
 
-    The first point moves in the most directions at right angles. A point that reaches, for example,
-    the intersection of two axes does not determine their angles there.
+    The first point is the point that moves in the most directions if the joints are at right
+    angles. For example, a point at the intersection of two joint axes does not determine the angles
+    of these joints.
     """
     terms, a4, arm = lines.terms, lines.axes[3], _arm(lines)
     size = sp.Rational(f"{lines.length or 1.0:.0e}")

@@ -1,13 +1,11 @@
 """Fourteen line quantities that rigid motions transform linearly.
 
-For a point p on a line with unit direction l, the equations of Raghavan and Roth equate
-
-    ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``
-
-for two expressions of the line l through p. With a 1 appended to x, a motion p -> R p + d, l -> R l
-multiplies x by a matrix that depends only on R and d. Every quantity is linear in the cosine and
-sine of each revolute joint and quadratic in the displacement of each prismatic joint. With the
-vector h = R^T d and the quantity w = (p.p) l - 2 (p.l) p, the motion gives:
+Let p be a point on a line with unit direction l. The equations of Raghavan and Roth equate two
+expressions for the fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. With a
+1 appended to x, a motion p -> R p + d, l -> R l multiplies x by a matrix that depends only on R and
+d. Every quantity is linear in the cosine and sine of each revolute joint and quadratic in the
+displacement of each prismatic joint. With the vector h = R^T d and the quantity w = (p.p) l - 2
+(p.l) p, the motion changes the quantities as follows.
 
     ``p' = R p + d`` and ``l' = R l``,
 

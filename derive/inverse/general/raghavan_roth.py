@@ -1,9 +1,8 @@
 """Equations of Raghavan and Roth for general six-joint arms, and their elimination orders.
 
 The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
-placement C_6 from the tool back to the base contains the target pose. Then
-
-    ``Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I``.
+placement C_6 from the tool back to the base contains the target pose. The product of the factors
+``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
 
 An elimination order numbers the joints from any joint in either direction. An elimination order
 consists of a pair of joints (1, 2), the suppressed joint (3), two more joints (4, 5) and a last

@@ -129,7 +129,7 @@ class LegChain:
         return coordinates, _least(h.terms, residual, own.passive)
 
     def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
-        """Names the branches of each sign from ``first`` on by the leg and the joints it solves."""
+        """Names the branches of new signs after the closure of the leg and the solved joints."""
         joints = {step.found.sign: "+".join(step.joints) for step in own.steps}
         for symbol in work.signs[first:]:
             name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure

@@ -15,7 +15,7 @@ FREEDOMS = 6
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` of a six-cylinder platform; an empty result for other robots."""
+    """Returns the function ``ik`` of a six-cylinder platform; empty for other robots."""
     mechanism = h.mechanism
     moved = {coordinate.moves for coordinate in mechanism.coordinates}
     on_cylinders = {strut.name for strut in mechanism.struts if strut.is_cylinder} == moved

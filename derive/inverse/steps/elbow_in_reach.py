@@ -20,9 +20,9 @@ def with_elbow_in_reach(
     center: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Returns the sum of angles 2 to 4; if it is arbitrary, the elbow angle determines it.
+    """Returns the sum of angles 2 to 4; an arbitrary sum is chosen by the elbow angle.
 
-    The best elbow angle is the angle nearest to 90 degrees.
+    Among the arbitrary sums, the sum whose elbow angle is nearest to 90 degrees is chosen.
 
     Args:
         work: Record of the solution, with the table of named terms.

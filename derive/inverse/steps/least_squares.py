@@ -3,9 +3,7 @@
 Each closed-form solution step uses only some of the six pose equations. Near a double solution of
 one equation, the angle of its joint is accurate only to 1e-8, although the other equations
 determine the angle to double precision. A Gauss-Newton step on all equations restores full
-accuracy:
-
-    (J^T J + mu) dq = J^T e, with a damping factor mu,
+accuracy. The step dq solves ``(J^T J + mu) dq = J^T e`` with a damping factor mu.
 
 Here, e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
 to the arm length.

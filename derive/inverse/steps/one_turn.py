@@ -110,8 +110,8 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
             work.sign(),
         ),
     )
-    # 2. The distance of the point from axis 1 determines the prismatic joint. 3. The revolute
-    # joint.
+    # 2, 3. The distance of the point from axis 1 determines the prismatic joint; the revolute joint
+    # follows.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)

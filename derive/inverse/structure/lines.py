@@ -142,7 +142,7 @@ def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """Returns the frame at a constant placement relative to a frame, with named components."""
+    """Returns a frame moved by a constant placement; its components get names."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):

@@ -33,7 +33,7 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
-    """Adds the numbers of directions in which a chain moves a point at all right angles.
+    """Counts the directions in which a chain moves a point, summed over right-angle configurations.
 
     Args:
         lines: The chain.

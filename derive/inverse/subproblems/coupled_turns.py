@@ -1,29 +1,30 @@
 """Two rotations by equal or opposite angles that give a vector a known component.
 
-Statement: ``h . R(k1, theta) R(k2, s theta) p = h . v`` for s = 1 or -1, where the unit vectors h,
+Statement: ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` for s = 1 or -1, where the unit vectors h,
 k1, k2 and p lie in one plane.
 
-Derivation: with ``h' = h - k1 (k1 . h)`` and ``p' = p - k2 (k2 . p)`` the terms in sin(theta)
-vanish, because a vector of the plane is perpendicular to the cross product of two others:
+Derivation: let ``h' = h - k1 (k1.h)`` and ``p' = p - k2 (k2.p)``. The terms in sin(theta) vanish,
+because a vector in the plane is perpendicular to the cross product of two other vectors in it. The
+left side is ``A + B cos + D cos^2 + E sin^2`` with the following coefficients.
 
-    h . R R p = A + B cos + D cos^2 + E sin^2,
-    A = (h . k1) (k1 . k2) (k2 . p),    B = (h . k1) (k1 . p') + (h' . k2) (k2 . p),
-    D = h' . p',                        E = -s (k1 x h) . (k2 x p).
+    ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2) (k2.p)``.
 
-For ``w = sin^2(theta / 2)``, ``cos = 1 - 2 w`` gives the quadratic equation
+    ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
 
-    a w^2 - b w + e = 0,    a = 4 (D - E),    b = 2 B + a,    e = h . p - h . v,
+For ``w = sin^2(theta / 2)``, the relation ``cos = 1 - 2 w`` gives the quadratic equation ``a w^2 -
+b w + e = 0``. Its coefficients are ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
-with up to two roots in [0, 1], and two angles of opposite sign for each root. A root that would be
-a difference of similar numbers is computed from the product of both roots; the same applies to ``1
-- w``. The discriminant is ``-4 a (x - h . v)`` with the extreme component ``x = h . p - b^2 / 4
-a``. If h . p, the component at theta = pi, or x is 1 or -1, its difference from h . v is half the
-squared length of ``h - v`` or ``h + v``, so that a straight or folded wrist keeps all digits.
+This equation has up to two roots in [0, 1], and each root gives two angles of opposite sign. A root
+that would be a difference of similar numbers is computed from the product of both roots; the same
+applies to ``1 - w``. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p -
+b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. The
+difference of such a component from h.v is then half the squared length of ``h - v`` or ``h + v``,
+so that a straight or folded wrist keeps all digits.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. As in subproblem 4,
 solutions that differ by rounding errors only are merged.
 
-Degenerate: a = 0 only if k1 and k2 are parallel, or h on k1, or p on k2; such axes are excluded.
+Degenerate: a is 0 only if k1 and k2, h and k1, or p and k2 are parallel; such axes are excluded.
 
 Source: elementary.
 """
@@ -62,7 +63,7 @@ class CoupledPair:
     sense: int
 
     def coefficients(self, terms: Terms) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Returns A, B, D and E."""
+        """Returns the coefficients A, B, D and E."""
         along, along_p = dot(terms, self.h, self.k1), dot(terms, self.k2, self.p)
         h, p = perpendicular(terms, self.k1, self.h), perpendicular(terms, self.k2, self.p)
         both = dot(terms, cross(terms, self.k1, self.h), cross(terms, self.k2, self.p))

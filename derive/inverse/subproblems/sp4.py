@@ -1,6 +1,6 @@
 """Subproblem 4: the angles at which a rotated vector has a known component along a given vector.
 
-Statement: ``h . R(k, theta) p = d``.
+Statement: the equation ``h.(R(k, theta) p) = d`` for the angle theta.
 
 Derivation: the left side is ``a cos + b sin + (h.k)(k.p)`` with ``p' = p - k (k.p)``, ``a = h.p'``
 and ``b = h.(k x p)``. With ``e = d - (h.k)(k.p)``, the line ``a x + b y = e`` intersects the unit

@@ -200,8 +200,9 @@ def _improved(
 ) -> tuple[tuple[CosSin, CosSin], Row]:
     """Applies a damped Newton step to both angles, if it reduces the error.
 
-    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
-    accuracy: ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
+    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, as
+    ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``, so that squaring J costs no
+    accuracy.
     """
     let = terms.let
     one, two = angles

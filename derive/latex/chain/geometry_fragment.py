@@ -14,7 +14,7 @@ from ..setting.widths import LINE, width
 from .tables import counts_moving
 
 MAX_WRITTEN = 4
-"""Maximum number of factors of a product in which every factor is written."""
+"""Maximum number of factors of a product that is written in full."""
 MAX_IN_ROW = 6
 """Maximum number of trivial transforms printed on one line."""
 

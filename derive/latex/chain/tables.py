@@ -74,7 +74,7 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether moving joints have other numbers than the same joints counted among all joints."""
+    """Whether a moving joint has another number among the moving joints than among all joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 

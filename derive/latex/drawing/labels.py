@@ -150,7 +150,7 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """Returns the first position with minimum cost, in the order of a lower bound of the cost."""
+    """Returns the first position with minimum cost; a lower bound of the cost sorts positions."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:

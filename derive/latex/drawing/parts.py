@@ -71,7 +71,7 @@ class DrawnSlide:
         b: Index of the sliding body.
         mouth: The end point of the outer tube of a telescope.
         travel: The positions of a slider at its two limits.
-        coordinate: Index of the entry of ``q`` that moves the joint.
+        coordinate: Index of the entry in ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
 

@@ -120,7 +120,7 @@ def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
 
 
 def _conditions(circles: int) -> str:
-    """Prints the leg equations: first those of circles, then those of lines."""
+    """Prints the leg equations: first the circles, then the lines."""
     numbers = [str(i) for i in range(1, LEGS + 1)]
     of = [
         (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),

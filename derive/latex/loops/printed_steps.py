@@ -307,7 +307,7 @@ class _Writer:
         return PrintedAngle(self.shown[equation.angle], dot(A, C) / scale, cross(A, C) / scale)
 
     def _is_new(self, rate: RateEquation) -> bool:
-        """Whether the unknowns of a rate equation were also unknown before the step."""
+        """Whether the unknowns of a rate equation were unknown before the step."""
         return all(s in self.found or s not in self.step.solved for s, _ in rate.left)
 
     def _rate(self, rate: RateEquation) -> PrintedRate:

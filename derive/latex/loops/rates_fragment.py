@@ -25,7 +25,7 @@ BRACKET = 0.75 * LINE
 
 
 class Rates:
-    """Time derivatives of printed expressions, linear in the coordinate and unknown rates.
+    """Time derivatives of printed expressions, linear in the rates of coordinates and unknowns.
 
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.

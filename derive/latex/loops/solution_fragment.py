@@ -95,7 +95,7 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """Prints the loop equation; a wide equation becomes a zero sum with line breaks."""
+    """Prints the loop equation; a wide equation becomes a sum equal to zero."""
 
     def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
         found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))

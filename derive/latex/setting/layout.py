@@ -125,7 +125,7 @@ def matrix(rows: Sequence[Row]) -> str:
 
 
 def matrix_width(rows: Sequence[Row]) -> float:
-    """Estimates the width of :func:`matrix` (pt)."""
+    """Estimates the width (pt) of a matrix that :func:`matrix` formats."""
     columns = [max(width(entry) for entry in column) for column in zip(*rows, strict=True)]
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 

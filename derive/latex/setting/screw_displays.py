@@ -27,7 +27,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms of the entries; each term is expressed in earlier terms.ms.
+        definitions: Shared terms of the entries; each term is expressed in earlier terms.
         S: Screw axes as a matrix (6, number of moving joints).
         M: Home pose (4, 4).
     """
@@ -54,7 +54,7 @@ class ScrewDisplays:
     """The product of exponentials of a robot, prepared for typesetting.
 
     Attributes:
-        terms: Shared terms of the entries, each term expressed in earlier terms.
+        terms: Shared terms of the entries; each term is expressed in earlier terms.
         columns: One display for each screw axis.
         home: The home pose.
         named: Entries that are too wide for the home pose or for a screw axis, keyed by their name.
