@@ -17,7 +17,7 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
 
     Args:
         derivation: The derivation of the robot.
-        where: The only language of these functions.
+        where: The name of the language that alone has these functions.
     """
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)

@@ -24,7 +24,7 @@
 /* Maximum number of intervals to examine; typical poses need fifty, degenerate poses far more. */
 #define CHASLES_MAX_PARTS 400
 /* Maximum number of times a cell is halved, down to a width of 1e-6 rad. Roots that are closer
- * together are treated as one root. */
+ * together than this width are treated as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
@@ -153,7 +153,7 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* A computed root with a larger error [rad] may represent several roots. */
+/* A computed root whose error [rad] is above this value may represent several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);

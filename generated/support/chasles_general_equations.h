@@ -3,16 +3,17 @@
  *
  * The loop of arm and tool, numbered from any joint in either direction, gives fourteen equations A
  * y = B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair),
- * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. s is the angle of another
+ * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. The angle s belongs to another
  * joint, the suppressed joint. The target pose may be part of any constant transform of the loop.
- * Six linear combinations of the rows do not contain y. With the half angle of v, they become
- * twelve equations M(s) u = 0 in twelve unknowns. det M is a trigonometric polynomial of degree 8
- * in s. Samples of det M give its real roots (chasles_general_roots.h), and each root gives the
- * other joints (chasles_general_back.h). Newton's iteration on the pose refines the joints
- * (chasles_general_newton.h). The order in which the joints are numbered is an elimination order
- * (type chasles_general_order). If one order fails, other elimination orders and nearby poses are
- * tried (chasles_general.h). All computations use vectors of samples, roots or solutions
- * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
+ * Six linear combinations of the rows do not contain y. With the half angle of v, these
+ * combinations become twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a
+ * trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
+ * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
+ * Newton's iteration on the pose refines the joints (chasles_general_newton.h). The order in which
+ * the joints are numbered is an elimination order (type chasles_general_order). If one order fails,
+ * other elimination orders and nearby poses are tried (chasles_general.h). All computations use
+ * vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has no
+ * state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
  * joint either belongs to the pair, or is the one of the joints v and w without a half angle. If

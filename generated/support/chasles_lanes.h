@@ -6,7 +6,7 @@
  * between rows and lanes. Each lane has the same result as scalar C, including NaN and infinities,
  * except for the last digits of transcendental functions. The angle of a point has an error of at
  * most 2 units in the last place; the cosine and sine with FMA have an error of at most 1.5 units.
- * Other functions come from libmvec, the vector library of glibc, with at most 4 units.
+ * Other functions come from libmvec, the vector library of glibc, with errors of up to 4 units.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H

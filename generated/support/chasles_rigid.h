@@ -1,7 +1,10 @@
 /* The rigid pose nearest to a matrix. This file is part of chasles and is the same for every robot.
  *
  * An inverse does not correct T, so the residual is never smaller than the distance of T from a
- * rigid pose. First project poses that are in single precision or read from text:
+ * rigid pose. Poses in single precision or read from text should first be projected onto rigid
+ * poses.
+ *
+ * Example:
  *
  *   double rigid[16];
  *   if (chasles_project(T, 1e-5, rigid)) robot_ik(rigid, q, residual, margin);
@@ -18,7 +21,7 @@
  * row.
  *
  * The iteration R <- R (3 - R^T R) / 2 squares the distance in each step and converges to the
- * orthogonal factor of R's polar decomposition (Bjorck and Bowie 1971; Higham 1986). */
+ * orthogonal factor of R's polar decomposition (Bjorck and Bowie 1971 and Higham 1986). */
 static inline int chasles_project(const double *T, double tolerance, double *rigid)
 {
     double R[9], E[9], off2 = 0, sum = 0;

@@ -202,8 +202,8 @@ def _choice(name: str, size: Sizes) -> str:
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
     """Returns the macro that writes the nearest solutions on SIMD lanes, or an empty text.
 
-    The runtime uses this macro where the variables n, inputs, input_steps, seeds, outputs and
-    solution slot exist.
+    The runtime uses this macro where the variables ``n``, ``inputs``, ``input_steps``, ``seeds``,
+    ``outputs`` and ``slot`` exist.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(

@@ -101,7 +101,7 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """Returns two functions for one pose: all branches in lanes, and all branches as rows."""
+    """Returns two functions for one pose, which store all branches in lanes or as rows."""
     k, width, inputs = function.branches, sum(size.outputs), [a.name for a in function.inputs]
     given = [f"const double *{name}" for name in inputs]
     names = [result.name for result in function.outputs]

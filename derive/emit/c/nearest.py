@@ -87,7 +87,7 @@ def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
     if derivation.hybrid is None:
         given = function.role.fixed
         if len(given) != len(names):
-            return None  # a swivel angle without the function that computes it
+            return None  # the function for the swivel angle is missing
         return [
             f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
         ]

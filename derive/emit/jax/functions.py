@@ -13,7 +13,8 @@ from ..precision.single import single
 WIDTH = 100
 """Maximum line length of the comments and results."""
 CHOICE = "choice"
-"""Argument of a branch with its signs; a function receives the signs of all slots at once."""
+"""Argument of a branch that contains its signs; a function receives the signs of all slots at
+once."""
 _TEMPLATES = {
     Operation.AND: "{0} & {1}",
     Operation.OR: "{0} | {1}",

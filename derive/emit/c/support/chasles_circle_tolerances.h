@@ -13,14 +13,15 @@
 /* The series of an interval is recomputed if the ratio of the polynomial to its error is below this
  * value (five digits). */
 #define CHASLES_BLURRED 1e5
-/* Two roots of the determinant that are closer together [rad] may have exchanged null vectors. */
+/* Two roots of the determinant that are closer together than this value [rad] may have exchanged
+ * null vectors. */
 #define CHASLES_TWINS 1e-3
 /* The sign of the polynomial is uncertain if the ratio of the polynomial to its error is below this
  * value. */
 #define CHASLES_UNSURE 10.0
 /* Half the distance [rad] of two roots between which the sign of the polynomial is uncertain. */
 #define CHASLES_EDGE 1e-4
-/* A root of the determinant with a larger error [rad] may represent several roots. */
+/* A root of the determinant whose error [rad] is above this value may represent several roots. */
 #define CHASLES_DOUBT 3e-4
 
 #endif

@@ -27,7 +27,7 @@ POLISH_INLINE void POLISH_NAME(inverted)(lanes (*a)[6], int at, lanes *pivots)
     r2[0] = c20 * scale, r2[1] = c21 * scale, r2[2] = c22 * scale;
 }
 
-/* Multiplies a symmetric matrix by a vector; only its lower half is stored. */
+/* Multiplies a symmetric matrix, of which only the lower half is stored, by a vector. */
 POLISH_INLINE void POLISH_NAME(times)(lanes (*a)[6], int at, const lanes *x, lanes *y)
 {
     const lanes *r0 = a[at] + at, *r1 = a[at + 1] + at, *r2 = a[at + 2] + at;

@@ -254,7 +254,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
         }
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
-        const int may_end = taken > 0 || !POLISH_IS_SEARCHED; /* for the search at fold points */
+        const int may_end =
+            taken > 0 || !POLISH_IS_SEARCHED; /* used by the search at fold points */
         if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;
