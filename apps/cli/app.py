@@ -13,7 +13,7 @@ import typer
 
 from chasles import ChaslesError, __version__
 
-from . import calibrating, compiling, environment, pictures, solving
+from . import calibrating, compiling, environment, loops, pictures, solving
 from .console import err
 
 _DEFECT = "This is a defect of chasles. Please report it with the lines above and the input."
@@ -28,7 +28,7 @@ app = typer.Typer(
     epilog="Values take units (90deg, 250mm); without a unit they are in rad and m. "
     "Each subcommand has a help with an example: [bold]chasles ik --help[/]",
 )
-for _room in (solving, pictures, compiling, calibrating, environment):
+for _room in (solving, loops, pictures, compiling, calibrating, environment):
     _room.add_to(app)
 
 

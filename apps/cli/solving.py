@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,6 +34,11 @@ from .values import (
 _XYZ = ("x", "y", "z")
 _POSITION = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 """Weights of the tool's position and orientation for the task "position"."""
+_PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
+"""Numbers without units."""
+_FAR = 20.0
+"""Ratio of a target's distance to the distance of the nearest pose, above which the target is
+probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -56,18 +62,26 @@ def fk(
     tip: Tip = None,
     exact: Exact = False,
     as_json: Json = False,
+    words: Annotated[list[str] | None, typer.Argument(hidden=True)] = None,
 ) -> None:
-    """Compute the pose of the tool."""
+    """Compute the pose of the tool, and the joints of the main chain if they are not actuated."""
+    if words:
+        raise InputValueError(f"fk: pass the coordinates with --q, as in --q {','.join(words)}")
     arm = load(robot, base=base, tip=tip, exact=exact)
     at = coordinates(arm, q, "--q")
     if outside := _outside(arm, at):
-        err.print(f"outside the limits: {outside}", style="yellow", markup=False)
+        _warn(f"outside the limits: {outside}")
     T = np.asarray(arm.fk(at))
+    theta = np.asarray(arm.chain(at)) if "chain" in arm.functions else None
     if as_json:
-        print_json({"robot": arm.name, "q": at.tolist(), "T": T.tolist()})
+        chain = {} if theta is None else {"theta": theta.tolist()}
+        print_json({"robot": arm.name, "q": at.tolist(), **chain, "T": T.tolist()})
         return
     say(f"{arm.name}: pose of {arm.tip_frame} in {arm.base_frame}")
-    say(f"at {_configuration(arm, at)}\n")
+    say(f"at {_configuration(arm.coordinates, at)}")
+    if theta is not None:
+        say(f"main chain: {_configuration(arm.chain_joints, theta)}")
+    say()
     for row in T:
         say("  ".join(f"{rounded(number, 8):12.8f}" for number in row))
     p, angles, quaternion = se3.to_xyz(T), se3.to_rpy(T), se3.to_quat(T, order="wxyz")
@@ -81,7 +95,10 @@ def ik(
     xyz: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position of the tool.")],
     rpy: Annotated[
         str | None,
-        typer.Option(metavar="R,P,Y", help="Roll, pitch and yaw of the tool, as in URDF."),
+        typer.Option(
+            metavar="R,P,Y",
+            help="Roll, pitch and yaw of the tool, as in URDF. Default: the identity orientation.",
+        ),
     ] = None,
     quat: Annotated[
         str | None, typer.Option(metavar="NUMBERS", help="Quaternion of the tool; needs --order.")
@@ -98,7 +115,11 @@ def ik(
     ] = "pose",
     q_seed: Annotated[
         str | None,
-        typer.Option(metavar="NUMBERS", help="Sort by the distance from these coordinates."),
+        typer.Option(
+            metavar="NUMBERS",
+            help="Sort by the distance from these coordinates. Default with --nearest: the "
+            "reference configuration.",
+        ),
     ] = None,
     nearest: Annotated[
         bool, typer.Option("--nearest", help="Only the solution nearest to --q-seed.")
@@ -118,19 +139,61 @@ def ik(
     arm = load(robot, base=base, tip=tip, exact=exact)
     T = _pose(xyz, rpy, quat, order, rotvec)
     seed = None if q_seed is None else coordinates(arm, q_seed, "--q-seed")
+    if nearest and seed is None:
+        seed = coordinates(arm, None, "--q-seed")
     values_of_fixed = fixed_values(arm, fixed or ()) or None
     found = _solutions(arm, T, task, seed, values_of_fixed, nearest, numeric)
+    near = None if len(found.q) else _near(arm, T, task, seed, values_of_fixed)
+    if task == "pose" and rpy is None and quat is None and rotvec is None:
+        _warn("without --rpy, --quat or --rotvec, the tool has the identity orientation")
+    if nearest and q_seed is None and seed is not None:
+        at = _configuration(arm.coordinates, seed)
+        _warn(f"without --q-seed, nearest to the reference configuration: {at}")
     inside = np.array([bool(arm.is_within_limits(row)) for row in found.q], dtype=bool)
     if as_json:
         rows = zip(found.q.tolist(), inside.tolist(), strict=True)
         solutions = [{"q": row, "within_limits": is_inside} for row, is_inside in rows]
         residual = found.residual if math.isfinite(found.residual) else None
-        about = {"reason": found.reason, "residual": residual}
+        about: dict[str, Any] = {"reason": found.reason, "residual": residual}
+        if near is not None:
+            about["nearest"] = {"q": near.q.tolist(), "T": np.asarray(near.T).tolist()}
         print_json({"robot": arm.name, "T": T.tolist(), "solutions": solutions, **about})
     else:
         _print_solutions(arm, found, inside)
+        if near is not None:
+            _print_near(arm, near, T, task)
+            _print_unit_hint(xyz, near, T)
     if not inside.any():
         raise typer.Exit(1)
+
+
+def _warn(message: str) -> None:
+    err.print(message, style="yellow", markup=False)
+
+
+@dataclass(frozen=True)
+class _Near:
+    """The configuration q (n,) within the limits whose pose T is nearest to an unreached target."""
+
+    q: FloatArray
+    T: FloatArray
+
+
+def _near(
+    arm: chasles.Robot,
+    T: FloatArray,
+    task: Literal["pose", "position"],
+    seed: FloatArray | None,
+    fixed: dict[str, float] | None,
+) -> _Near | None:
+    if "ik_numeric" not in dir(arm):
+        return None
+    q = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_weights(task)).q
+    return _Near(q, arm.fk(q))
+
+
+def _weights(task: Literal["pose", "position"]) -> tuple[float, ...] | None:
+    return _POSITION if task == "position" else None
 
 
 @dataclass(frozen=True)
@@ -156,12 +219,9 @@ def _solutions(
 ) -> _Found:
     """Return the exact solutions, or else the solutions within the rounding of printed poses."""
     if numeric:
-        weights = _POSITION if task == "position" else None
-        solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=weights)
+        solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_weights(task))
         return _single(solution, rounding(arm))
-    if nearest:
-        if seed is None:
-            raise InputValueError("--nearest also requires --q-seed")
+    if nearest and seed is not None:
         found = _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), 0.0)
         is_listed = task == "pose" and bool(fixed) == bool(arm.manifest.redundancy)
         if not len(found.q) and is_listed and found.residual <= rounding(arm):
@@ -178,6 +238,8 @@ def _all(
     fixed: dict[str, float] | None,
 ) -> _Found:
     """Return all exact solutions, or else all within the rounding of printed poses."""
+    if f"ik{'_position' if task == 'position' else ''}" not in arm.functions:
+        raise InputValueError(_no_closed_form(arm, task))
     if fixed and task == "position":
         raise InputValueError("--fixed with --task position also requires --nearest or --numeric")
     if task == "pose" and arm.manifest.redundancy and not fixed:
@@ -206,6 +268,16 @@ def _nearest_within_limits(arm: chasles.Robot, found: _Found) -> _Found:
     """Return the first of sorted solutions within the limits."""
     q = np.array([row for row in found.q if arm.is_within_limits(row)][:1]).reshape(-1, arm.n)
     return _Found(q, "" if len(q) else "limits", found.residual)
+
+
+def _no_closed_form(arm: chasles.Robot, task: str) -> str:
+    """Return the message for a task without a closed form, with the command that solves it."""
+    tasks = {"ik": "pose", "ik_position": "position"}
+    known = [f"--task {word}" for name, word in tasks.items() if name in arm.functions]
+    return (
+        f"{arm.name} has no closed form for --task {task}; with a closed form: "
+        f"{', '.join(known) or 'none'}. Add --numeric to find one solution by iteration"
+    )
 
 
 def _infinitely_many(arm: chasles.Robot) -> str:
@@ -257,17 +329,46 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
             shown(number, one.unit).rjust(width)
             for number, one, width in zip(row, arm.coordinates, widths, strict=True)
         ]
-        say("  ".join([*cells, "" if is_inside else "outside the limits"]).rstrip())
+        outside = "" if is_inside else f"outside the limits: {_outside(arm, row)}"
+        say("  ".join([*cells, outside]).rstrip())
+
+
+def _print_near(
+    arm: chasles.Robot, near: _Near, T: FloatArray, task: Literal["pose", "position"]
+) -> None:
+    """Print the nearest pose within the limits with its coordinates and its error."""
+    distance = float(np.linalg.norm(T[:3, 3] - near.T[:3, 3]))
+    angle = float(np.linalg.norm(se3.to_rotvec(se3.inverse(near.T) @ T))) if task == "pose" else 0.0
+    at = _configuration(arm.coordinates, near.q)
+    if max(distance, angle * arm.unit_length) <= rounding(arm):
+        say(f"--numeric finds a solution within the limits: {at}")
+        return
+    error = f"{shown(distance, 'm')} mm" + (f" and {shown(angle, 'rad')} deg" if angle else "")
+    say(f"nearest pose within the limits, {error} away: {at}")
+
+
+def _print_unit_hint(xyz: str, near: _Near, T: FloatArray) -> None:
+    """Print the unit of lengths if a target without units is far beyond the reach."""
+    reached, target = np.linalg.norm(near.T[:3, 3]), np.linalg.norm(T[:3, 3])
+    if _PLAIN.fullmatch(xyz) and target > _FAR * reached:
+        words = ",".join(f"{word}mm" for word in re.split(r"[,\s]+", xyz.strip()))
+        say(f"lengths without a unit are in meters; for millimeters: --xyz {words}")
 
 
 def _outside(arm: chasles.Robot, q: FloatArray) -> str:
-    """Return the coordinates outside their limits, with the limits."""
+    """Return the coordinates and main-chain joints outside their limits, with the limits."""
+    variables, x, limits = [*arm.coordinates], [*q], [*arm.limits]
+    if "chain" in arm.functions:
+        joints = zip(arm.chain_joints, arm.chain(q[None])[0], arm.joint_limits, strict=True)
+        for joint, position, ends in joints:
+            if joint.name not in arm.coordinate_names and np.isfinite(position):
+                variables, x, limits = [*variables, joint], [*x, position], [*limits, ends]
     found = []
-    for one, x, lower, upper in zip(arm.coordinates, q, arm.lower, arm.upper, strict=True):
+    for one, position, (lower, upper) in zip(variables, x, limits, strict=True):
         slack = AT_LIMIT * (arm.unit_length if one.unit == "m" else 1)
-        if not lower - slack <= x <= upper + slack:
+        if not lower - slack <= position <= upper + slack:
             low, high = (f"{float(shown(end, one.unit)):g}" for end in (lower, upper))
-            found.append(f"{_coordinate(one, x)} ({low} to {high} {shown_unit(one.unit)})")
+            found.append(f"{_coordinate(one, position)} ({low} to {high} {shown_unit(one.unit)})")
     return ", ".join(found)
 
 
@@ -275,8 +376,8 @@ def _coordinate(one: Coordinate, x: float) -> str:
     return f"{one.name} {float(shown(x, one.unit)):g} {shown_unit(one.unit)}"
 
 
-def _configuration(arm: chasles.Robot, q: FloatArray) -> str:
-    return ", ".join(map(_coordinate, arm.coordinates, q))
+def _configuration(variables: Sequence[Coordinate], q: FloatArray) -> str:
+    return ", ".join(map(_coordinate, variables, q))
 
 
 def _row(numbers: FloatArray, unit: str) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import Coordinate
 
 FloatArray = NDArray[np.float64]
 DECIMALS = 4
@@ -78,6 +79,24 @@ def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
             raise InputValueError(f"--fixed: expected JOINT=VALUE, got {word!r}")
         found[name.strip()] = value(text, units.get(name.strip(), ANGLE), f"--fixed {name}")
     return found
+
+
+def positions(joints: Sequence[Coordinate], text: str, option: str) -> dict[str, float]:
+    """Return the positions of the joints in a list JOINT=VALUE,..., in the order of the joints.
+
+    Raises:
+        InputValueError: A word is not JOINT=VALUE, or a joint is unknown.
+    """
+    units, found = {joint.name: joint.unit for joint in joints}, {}
+    for word in text.split(","):
+        name, _, number = (part.strip() for part in word.partition("="))
+        if name not in units or not number:
+            raise InputValueError(
+                f"{option}: expected JOINT=VALUE with a joint of the main chain "
+                f"({', '.join(units)}), got {word!r}"
+            )
+        found[name] = value(number, units[name], f"{option}, {name}")
+    return {name: found[name] for name in units if name in found}
 
 
 def shown(number: float, unit: str) -> str:

@@ -104,7 +104,81 @@ def test_fixed_joint_takes_a_value_with_a_unit():
 def test_pose_out_of_reach_is_stated_with_status_1():
     done = run("ik", "ur5e", "--xyz", "3,0,0", "--rpy", "0,0,0")
     assert done.exit_code == 1
-    assert done.stdout == "ur5e: no solution (out of reach; the least residual 2.09 (m, rad))\n"
+    first, nearest = done.stdout.splitlines()
+    assert first == "ur5e: no solution (out of reach; the least residual 2.09 (m, rad))"
+    match = re.fullmatch(
+        r"nearest pose within the limits, (\S+) mm and (\S+) deg away: shoulder_pan .*", nearest
+    )
+    assert match
+    assert math.hypot(float(match[1]) / 1000, math.radians(float(match[2]))) < 2.0921
+    words = ("ik", "ur5e", "--xyz", "3,0,0", "--rpy", "0,0,0", "--json")
+    near = json.loads(run(*words).stdout)["nearest"]
+    np.testing.assert_allclose(near["T"], chasles.load("ur5e").fk(near["q"]), atol=1e-12)
+
+
+def test_target_in_millimeters_without_units_gets_a_hint():
+    words = ("ik", "ur5e", "--rpy", "180deg,0,0", "--xyz")
+    hint = "lengths without a unit are in meters; for millimeters: --xyz 300mm,100mm,500mm"
+    assert hint in run(*words, "300,100,500").stdout
+    assert "meters" not in run(*words, "3,1,5").stdout
+    assert "meters" not in run(*words, "300m,100,500").stdout
+
+
+def test_identity_orientation_is_stated_for_poses_only():
+    note = "without --rpy, --quat or --rotvec, the tool has the identity orientation\n"
+    words = ("ik", "ur5e", "--xyz", "0.3,0.1,0.5")
+    assert run(*words).stderr == note
+    assert run(*words, "--rpy", "0,0,0").stderr == ""
+    # The task "position" ignores the orientation.
+    position = (*words, "--task", "position", "--numeric", "--json")
+    free, turned = run(*position), run(*position, "--rpy", "1,1,1")
+    assert free.stderr == turned.stderr == ""
+    assert json.loads(free.stdout)["solutions"] == json.loads(turned.stdout)["solutions"]
+
+
+def test_nearest_solution_starts_from_the_stated_reference_configuration():
+    words = ("ik", "ur5e", "--xyz", "0.3,0.1,0.5", "--rpy", "180deg,0,0", "--nearest")
+    done = run(*words)
+    assert done.stderr.startswith(
+        "without --q-seed, nearest to the reference configuration: shoulder_pan "
+    )
+    reference = ",".join(map(repr, chasles.load("ur5e").q_reference.tolist()))
+    assert done.stdout == run(*words, "--q-seed", reference).stdout
+
+
+def test_inverse_names_the_coordinates_outside_their_limits():
+    done = run("ik", "irb6640", "--xyz", "1,0,0.1", "--rpy", "180deg,0,0")
+    assert done.stdout.splitlines()[-1].endswith(
+        "  outside the limits: axis1 -180 deg (-170 to 170 deg), axis3 177.702 deg (-180 to 70 deg)"
+    )
+
+
+def test_main_chain_is_printed_with_the_pose():
+    arm = chasles.load("excavator")
+    assert "main chain: swing 0 deg, boom 9.42 deg, stick" in run("fk", "excavator").stdout
+    printed = json.loads(run("fk", "excavator", "--json").stdout)
+    np.testing.assert_allclose(printed["theta"], arm.chain(arm.q_reference), atol=1e-15)
+    assert "theta" not in json.loads(run("fk", "ur5e", "--json").stdout)
+
+
+def test_actuators_follow_from_some_joints_of_the_main_chain():
+    arm = chasles.load("excavator")
+    theta = [0.1, 0.3, -1.5, -0.4]
+    words = [f"{one.name}={x}" for one, x in zip(arm.chain_joints, theta, strict=True)]
+    expected = dict(zip(arm.coordinate_names, arm.actuators(theta), strict=True))
+    done = run("actuators", "excavator", "--theta", ",".join(words), "--json")
+    assert json.loads(done.stdout)["actuators"] == pytest.approx(expected, abs=1e-12)
+    boom = run("actuators", "excavator", "--theta", "boom=0.3", "--json")
+    assert json.loads(boom.stdout)["actuators"] == pytest.approx(
+        {"boom_cylinder": expected["boom_cylinder"]}, abs=1e-12
+    )
+    assert "boom_cylinder" in run("actuators", "excavator", "--theta", "boom=0.3").stdout
+
+
+def test_open_loop_of_a_main_chain_is_stated():
+    done = run("actuators", "four_bar", "--theta", "crank=3,coupler=1")
+    assert done.stderr.startswith("the loops do not close at these joints")
+    assert run("actuators", "board_installer", "--theta", "elbow=0.1").exit_code == 1
 
 
 FIVE_JOINTS = ("lynxmotion", "--q", "30deg,60deg,-70deg,-40deg,20deg")
@@ -149,7 +223,7 @@ def test_inverse_states_the_residual_of_a_coarsely_rounded_pose(way):
     done = run("ik", FIVE_JOINTS[0], *pose, *way)
     assert done.exit_code == 1
     assert re.search(
-        r"no solution \(.*; the least residual 0\.0002\d+ \(m, rad\)\)\n$", done.stdout
+        r"no solution \(.*; the least residual 0\.0002\d+ \(m, rad\)\)\nnearest .*\n$", done.stdout
     )
 
 
@@ -169,10 +243,16 @@ def test_redundant_arm_asks_for_the_option_that_fixes_a_joint():
         (("fk", "ur5e", "--q", "one,0,0,0,0,0"), "got 'one'"),
         (("fk", "ur5ee"), "no robot named 'ur5ee'; did you mean ur5e"),
         (("ik", "ur5e", "--xyz", "0,0,0", "--quat", "1,0,0,0"), "--quat also requires --order"),
-        (("ik", "ur5e", "--xyz", "0,0,0", "--nearest"), "--nearest also requires --q-seed"),
+        (("actuators", "four_bar", "--theta", "crack=1"), "(crank, coupler), got 'crack=1'"),
+        (("actuators", "ur5e", "--theta", "a=1"), "ur5e: no actuated coordinates follow"),
+        (("fk", "ur5e", "1,2,3,4,5,6"), "fk: pass the coordinates with --q, as in --q 1,2,3,4,5,6"),
+        (
+            ("ik", "scara", "--xyz", "0,0,0", "--task", "position"),
+            "with a closed form: --task pose. Add --numeric to find one solution by iteration",
+        ),
         (("ik", "panda", "--xyz", "0,0,0", "--fixed", "joint7"), "expected JOINT=VALUE"),
         (
-            ("ik", "scara", "--xyz", "0,0,0", "--task", "position", "--fixed", "elbow=0"),
+            ("ik", "lynxmotion", "--xyz", "0,0,0", "--task", "position", "--fixed", "wrist_roll=0"),
             "--fixed with --task position also requires --nearest or --numeric",
         ),
         (("draw", "ur5e", "--views", "behind"), "behind"),

@@ -1,0 +1,77 @@
+"""The subcommand `actuators`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import chasles
+from chasles import InputValueError, load
+
+from .console import err, print_json, say
+from .options import Base, Exact, Json, Robot, Tip, add
+from .values import FloatArray, positions, shown, shown_unit
+
+_OPEN = "the loops do not close at these joints on the branch of the reference configuration"
+_SAMPLES = 200
+"""Number of random configurations that show which actuators depend on joints without a value."""
+_ALIKE = 1e-9
+"""Difference [rad or m] above which an actuator depends on the joints without a value."""
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the subcommand to the command line."""
+    add(app, actuators, "chasles actuators excavator --theta boom=30deg,stick=-90deg")
+
+
+def actuators(
+    robot: Robot,
+    theta: Annotated[
+        str,
+        typer.Option(
+            metavar="JOINT=VALUE,...",
+            help="Joints of the main chain, all or some. Actuators that depend on other joints "
+            "are omitted.",
+        ),
+    ],
+    base: Base = None,
+    tip: Tip = None,
+    exact: Exact = False,
+    as_json: Json = False,
+) -> None:
+    """Compute the actuated coordinates, such as cylinder lengths, from joints of the main chain.
+
+    The exit status is 1 if the loops cannot be closed at the joints.
+    """
+    arm = load(robot, base=base, tip=tip, exact=exact)
+    if {"chain", "actuators"} - arm.functions.keys():
+        raise InputValueError(f"{arm.name}: no actuated coordinates follow from its main chain")
+    joints = positions(arm.chain_joints, theta, "--theta")
+    q = _determined(arm, joints)
+    is_whole = len(joints) == len(arm.chain_joints) and "chain_closes" in dir(arm)
+    if is_whole and not arm.chain_closes(list(joints.values())):
+        err.print(_OPEN, style="yellow", markup=False)
+    found = {one: float(x) for one, x in zip(arm.coordinates, q, strict=True) if np.isfinite(x)}
+    if as_json:
+        numbers = {one.name: x for one, x in found.items()}
+        print_json({"robot": arm.name, "theta": joints, "actuators": numbers})
+    elif not found:
+        say(f"{arm.name}: no actuator follows from these joints, or the loops do not close")
+    for one, x in () if as_json else found.items():
+        say(f"{one.name:<20} {shown(x, one.unit):>12} {shown_unit(one.unit)}")
+    if not found:
+        raise typer.Exit(1)
+
+
+def _determined(arm: chasles.Robot, joints: dict[str, float]) -> FloatArray:
+    """Return the actuated coordinates (n,), NaN if they depend on joints without a value."""
+    theta = np.asarray(arm.chain(arm.random_q(_SAMPLES, rng=0)))
+    for column, joint in enumerate(arm.chain_joints):
+        theta[:, column] = joints.get(joint.name, theta[:, column])
+    q = np.asarray(arm.actuators(theta))
+    q = q[np.isfinite(q).all(-1)]
+    if not len(q):
+        return np.full(arm.n, np.nan)
+    return np.where(np.ptp(q, axis=0) <= _ALIKE, q[0], np.nan)
