@@ -387,7 +387,7 @@ class Manifest:
 
     @property
     def free_coordinates(self) -> dict[str, tuple[str, ...]]:
-        """The names of the coordinates that an inverse sets to 0, by task."""
+        """The names of the coordinates that an inverse sets to 0, keyed by task."""
         found = {i.name.removeprefix("ik_"): i.role.free for i in self.functions if i.role.free}
         names = [coordinate.name for coordinate in self.coordinates]
         return {task: tuple(names[k] for k in found[task]) for task in found}

@@ -127,7 +127,7 @@ class Role:
 
     Attributes:
         name: One of :data:`ROLES`.
-        domain: The vector of its first input, one of :data:`VECTORS`.
+        domain: The vector of the first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
         fixed: Indices in q of the coordinates that the second and later inputs of an inverse
             determine. These coordinates are constant during the refinement.

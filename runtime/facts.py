@@ -154,9 +154,10 @@ class RobotFacts(GeneratedFunctions):
     def q_reference(self) -> FloatArray:
         """(n,) a configuration within the limits and away from singularities.
 
-        For a robot with loops it is the reference configuration, unless that is singular.
-        Otherwise, of 256 configurations around the reference or around mid-range, the one with the
-        largest minimum singular value of the Jacobian (lengths in `unit_length`).
+        For a robot with loops it is the reference configuration, unless this configuration is
+        singular. Otherwise, of 256 configurations around the reference or mid-range, the
+        configuration with the largest minimum singular value of the Jacobian (lengths in
+        `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -171,7 +172,7 @@ class RobotFacts(GeneratedFunctions):
         return _read_only(q[0 if keeps else int(np.argmax(values))])
 
     def _smallest_singular_value(self, q: FloatArray) -> FloatArray:
-        """Return smallest singular values (N,) at q (N, n), one per tool DOF."""
+        """Return the smallest singular value (N,) of the Jacobian at q (N, n), up to its rank."""
         if "jacobian_mixed" not in self.functions:
             return np.zeros(len(q))
         J = np.array(self.functions["jacobian_mixed"](q))

@@ -82,7 +82,7 @@ def pose(
         rotation: (..., 3, 3) rotation matrices, or a SciPy `Rotation`.
 
     Returns:
-        (..., 4, 4) poses, of the broadcast dimensions.
+        (..., 4, 4) poses, with the broadcast leading dimensions.
 
     Raises:
         InputTypeError: If several orientations are passed, or `quat` without `order`.

@@ -17,7 +17,7 @@ SOLVED = 1e-9
 least-squares residuals of unreachable poses."""
 REFINED = 1e-3
 """Maximum residual (length, radian) of a solution that is refined: rounding can change four nearly
-equal roots of a quartic by some fourth roots of the rounding error, 1.2e-4 each."""
+equal roots of a quartic by several times 1.2e-4, the fourth root of the rounding error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
 six joints, which cannot reach rounded poses."""
@@ -104,6 +104,6 @@ above 2 the error would grow."""
 # --- poses, twists and screws ---
 
 NO_ROTATION = 0.3
-"""A matrix is not projected to a pose if its deviation from a rotation [rad] is larger."""
+"""A matrix is not projected to a pose if its deviation from a rotation [rad] exceeds this."""
 SERIES = 0.25
 """Below this angle [rad], quotients with a vanishing denominator use their series."""

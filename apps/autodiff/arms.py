@@ -20,7 +20,7 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
     Args:
         robot: A robot with `fk`, `jacobian_mixed`, `hessian_mixed` and `ik`.
         folder: The folder that `chasles export jax` wrote for this robot, None for the processor
-            only. On other devices, such as a GPU, the functions are those of the folder.
+            only. On other devices, such as a GPU, the functions come from this folder.
 
     Raises:
         NotInstalledError: JAX is not installed.

@@ -15,7 +15,7 @@ def exported(robot: Robot, folder: str | os.PathLike[str], ending: str, language
     Args:
         robot: The robot.
         folder: The folder of the export.
-        ending: The name of the file after the robot's name.
+        ending: The part of the file name after the robot's name.
         language: The language of the export.
 
     Raises:

@@ -152,7 +152,7 @@ def _inverse(J: Tensor) -> Tensor:
 
 
 def _axial(A: Tensor) -> Tensor:
-    """Return the vector a for which the inner product of A and the matrix of w x is a . w."""
+    """Return the vector a with a . w = <A, [w]x>, the inner product of A and [w]x, for all w."""
     pairs = ((2, 1), (0, 2), (1, 0))
     return torch.stack([A[..., i, j] - A[..., j, i] for i, j in pairs], dim=-1)
 

@@ -301,7 +301,7 @@ def _work() -> ModuleType:
 
 
 def _job(**fields: Any) -> Job:
-    """Return the job that all robots of a command share, without a file."""
+    """Return a job without a file, with the options that all robots of a command share."""
     from chasles.derive.build import Job  # noqa: PLC0415
 
     return Job(Path(), **fields)

@@ -13,7 +13,7 @@ from chasles import robots, shelf_robots
 
 
 def names() -> list[str]:
-    """Return the names of all installed robots, for completion."""
+    """Return the names of all installed robots, for shell completion."""
     return sorted([*robots(), *shelf_robots()])
 
 

@@ -58,7 +58,7 @@ def values(text: str, units: Sequence[str], names: Sequence[str], option: str) -
 
 
 def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
-    """Return the coordinates (n,) of a robot; without a text, the reference coordinates."""
+    """Return the coordinates (n,) in a text, or the reference coordinates without a text."""
     if text is None:
         return np.asarray(robot.q_reference, dtype=np.float64)
     units = [one.unit for one in robot.coordinates]

@@ -9,7 +9,7 @@ from typing import Any
 from chasles import InputValueError
 
 REAL = {"<f4": "float", "<f8": "double"}
-"""The kinds of numbers of the kernels, by their code in an array's interface."""
+"""The number types of the kernels, keyed by their code in the interface of an array."""
 
 
 @dataclass(frozen=True)

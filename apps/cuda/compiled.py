@@ -13,7 +13,7 @@ from chasles import ChaslesError, InputValueError
 from cuda.bindings import driver, nvrtc
 
 THREADS = 128
-"""Number of threads in a block, the maximum of the kernels."""
+"""Number of threads in a block, the maximum that the kernels allow."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def synchronize(device: int) -> None:
 
 @dataclass(frozen=True)
 class _Current:
-    """Makes the context that CuPy, PyTorch and JAX share current in a `with` block."""
+    """Selects the context that CuPy, PyTorch and JAX share, for a `with` block."""
 
     device: int
 

@@ -53,7 +53,8 @@ class Kernels:
 
         Args:
             name: The name of the function, such as "fk", "fk_jacobian_mixed" or "ik".
-            inputs: Arrays (..., count) with the shapes of the function's inputs before the batch.
+            inputs: Arrays (..., count): the shapes of the function's inputs, followed by the batch
+                size.
 
         Raises:
             InputValueError: The export has no such function, or an array is unsuitable.

@@ -26,7 +26,7 @@ from .views import views_of
 FloatArray = NDArray[np.float64]
 _MAX_FPS = 1000
 _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
-"""Largest motion of a coordinate to each side: an angle, and a length relative to the size."""
+"""Largest motion of a coordinate to each side: an angle, or a length relative to the robot size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
 """Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
 configurations at which the loops must close."""

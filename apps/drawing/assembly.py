@@ -25,8 +25,8 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at specified actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. A rod keeps the rotation about its axis of the start
-            configuration, because no body depends on this rotation.
+        z: (k, n_z) configurations. A rod keeps its start rotation about its own axis, because no
+            body depends on this rotation.
         margin: (k,) margins of the modes, or 0 if the platform is singular and two modes coincide.
     """
 

@@ -274,7 +274,7 @@ def figure_of(
         labels: Names of the ghosts, for the legend.
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
-        places: Label offsets of each view, for the frames of a film: the first frame sets them and
+        places: Label offsets of each view in an animation; the first frame sets the offsets, and
             all frames use them. A film has no lengths.
     """
     with requires("chasles[draw]"):

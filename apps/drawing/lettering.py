@@ -38,7 +38,8 @@ class Lettering:
         scene: The scene that is drawn on the axes.
         size: Font size [pt].
         places: Offset of each label from its point [m], or None for an omitted label. Labels that
-            are listed keep their offset, so that they do not jump between the frames of a film.
+            are listed keep their offset, so that labels do not jump between the frames of an
+            animation.
         taken: The bounding boxes of all placed labels [pixels].
     """
 

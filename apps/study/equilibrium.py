@@ -56,7 +56,7 @@ class Equilibrium:
         poses: (m, bodies, 4, 4) pose of each body.
         screws: (m, bodies, 6) twist (v, omega) of each joint per unit of its value.
         carries: (bodies, bodies) whether the joint of the first body carries the second body.
-        coordinates: Indices in z, or in q of a serial robot, of the coordinates of the tree.
+        coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
         ratios: (bodies, coordinates) joint values per unit of the coordinates.
         lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
         struts: The rods and cylinders, keyed by name.
@@ -132,12 +132,12 @@ class Equilibrium:
         return variables[self.coordinates[row]].name
 
     def points(self, body: int, at: Iterable[float]) -> FloatArray:
-        """Return (m, 3) positions of a point of a body in the base frame."""
+        """Return the positions (m, 3) of a point of a body in the base frame."""
         T = self.poses[:, body]
         return np.asarray(T[:, :3, :3] @ np.array([*at]) + T[:, :3, 3])
 
     def work(self, wrenches: FloatArray) -> FloatArray:
-        """Return (m, coordinates) the virtual work of wrenches (m, bodies, 6) on the tree."""
+        """Return the virtual work (m, coordinates) of wrenches (m, bodies, 6) on the tree."""
         on_joints = (self.screws * (self.carries @ wrenches)).sum(-1)
         return np.asarray(on_joints @ self.ratios)
 
@@ -152,7 +152,7 @@ class Equilibrium:
         return np.zeros_like(self.screws)
 
     def ends(self, span: Span) -> tuple[FloatArray, FloatArray]:
-        """Return (m, 3) positions of both ends of a strut."""
+        """Return the positions (m, 3) of both ends of a strut."""
         a, b = (self.points(k, at) for k, at in zip(span.bodies, span.ends, strict=True))
         return a, b
 
@@ -187,7 +187,7 @@ class Equilibrium:
         return found
 
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
-        """Return (m, 3) the normal of the plane in which a loop moves, or None.
+        """Return the normal (m, 3) of the plane in which a loop moves, or None.
 
         The closure of a planar loop is assumed to transmit forces in the plane only, because three
         other components would be statically indeterminate.

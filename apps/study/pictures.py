@@ -270,7 +270,7 @@ def plot_total(found: Any, ax: Any = None) -> Any:
 
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
-    """Return the axes passed, or the axes of a new figure of a size [inch]."""
+    """Return the passed axes, or the axes of a new figure with a size [inch]."""
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415
 

@@ -91,7 +91,7 @@ class Reach(StudyResult):
         return {self.coordinate_names[j]: int(counts[j]) for j in order if counts[j]}
 
     def fraction_grid(self) -> FloatArray:
-        """Return (nx, ny, nz) the fraction of the orientations that are reached in each cell.
+        """Return the fraction (nx, ny, nz) of the orientations that are reached in each cell.
 
         Raises:
             InputValueError: The targets are not a grid.

@@ -48,7 +48,7 @@ Python."""
 
 
 def ranges(extents: Any) -> str:
-    """Return a text for extents (2, k) [m]: x a to b, y c to d."""
+    """Return the text of extents (2, k) [m], such as "x -1 to 1, y 0 to 2 m"."""
     spans = zip(_AXES, np.asarray(extents).T, strict=False)
     return ", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, (low, high) in spans) + " m"
 
@@ -102,7 +102,7 @@ class StudyResult:
 
 
 def by_suffix(path: str | os.PathLike[str], formats: Mapping[str, T]) -> T:
-    """Return the entry for the suffix of a path.
+    """Return the dictionary entry for the suffix of a path.
 
     Raises:
         InputValueError: The suffix is not supported.

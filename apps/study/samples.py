@@ -140,7 +140,7 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
 
 
 def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return (n,) smallest and largest coordinates; joints without limits range over one turn.
+    """Return the smallest and largest coordinates (n,); joints without limits range over one turn.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits.

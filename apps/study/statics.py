@@ -27,8 +27,8 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
-"""Up to this squared size of a strut's force in a unit system of internal forces, equilibrium
-determines the force."""
+"""If the squared component of a strut in the unit internal forces is at most this value,
+equilibrium determines the strut force."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,8 +23,8 @@ SAME_ARC = 1e-11
 """Up to this distance (relative to the size of a region), circles are equal and short arcs count as
 points. The value is far above rounding errors and far below manufacturing tolerances."""
 TANGENT = 1e-12
-"""Circles count as tangent if a cosine differs from 1 by less: a thousand times the rounding
-error."""
+"""Circles count as tangent if a cosine differs from 1 by less than this value, a thousand times the
+rounding error."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region; smaller
 for short arcs. The distance exceeds SAME_ARC, so the test point lies outside all arcs that count as

@@ -216,7 +216,7 @@ class Display:
         return Ghosts(positions, wxyzs, np.zeros(count), colours)
 
     def limits(self, displayed: Displayed) -> Mapping[str, Nearness]:
-        """Return the limit state of each actuated coordinate, keyed by the joint it moves."""
+        """Return the limit state of each actuated coordinate, keyed by the moved joint."""
         lower, upper = self.robot.lower, self.robot.upper
         beyond = (displayed.q < lower - AT_LIMIT) | (displayed.q > upper + AT_LIMIT)
         gap = np.minimum(displayed.q - lower, upper - displayed.q)

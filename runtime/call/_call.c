@@ -1,6 +1,6 @@
-/* The module chasles.call._call, which calls compiled functions from Python. The folder kernel/ has
- * the compiled side: Library, Kernel, the inner loop of the ufunc, and memory of large results. The
- * folder function/ has the Python side: Function, its arguments and its results. */
+/* The module chasles.call._call, which calls compiled functions from Python. The compiled side,
+ * in the folder kernel/, is Library, Kernel, the inner loop of the ufunc, and memory of large
+ * results. The Python side, in the folder function/, is Function, its arguments and its results. */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
 #include "call/function/nearest.h"

@@ -34,7 +34,7 @@ class Capability:
         self.item, self.functions, self.when = item, functions, when
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Store the name; a generated function needs the function with its own name."""
+        """Store the name; for a generated function, the name is also the requirement."""
         self.name = name
         if self.item is None:
             self.functions = (name,)

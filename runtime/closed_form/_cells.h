@@ -29,7 +29,7 @@ static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *
 {
     cells->width = 0;
     for (npy_intp j = 0; j < n; j++) {
-        /* Irrational weights, so that the sums of different windings differ. */
+        /* The weights are irrational, so that the sums of different windings differ. */
         cells->scale[j] = turn[j] > 0 ? 0 : sqrt((double)(6 * j + 5));
         cells->width += 2 * cells->scale[j] * tolerance[j];
     }

@@ -1,4 +1,4 @@
-/* chasles.closed_form._filters: the loops of the filters of Solutions (solutions.py).
+/* The module chasles.closed_form._filters, the loops of the filters of Solutions (solutions.py).
  *
  * Every function takes dense rows for N poses, with k slots of n coordinates. */
 #define PY_SSIZE_T_CLEAN
@@ -405,8 +405,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether groups of slots differ; each contains the windings of one solution. Returns false
- * without a comparison if there are many groups. */
+/* Tests whether groups of slots differ; a group contains the windings of one solution. Returns
+ * false without a comparison if there are many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

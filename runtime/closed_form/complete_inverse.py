@@ -88,7 +88,7 @@ class CompleteInverse:
         return np.asarray((holds[..., 0, :] & ~holds[..., 1:, :].all(-2)).any(-1))
 
     def _relations(self, q: FloatArray, unit: float) -> FloatArray:
-        """Return sine, cosine and reciprocal product of the axes before and after a fixed joint."""
+        """Return sine, cosine and reciprocal product of the pairs of axes around a fixed joint."""
         assert self.fk_jacobian_mixed is not None
         J = self.fk_jacobian_mixed(q)[1].mT
         v, omega = J[..., :3] / unit, J[..., 3:]
@@ -108,7 +108,7 @@ class CompleteInverse:
     def _found(
         self, kind: type[Solutions], T: FloatArray, start: FloatArray
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Return solutions (N, n) of a pose from start configurations (M, n), regular ones first.
+        """Return solutions (N, n) of a pose from start values (M, n), regular solutions first.
 
         The other results are residuals (N,) and whether a solution is regular (N,).
         """

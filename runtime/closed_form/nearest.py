@@ -35,7 +35,7 @@ from .task_components import Task, inverse_for
 IntArray = NDArray[np.int8]
 _POSE = (4, 4)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
-"""Coordinates (N, n), residuals (N,), margins (N,), and solution slots (N,) or negative reasons."""
+"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or negative reason codes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +284,7 @@ class NearestMethods(RobotFacts):
         *,
         free: bool = False,
     ) -> Chosen:
-        """Return the inverse with its redundancy parameters, by default those of the seeds."""
+        """Return the inverse with its redundancy parameters, by default the values of the seeds."""
         own = self._parameters(info)
         parameters = parameter_values(self, fixed_q, seeds) if own else ()
         exact: dict[int, FloatArray] = {}

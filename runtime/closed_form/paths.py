@@ -100,7 +100,7 @@ class InverseMethods(RobotFacts):
         """Return all configurations that reach a tool orientation with three free revolute joints.
 
         Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
-        inverse is derived on first use, in seconds.
+        inverse is derived on first use, which takes seconds.
 
         Args:
             R: (..., 3, 3) orientation of the tool.
@@ -157,9 +157,9 @@ class InverseMethods(RobotFacts):
             fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
                 joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
                 at `q_seed` by default. For other joints, an inverse is derived on first use.
-            redundancy: The choice of the redundancy parameters, as in `ik_nearest`. "fixed" keeps
-                the parameters. Other values select new parameters at each pose, among the solutions
-                within `max_step` of the previous configuration.
+            redundancy: The choice of the redundancy parameters, as in `ik_nearest`. The choice
+                "fixed" keeps them. Other values select new parameters at each pose, among the
+                solutions within `max_step` of the previous configuration.
             max_step: Maximum joint displacement between successive poses [rad or m]; by default
                 0.5 rad, for prismatic joints 0.5 `unit_length`.
 
@@ -319,8 +319,7 @@ class InverseMethods(RobotFacts):
         moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
-            # Rounding to multiples of 2 pi prevents rounding errors from accumulating along the
-            # path.
+            # Rounding to multiples of 2 pi prevents accumulated rounding errors along the path.
             turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)

@@ -60,7 +60,7 @@ _ASIDE = 0.25
 """Maximum fraction of the squared error in singular directions; at the workspace boundary, the
 fraction is 1."""
 _VALUES = 16
-"""Number of values per turn at which a joint is fixed; the error is a cosine of its angle."""
+"""Number of fixed values per turn of a joint; the error varies with the cosine of its angle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class Refinement:
             self._accept(targets, enough, fields)
 
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
-        """Accept slots of targets (..., *task.shape) with residuals up to ``enough`` (...,).
+        """Mark slots as valid if residuals from targets (..., *task.shape) are at most ``enough``.
 
         Slots of rounded targets first move to their least-squares solutions. If a solution slot
         reaches the target, the target is exact, and slots with larger residuals are not solutions.

@@ -23,7 +23,7 @@ Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """A function of coordinates (N, n) and seeds (N, n) with values (N,) to be maximized."""
 
 _SAMPLES = {1: 64, 2: 20, 3: 12}
-"""Samples per parameter, by the number of parameters."""
+"""Samples per parameter, for each number of parameters."""
 _FEW = 4
 """Samples per parameter for larger numbers of parameters."""
 _STARTS = 8

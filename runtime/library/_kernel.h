@@ -13,7 +13,7 @@
 
 #include <stddef.h>
 
-/* The name of capsules that hold a `const chasles_kernel *`; each keeps its library loaded. */
+/* The name of capsules that hold a `const chasles_kernel *` and keep its library loaded. */
 #define CHASLES_KERNEL_CAPSULE "chasles.kernel"
 
 #define CHASLES_JOIN_(name, level) name##_##level

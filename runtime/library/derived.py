@@ -200,7 +200,7 @@ def _in_words(options: Sequence[str]) -> str:
 def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:
     import subprocess  # noqa: PLC0415
 
-    # -P: a module in the working directory must not replace an installed one.
+    # The flag -P prevents modules in the working directory from replacing installed modules.
     python = [sys.executable or "python3", "-P", "-m", "chasles", "derive"]
     # The article takes a large share of the time and is not needed in the cache.
     wanted = ["--to", folder, "--sources", folder / _SOURCES, "--jobs", "1", "--detail", "none"]

@@ -17,7 +17,7 @@
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
 
-#define MAX_POLAR_STEPS 4 /* maximum number of steps; two usually suffice */
+#define MAX_POLAR_STEPS 4 /* maximum number of steps; two steps usually suffice */
 
 /* The class of a matrix (4, 4): rigid up to rounding error, nearly rigid, or not rigid. */
 typedef enum { RIGID, NEAR_RIGID, NOT_RIGID } Rigidity;

@@ -33,7 +33,7 @@ static int find_longest_axis(const double *others, int count, int m, const char 
 }
 
 /* Writes a unit vector x (m,) orthogonal to `count` vectors (stride m), with zeros in the removed
- * components; a zero vector if none exists. */
+ * components, or a zero vector if there is no such vector. */
 static void complete_basis(double *x, const double *others, int count, int m, const char *removed)
 {
     double square;

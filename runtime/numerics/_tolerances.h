@@ -50,8 +50,8 @@
  * rounding error relative to the norm of the matrix. */
 #define SVD_ORTHOGONAL 1e-15
 
-/* Minimum singular value relative to the largest. Singular vectors of smaller values are replaced
- * by unit vectors orthogonal to the others. */
+/* Minimum singular value relative to the largest singular value. Singular vectors of smaller values
+ * are replaced by unit vectors orthogonal to the other vectors. */
 #define SVD_NULL 1e-13
 
 /* Minimum squared length of an axis component outside the span of the vectors found so far; if all

@@ -4,7 +4,7 @@ The length L is the root mean square distance of the tip from the rotation axes 
 
     L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
 
-with (v_k, omega_k) column k of the Jacobian at the tip, over 256 configurations that fill the
+The vector (v_k, omega_k) is column k of the Jacobian at the tip, and 256 configurations fill the
 limits. If no coordinate rotates the tool, L is the root mean square of the linear rates of revolute
 coordinates, or 1 m without such rates.
 

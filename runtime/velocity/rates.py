@@ -131,7 +131,7 @@ class VelocityMethods(ManipulabilityMethods):
                 smallest. With "limits", joints with limits move towards mid-range, by the gradient
                 of half the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's
                 measure increases. A configuration (..., n) is the goal of the null-space motion.
-            gain: Gain of this objective [1/s]; for a configuration, the fraction of the remaining
+            gain: Gain of the objective [1/s]; for a configuration, the fraction of the remaining
                 difference per second.
             rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].
             acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; requires
@@ -331,7 +331,7 @@ class VelocityMethods(ManipulabilityMethods):
     def actuator_forces(
         self, q: ArrayLike, wrench: ArrayLike, *, representation: Representation = "mixed"
     ) -> FloatArray:
-        """Return the actuator forces that a wrench on the tool does work on: J^T wrench.
+        """Return the actuator forces that are equivalent to a wrench on the tool: J^T wrench.
 
         The power is the same on both sides: `forces @ qd == wrench @ (J @ qd)`. The actuator
         forces balance the opposite wrench of the environment. Loops are rigid and frictionless.

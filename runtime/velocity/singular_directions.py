@@ -15,7 +15,7 @@ from .singularity import SingularityMethods
 
 _SAMPLES = 512
 _HALVINGS = 48
-"""Number of bisections, to 4e-15 of the interval."""
+"""Number of bisections, which reduce the interval to 4e-15 of its length."""
 
 
 class Determinants(NamedTuple):

@@ -231,7 +231,7 @@ def _limit_remark(limit: str, by_name: Mapping[str, IntArray]) -> str:
 
 
 def _steps(at: IntArray) -> str:
-    """Return the number of steps with the first and the last step."""
+    """Return a phrase with the number of steps, and the first and the last step."""
     if len(at) == 1:
         return f"step {at[0]}"
     return f"{len(at)} steps from {at[0]} to {at[-1]}"

@@ -29,7 +29,7 @@ the solution, and parameters with little effect have a relative curvature of onl
 _MIN_WEIGHT = 1e-10
 """Minimum curvature of the loss relative to the value at 0; the exact curvature can be negative."""
 _MIN_FACTOR = 0.1
-"""Factor of the damping after a good step."""
+"""Factor by which a good step changes the damping."""
 _MAX_DAMPING = 1e12
 """Maximum damping relative to the initial damping; with more damping, the sum of squares changes
 only by rounding."""

@@ -1,8 +1,8 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
 Errors near the solution are e + J dx, with the change dx in scaled variables. Known standard
-deviations of parameters add d + D dx, the scaled deviations from nominal. A matrix H
-combines both with the noise s:
+deviations of parameters add the errors d + D dx, the scaled deviations from nominal. The matrix H
+combines both kinds of errors with the noise s:
 
     H = J^T J + s^2 D^T D
 

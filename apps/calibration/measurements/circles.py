@@ -80,7 +80,7 @@ class CirclePoints(Positions):
         )
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the base frame from the axes; if all axes are parallel, from the positions."""
+        """Estimate the base frame from the axes, or from the positions if all axes are parallel."""
         nominal = [_turned(T[self.circle == k], k)[0] for k in self._numbers()]
         T_W_base = register_axes(_lines(nominal), _lines(self.axes(T)))
         if T_W_base is None:

@@ -79,8 +79,8 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
         measured: (N, 4, 4) probe poses in the device frame.
     """
     R, Y = T[:, :3, :3], measured[:, :3, :3]
-    # For all i, R_base_W = R_i R_tool_probe Y_i^T: the singular vectors of the largest singular
-    # value.
+    # The singular vectors of the largest singular value solve R_base_W = R_i R_tool_probe Y_i^T for
+    # all measurements i.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
     _, sizes, vectors = np.linalg.svd(products)
     if sizes[1] > _REPEATED * sizes[0]:
@@ -139,7 +139,7 @@ def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
 def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
     """Return mean target positions (m, 3) in the tool frame.
 
-    T (N, 4, 4) are tool poses and measured (N, m, 3) target positions.
+    The arguments are tool poses T (N, 4, 4) and measured target positions (N, m, 3).
     """
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
     return np.asarray(np.nanmean(turned, axis=0))
@@ -158,8 +158,8 @@ class _Registrations:
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i, with nominal orientations
     R_i and origins p_i. For each R, these equations are linear in x_j and c. The least-squares
-    residual of these equations is linear in the entries of R; a QR factorization compresses it to a
-    few rows.
+    residual of these equations is linear in the entries of R; a QR factorization compresses the
+    residual to a few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
@@ -217,7 +217,7 @@ class _Registrations:
 def _rotated(step: FloatArray) -> FloatArray:
     """Return rotations (k, 3, 3) by the Cayley transform, which is cheaper than the exponential.
 
-    For a small step (k, 3), both agree to second order.
+    For a small step (k, 3), the transform and the exponential agree to second order.
     """
     half = 0.5 * step
     X = (half @ _GENERATORS.reshape(3, 9)).reshape(-1, 3, 3)
@@ -226,7 +226,7 @@ def _rotated(step: FloatArray) -> FloatArray:
 
 
 def _with_one(R: FloatArray) -> FloatArray:
-    """Return the entries of rotations (k, 3, 3) with -1 appended (k, 10)."""
+    """Return the entries of rotations (k, 3, 3), followed by -1, as vectors (k, 10)."""
     return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
 
 

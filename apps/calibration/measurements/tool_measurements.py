@@ -26,7 +26,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""Default standard deviation and scale of variables [m] and [rad]."""
+"""Default standard deviation of positions [m] and rotations [rad], also the scale of variables."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"

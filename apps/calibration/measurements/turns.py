@@ -61,7 +61,7 @@ def form_of(names: Collection[str]) -> Form | None:
 
 
 def about_axes(turns: FloatArray) -> FloatArray:
-    """Return rotations (N, 3, 3) about the fixed axes x, y and z in this order, (N, 3) [rad]."""
+    """Return rotations (N, 3, 3) by (N, 3) [rad] about the fixed axes x, y, z in this order."""
     x, y, z = (so3.exp(turns[:, [k]] * np.eye(3)[k]) for k in range(3))
     return np.asarray(z @ y @ x)
 

@@ -27,7 +27,7 @@ th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:fir
 .blocks table { table-layout: fixed; width: 100% } .blocks th:first-child { width: 40% }
 """
 BLOCKS = 2
-"""Number of blocks of the parameter table, side by side."""
+"""Number of blocks that the parameter table shows side by side."""
 
 
 def html_page(found: Calibration) -> str:

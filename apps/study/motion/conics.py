@@ -4,10 +4,10 @@ In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic w
 matrix C is x^T C x = 0. The pole W of the chord from P to Q is the intersection of the tangents at
 P and Q. The arc is
 
-    X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1,
+    X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
-with W scaled so that W^T C W = -P^T C Q / 2; the sign of W selects one of the two arcs. For half an
-ellipse, the pole W is at infinity. The arc length has no closed form: it is computed by Gauss
+The pole W is scaled so that W^T C W = -P^T C Q / 2; its sign selects one of the two arcs. For half
+an ellipse, the pole W is at infinity. The arc length has no closed form: it is computed by Gauss
 quadrature on pieces and inverted by Newton's method.
 
 Source:

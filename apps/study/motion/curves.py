@@ -103,8 +103,8 @@ class TaskLine:
         start: (k,) task coordinates at the start, as arguments of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of the positions [m]; for equal positions, the norm of the change of
-            coordinates.
+        length: Distance of the positions [m]; for equal positions, the norm of the coordinate
+            change.
     """
 
     start: FloatArray
@@ -430,7 +430,7 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
 
     A parabola replaces each corner, between two points at the same distance from the corner. The
     direction of the curve is continuous; the curvature jumps. The distance from the corner is at
-    most half of the blend radius. At its corner, the curve has the orientation of the pose.
+    most half of the blend radius. At each corner, the curve has the orientation of the corner pose.
 
     Args:
         poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)

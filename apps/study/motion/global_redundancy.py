@@ -25,13 +25,13 @@ FloatArray = NDArray[np.float64]
 
 _TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001), (65, 4.0, 0.001))
 """Attempts of the search: number of knots, relative grid resolution, and margin from the limits
-relative to their range.
+relative to the joint range.
 
 The next attempt follows if no sequence exists, or if the joints between the knots leave the limits.
 A spline between configurations at a limit exceeds the limit between them.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
-"""Parameter values per parameter on the grid, by the number of parameters."""
+"""Number of grid values per parameter, for each number of parameters."""
 _MAX_GRID = 6000
 """Maximum number of parameter combinations per knot."""
 _FINEST = 1e-3
@@ -41,7 +41,7 @@ _GAIN = 1e-3
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
-"""Number of random configurations that show the range of a joint in a loop."""
+"""Number of random configurations from which the range of a joint in a loop is estimated."""
 
 
 @dataclass(frozen=True)

@@ -50,9 +50,9 @@ class Motion:
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
         q_seed: (n,) coordinates near the start that select the branch on a curve of the tool.
-        fixed: Joints with constant values on a curve of the tool pose: joints named or indexed keep
-            their values at q_seed, and a mapping sets values. If joints other than redundancy
-            parameters are fixed, the configurations are computed by iteration.
+        fixed: Names or indices of joints that keep their values at q_seed on a curve of the tool
+            pose, or a mapping of joints to values. If joints other than redundancy parameters are
+            fixed, the configurations are computed by iteration.
         redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
             their values at q_seed, and the coordinates stay on one branch. With "minimum_norm",
             each pose is solved from q_seed by minimum-norm steps in the joints of the main chain.

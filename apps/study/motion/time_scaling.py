@@ -68,7 +68,7 @@ class TimeScaling:
             t: (m,) times [s]; before the start and after the end, rates are 0.
 
         Returns:
-            (m,) each, in the unit of the path, per second, and per second squared.
+            Three arrays (m,), in the unit of the path, per second, and per second squared.
         """
         time = real("TimeScaling: t", t)
         inside = np.clip(time, 0, self.duration)

@@ -109,7 +109,7 @@ class ArcRegion:
 
 
 def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> ArcRegion:
-    """Return the region that a region sweeps in a rotation about a point.
+    """Return the region that is swept by a region in a rotation about a point.
 
     Args:
         region: The region.

@@ -89,7 +89,7 @@ class ExactWorkspace(StudyResult):
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Return the reached distances from the first axis and heights.
+        """Return the meridian section: the reached distances from the first axis, and heights.
 
         Raises:
             InputValueError: The workspace is planar.

@@ -328,7 +328,7 @@ def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> F
 def _derivative(
     sizes: FloatArray, by: tuple[int, int], turns: BoolArray, scale: FloatArray
 ) -> float:
-    """Bound a second derivative of a polynomial with coefficients of these magnitudes."""
+    """Bound a second derivative of a polynomial from the magnitudes of its coefficients."""
     for axis in range(sizes.ndim):
         order = by.count(axis)
         m = np.abs(_orders(bool(turns[axis])))

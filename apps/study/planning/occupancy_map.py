@@ -93,7 +93,7 @@ def occupancy_map(
         origin: (2,) lower corner of the first cell [m].
 
     Raises:
-        ShapeError: The shape of `occupied` is not (nx, ny), or of `origin` not (2,).
+        ShapeError: The shape of `occupied` is not (nx, ny), or the shape of `origin` is not (2,).
         InputValueError: cell_size is not positive.
     """
     cells, corner = np.asarray(occupied, dtype=bool), finite("occupancy_map: origin", origin)

@@ -5,7 +5,7 @@
 
 #include "iterative/native/evaluate.h"
 
-/* Lays out the workspace in a memory block, unless it is NULL. Returns the number of doubles. */
+/* Lays out the workspace in a block, unless the block is NULL. Returns the number of doubles. */
 static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
 {
     size_t n = arm->n, used = 0;

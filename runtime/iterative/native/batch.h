@@ -16,7 +16,7 @@ typedef struct {
     const Arm *arm;
     const Task *task;
     const double *poses, *seeds; /* poses (count, 4, 4); seeds (count, n) or NULL */
-    Results results;             /* results of the first pose; arrays over the batch */
+    Results results;             /* addresses of the first results in the arrays of the batch */
     size_t count;
     atomic_size_t next; /* the first pose that is not yet assigned to a thread */
     atomic_int out_of_memory;

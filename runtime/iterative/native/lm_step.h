@@ -22,8 +22,8 @@ int find_free(const Problem *problem, const double *e);
 void normal_equations(const Workspace *work, const double *columns, const double *e, int m);
 
 /* Tries a step of the m free coordinates from work->q with damping lambda, and writes work->trial
- * and work->trial_J. *better: whether the error decreases; then *now is the evaluation at the end
- * of the step. Each evaluation reduces the budget by 1. Returns 0 if no step is possible. */
+ * and work->trial_J. Writes to *better whether the error decreases; then *now is the evaluation at
+ * the end. Each evaluation reduces the budget by 1. Returns 0 if no step is possible. */
 int lm_step(const Problem *problem, int m, double lambda, int *budget, Evaluation *now,
             int *better);
 

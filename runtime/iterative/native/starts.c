@@ -38,7 +38,7 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the starts; locked coordinates change the poses of the table. */
+/* Writes the squared errors of the start values; locked coordinates change the table poses. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;
