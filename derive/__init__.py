@@ -59,7 +59,8 @@ if TYPE_CHECKING:
     from .sympy_expressions import expressions as expressions
 
 # SymPy reads the size of its cache when it is imported. The cache of SymPy, by default a thousand
-# results, is too small for a robot with loops; SymPy would rebuild the same expressions repeatedly.
+# results, is too small for a robot with loops; with this size, SymPy would rebuild the same
+# expressions repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

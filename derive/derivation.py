@@ -259,7 +259,7 @@ def _of_mechanism(
 
 
 def _iteration(closure: LoopClosure | None) -> Iteration | None:
-    """Returns the forward solution by iteration; None if the actuators do not determine it."""
+    """Returns the forward solution by iteration, or None if the actuators do not determine it."""
     if closure is None or not closure.is_determined or closure.hybrid.is_overdetermined:
         return None
     return Iteration(closure)

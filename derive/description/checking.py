@@ -39,8 +39,8 @@ class Finding:
     """An error, a warning or a note about a robot description.
 
     Attributes:
-        severity: "error" if the robot cannot be derived, "warning" for numbers that are probably
-            wrong, or "note" for assumed and snapped values.
+        severity: The value is "error" if the robot cannot be derived, "warning" for numbers that
+            are probably wrong, or "note" for assumed and snapped values.
         where: File, line and field of the finding, if these are known.
         message: The expected value and the found value, or a remark.
     """
@@ -121,7 +121,7 @@ class _Repairs:
     Attributes:
         file: Name of the file.
         text: The text of the file; suggested words replace misspelt words.
-        values: Values that replace the values of the file; None removes a value.
+        values: Values that replace the values of the file, or None to remove a value.
         removed: Names of the parameters that were removed.
         respelled: Paths of the fields in which a word was replaced.
     """

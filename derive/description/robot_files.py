@@ -51,7 +51,7 @@ __all__ = ["DescriptionError", "read", "read_text"]
 
 SUFFIX = ".toml"
 Ends = tuple[str | None, str | None]
-"""Names of the base and tip links; None means the base frame or tool frame of the file."""
+"""Names of the base and tip links, or None for the base frame or the tool frame of the file."""
 
 
 def read(

@@ -3,12 +3,12 @@
 A coupled joint that follows other joints has no independent motion. Three identities, with the
 constant placement M between two consecutive axes, remove joints that do not move independently.
 
-Two coaxial revolute joints are merged, with s = 1 or -1: ``Rz(a) M Rz(b) = Rz(a + s b) M``.
+Two coaxial revolute joints are merged by ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
 
-Two prismatic joints with equal or opposite directions are merged: ``Tz(a) M Tz(b) = Tz(a + s b)
+Two prismatic joints with equal or opposite directions are merged by ``Tz(a) M Tz(b) = Tz(a + s b)
 M``.
 
-The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
+The second of three parallel revolute joints is removed by ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
 T(t) R' Rz(b - s' a)``.
 
 In the last identity, the rotations a and -s a cancel, so that the body with the placement M' only

@@ -75,8 +75,8 @@ class Inverses:
         solved: The solved tasks, keyed by function name.
         others: Related functions, such as the function that returns the swivel angle.
         general: The inverse of a general arm, if the axes fit no known family.
-        polished: The inverse of an arm that is close to a known family; ``solved`` then contains
-            the inverse of the nominal arm.
+        polished: The inverse of an arm that is close to a known family; in this case, ``solved``
+            contains the inverse of the nominal arm.
         polished_tasks: Functions for other tasks whose solutions also start from the nominal arm.
         composed: The inverse of a robot with loops; it calls the inverse of the main chain.
         chain: For a coupled robot, the solved chain whose joints are free.

@@ -1,9 +1,9 @@
 /* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
- * Two rods that share a joint constrain it to a circle about the line through their other ends: P_i
- * = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are known:
- * |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and t_k.
+ * Two rods that share a joint constrain it to a circle about the line through their other ends,
+ * with the points P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are
+ * known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and t_k.
  *
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2

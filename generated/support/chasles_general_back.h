@@ -285,7 +285,8 @@ static int chasles_general_kept(const chasles_general_system *system, chasles_ge
 }
 
 /* Computes starts for Newton's iteration: one start per real root, and one per nearly double root.
- * Returns the number of starts; `certain` becomes 1 if no three roots are near each other. */
+ * Returns the number of starts. The flag `certain` becomes 1 if no three roots are near each other.
+ */
 static int chasles_general_starts(const chasles_general_six *six,
                                   const chasles_general_order *order,
                                   const chasles_general_system *system,

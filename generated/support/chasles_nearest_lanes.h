@@ -37,8 +37,8 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
 /* Writes the solution nearest to the seed and returns its slot, if no limit shifts or excludes this
  * solution. Otherwise, returns a negative number.
  *
- * `branches` contains `width` SIMD vectors for each group of LANES solution slots;
- * LANES_COUNT(slots) is the number of groups. */
+ * `branches` contains `width` SIMD vectors for each group of LANES solution slots; the number of
+ * groups is LANES_COUNT(slots). */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

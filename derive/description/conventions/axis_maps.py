@@ -40,8 +40,8 @@ class AxisMap:
         own: Symbols of the convention parameters.
         added: Symbols of the added rotations about both axes and of the added shifts along both
             axes.
-        columns: (6, number of parameters) twists (v; omega) of the joint frame per unit change of
-            each parameter, expressed in the joint frame.
+        columns: Twists (v; omega) of the joint frame per unit change of each parameter, as an array
+            (6, number of parameters) in the joint frame.
         free: Components of the twist that displace the axis.
     """
 

@@ -30,7 +30,8 @@ class Neighbours:
         joint: The joint.
         before: The preceding moving joint, or None for the z axis of the base frame.
         line: The joint axis in the frame of the preceding joint.
-        frame: (4, 4) high-precision pose of the joint frame in the frame of the preceding joint.
+        frame: Pose (4, 4) of the joint frame in the frame of the preceding joint, in high
+            precision.
         size: Arm length: the sum of the distances between consecutive revolute axes (meter), or 1
             if this sum is zero.
     """

@@ -91,7 +91,7 @@ class _Placed:
         pair: The described joint and the preceding joint.
         convention: The suitable convention.
         fitted: The values of the convention fields that fit the joint.
-        before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
+        before: Frame (4, 4) of the preceding axis, with the rotation and shift of the fit.
         turn: Rotation of the joint frame about its axis (radian), as the convention of the next
             joint requires.
         shift: Shift (meter) of the joint frame along its axis, as the convention of the next joint

@@ -65,7 +65,7 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     Args:
         file: File name in error messages.
         text: XML text.
-        root: Required name of the root element; None accepts any name.
+        root: Required name of the root element, or None to accept any name.
 
     Raises:
         DescriptionError: The text is not valid XML, has a document type, or has another root

@@ -4,7 +4,7 @@ Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, by which a file 
 function. This module uses Python only to parse an expression. The evaluator supports numbers,
 strings, lists, tuples, dictionaries, operators, comprehensions and the documented functions of
 xacro. The evaluator rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start
-with an underscore. No accepted symbol may give access to a rejected function; ``map``, for example,
+with an underscore. No accepted symbol may give access to a rejected function. For example, ``map``
 calls any function that it receives.
 """
 
@@ -162,7 +162,7 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
 
 
 class _Evaluator:
-    """Evaluates the nodes of one expression; ``scopes`` contains comprehension variables."""
+    """Evaluates the nodes of one expression; comprehension variables are in ``scopes``."""
 
     def __init__(self, symbols: Any, functions: Collection[Callable[..., Any]]) -> None:
         self.symbols = symbols

@@ -11,8 +11,8 @@ def template(kind: str) -> str:
     """Returns the text of a robot file with comments, which is ready to derive.
 
     Args:
-        kind: "arm" (joints with origins and axes), "dh" (a table of joints) or "mechanism" (a boom
-            that is moved by a cylinder).
+        kind: The kind "arm" has joints with origins and axes, "dh" has a table of joints, and
+            "mechanism" has a boom that a cylinder moves.
 
     Raises:
         InputValueError: The kind of the file is unknown.

@@ -46,7 +46,7 @@ def number(value: float) -> str:
 
 
 def naming(program: Program) -> Naming:
-    """Names the operands of a program: ``v3``, ``q_0``, ``0.25``."""
+    """Names the operands of a program, for example ``v3``, ``q_0`` or ``0.25``."""
 
     def name(operand: Operand) -> str:
         match operand:

@@ -170,7 +170,7 @@ def _filled(function: SymbolicFunction) -> dict[str, str]:
 
 
 def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
-    """Returns the lines that call functions and solvers; ``loops`` stores the loop solution."""
+    """Returns the lines that call functions and solvers; the loop solution is in ``loops``."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
     arrays = [a for call in calls for a in call.outputs if a.name not in filled]
     lines += [f"  double {a.name}[{a.size}];" for a in arrays]
@@ -226,7 +226,7 @@ class _Parts:
     Attributes:
         before: Statements before these cosines and sines.
         angles: The angles whose cosines and sines the call computes.
-        turns: Names of the results: ``c[k]`` and ``s[k]`` belong to angle k.
+        turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
         after: Statements after these cosines and sines.
     """
 

@@ -23,7 +23,7 @@ def iteration_count(function: SymbolicFunction) -> str:
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """Titles a section of code: ``intermediate terms``, ``column 3 of J``, or both."""
+    """Titles a section of code as ``intermediate terms``, ``column 3 of J``, or both."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
     parts = ["intermediate terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)

@@ -14,8 +14,8 @@ def plugin_values(
     """Returns the values of the placeholders in the plugin.
 
     The plugin works with the joints of the chain. For a robot with loops or couplings, the
-    generated C uses actuated coordinates; ``chain`` and ``actuators`` convert between these
-    coordinates and the joints.
+    generated C uses actuated coordinates. The functions ``chain`` and ``actuators`` convert between
+    these coordinates and the joints.
 
     Args:
         derivation: The derived robot with its functions.

@@ -195,7 +195,7 @@ def _apart(x: Array, y: Array, result: Result) -> Array:
 
 
 def _bound(errors: Array) -> float | None:
-    """Returns a bound of the errors, rounded up to one digit; None without errors."""
+    """Returns a bound of the errors, rounded up to one digit, or None without errors."""
     if not errors.size:
         return None
     most = SAFETY * float(np.max(errors))

@@ -7,13 +7,13 @@ d. Every quantity is linear in the cosine and sine of each revolute joint and qu
 displacement of each prismatic joint. With the vector h = R^T d and the quantity w = (p.p) l - 2
 (p.l) p, the motion changes the quantities as follows.
 
-    ``p' = R p + d`` and ``l' = R l``,
+    A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
-    ``p'.p' = p.p + 2 h.p + d.d`` and ``p'.l' = p.l + h.l``,
+    The scalar products become ``p'.p' = p.p + 2 h.p + d.d`` and ``p'.l' = p.l + h.l``.
 
-    ``p' x l' = R (p x l) + d x R l``,
+    The cross product becomes ``p' x l' = R (p x l) + d x R l``.
 
-    ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
+    The last quantity becomes ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
 
 The last two formulas use d x (b x c) = b (d.c) - c (d.b).
 

@@ -6,16 +6,14 @@ placement C_6 from the tool back to the base contains the target pose. The produ
 
 An elimination order numbers the joints from any joint in either direction. An elimination order
 consists of a pair of joints (1, 2), the suppressed joint (3), two more joints (4, 5) and a last
-joint (6). Joint 6 does not move its axis, so the equations of this axis do not contain joint 6:
+joint (6). Joint 6 does not move its axis, so the equations of this axis do not contain joint 6.
 
     With the axis a of joint 6, ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1
     C_6^-1 a``.
 
 Both sides of this equation are written as fourteen line quantities (:mod:`.line_quantities`), which
-are linear in the cosine and sine of each joint:
-
-    ``A y = B(theta_3) x``, where y contains the eight products for joints 1 and 2, and x the nine
-    products for joints 4 and 5.
+are linear in the cosine and sine of each joint. This gives ``A y = B(theta_3) x``, where y contains
+the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
 combinations of the equations eliminate y. The generated C finds the angles theta_3 at which these
@@ -54,7 +52,7 @@ class EliminationOrder:
     Attributes:
         joints: Joint indices in the order: pair of joints, suppressed joint, two more joints, last
             joint.
-        sense: 1 from base to tool, -1 from tool to base.
+        sense: The value is 1 from base to tool, and -1 from tool to base.
         halved: Selects the joint with a half angle as unknown: 0 for joint 4, 1 for joint 5.
     """
 
@@ -73,8 +71,8 @@ class LineEquations:
     """Coefficients of the equations for one elimination order.
 
     Attributes:
-        left: (14, 9), functions of the pose: the constant column, then the columns of y.
-        right: (3, 14, 9), coefficients of 1, cos and sin of the suppressed angle.
+        left: Functions of the pose (14, 9), which are the constant column and the columns of y.
+        right: Coefficients (3, 14, 9) of 1, cos and sin of the suppressed angle.
     """
 
     left: Array

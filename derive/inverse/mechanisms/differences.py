@@ -25,9 +25,9 @@ class Feature(NamedTuple):
     """A geometric feature of a body (point and directions), in the base frame.
 
     Attributes:
-        point: (3,) a point of the feature (meter).
-        axes: (k, 3) directions of the feature.
-        across: (3, 3) projector onto the directions in which a displacement of the point moves the
+        point: A point (3,) of the feature (meter).
+        axes: Directions (k, 3) of the feature.
+        across: Projector (3, 3) onto the directions in which a displacement of the point moves the
             feature.
     """
 

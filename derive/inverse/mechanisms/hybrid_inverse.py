@@ -110,8 +110,9 @@ def _by_structure(
         hybrid: The robot.
         families: The families of axis structures to try.
         give: Indices of the chain joints to fix.
-        built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. The loops of
-            the as-built robot may require coordinates beyond the dead points of the nominal robot.
+        built: The robot as built if ``hybrid`` is its nominal robot, or None otherwise. The loops
+            of the as-built robot may require coordinates beyond the dead points of the nominal
+            robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:

@@ -1,4 +1,4 @@
-"""Inverse of a robot whose loops are solved by iteration; ``fk`` checks every solution.
+"""Inverse of a robot whose loops are solved by iteration, with a check of every solution by ``fk``.
 
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
 these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
@@ -31,8 +31,8 @@ def with_legs(
     """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
 
     Args:
-        makers: The derivation of each function, keyed by its name; ``ik`` is the leg inverse, if
-            the robot has one.
+        makers: The derivation of each function, keyed by its name; the name of the leg inverse, if
+            the robot has one, is ``ik``.
         closure: The closure equations of the loops.
     """
     if IK not in makers:

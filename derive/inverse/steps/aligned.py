@@ -34,7 +34,7 @@ def first_angle(
         axes: The axes of the chain: three revolute joints and at most one prismatic joint.
         target: The displacement that the chain must produce.
         middle: Rotation of the second revolute joint.
-        sign: 1 or -1, selects one of two solutions.
+        sign: The value 1 or -1, which selects one of two solutions.
     """
     i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
     first, second, third = axes[i], axes[j], axes[k]

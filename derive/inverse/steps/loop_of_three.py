@@ -23,9 +23,9 @@ def loop_of_three(
         work: Records the steps.
         axes: The axes of the three joints.
         reason: Reason why the loop equation contains only the three angles.
-        first: the vector p0, the axis k1 and the vector p1.
-        second: the axis k2 and the vector p2.
-        third: the axis k3 and the vector p3.
+        first: The vector p0, the axis k1 and the vector p1.
+        second: The axis k2 and the vector p2.
+        third: The axis k3 and the vector p3.
     """
     signs = work.sign(), work.sign()
     found = sp5(work.terms, *first, *second, *third, signs)

@@ -1,8 +1,7 @@
 """The required displacement of the last body of a chain.
 
-The displacement of the last body from its home pose is a product of screw motions:
-
-    G = exp(S_1 theta_1) ... exp(S_n theta_n) = T_0_ee M_0_ee^-1.
+The displacement of the last body from its home pose is a product of screw motions, ``G = exp(S_1
+theta_1) ... exp(S_n theta_n) = T_0_ee M_0_ee^-1``.
 
 A ``Target`` computes the images of directions and points under this displacement.
 """
@@ -49,14 +48,14 @@ class Target:
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Returns the target without the last joint's motion: ``G exp(S_n theta_n)^-1``."""
+        """Returns the target ``G exp(S_n theta_n)^-1``, without the motion of the last joint."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Returns the target without a final translation: ``G Trans(by)^-1``."""
+        """Returns the target ``G Trans(by)^-1``, without a final translation."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 

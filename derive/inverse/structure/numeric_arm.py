@@ -18,11 +18,11 @@ class NumericArm:
     """Numeric model of an arm.
 
     Attributes:
-        directions: (n, 3) directions of the axes in the home pose.
-        points: (n, 3) points on the axes.
-        turns: (n,) whether each joint is revolute.
-        senses: (n,) sign (1 or -1) of each coordinate.
-        home: (4, 4) tool pose with all joints at zero.
+        directions: Directions (n, 3) of the axes in the home pose.
+        points: Points (n, 3) on the axes.
+        turns: Flags (n,) that state whether each joint is revolute.
+        senses: Signs (n,) of the coordinates, 1 or -1.
+        home: Tool pose (4, 4) with all joints at zero.
         length: Arm length (meter).
         offsets: Components (meter) of all translations in the description.
     """

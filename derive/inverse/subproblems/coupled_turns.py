@@ -1,15 +1,16 @@
 """Two rotations by equal or opposite angles that give a vector a known component.
 
-Statement: ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` for s = 1 or -1, where the unit vectors h,
-k1, k2 and p lie in one plane.
+Statement: The equation ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` with s = 1 or -1 is solved for
+theta, where the unit vectors h, k1, k2 and p lie in one plane.
 
 Derivation: let ``h' = h - k1 (k1.h)`` and ``p' = p - k2 (k2.p)``. The terms in sin(theta) vanish,
 because a vector in the plane is perpendicular to the cross product of two other vectors in it. The
 left side is ``A + B cos + D cos^2 + E sin^2`` with the following coefficients.
 
-    ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2) (k2.p)``.
+    The first two coefficients are ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2)
+    (k2.p)``.
 
-    ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
+    The other two coefficients are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
 
 For ``w = sin^2(theta / 2)``, the relation ``cos = 1 - 2 w`` gives the quadratic equation ``a w^2 -
 b w + e = 0``. Its coefficients are ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
@@ -53,7 +54,7 @@ class CoupledPair:
         k1: The first axis.
         k2: The second axis.
         p: The rotated unit vector.
-        sense: 1 for equal angles, -1 for opposite angles.
+        sense: The value is 1 for equal angles, and -1 for opposite angles.
     """
 
     h: Vector

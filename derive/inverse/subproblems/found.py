@@ -16,9 +16,9 @@ class FoundTurn:
         turn: Cosine and sine of the angle.
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
-        margin: sin^2 of half the angle between the two solutions. The margin is 0 for a double
-            solution, and negative without a solution; the angle is then the least-squares solution.
-            The margin is None if a solution always exists.
+        margin: The squared sine of half the angle between the two solutions. The margin is 0 for a
+            double solution, and negative without a solution; the angle is then the least-squares
+            solution. The margin is None if a solution always exists.
     """
 
     turn: CosSin
@@ -35,8 +35,8 @@ class FoundLength:
         length: The displacement (meter).
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
-        margin: 0 for a double solution, and negative without a solution. The margin is relative to
-            the squared input lengths, or None if a solution always exists.
+        margin: The value is 0 for a double solution, and negative without a solution. The margin is
+            relative to the squared input lengths, or None if a solution always exists.
     """
 
     length: sp.Expr

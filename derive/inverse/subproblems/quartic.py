@@ -1,6 +1,7 @@
 """Roots of a trigonometric polynomial of degree 2 (a quartic), as points on the unit circle.
 
-Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) = (cos, sin)(phi).
+Statement: The equation ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) = (cos,
+    sin)(phi) is solved for phi.
 
 Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic ``g (x^2 -
 y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. Its intersections with the unit circle are the
@@ -21,17 +22,17 @@ a quadratic.
 For tau > 0, x and y are exchanged, which gives t = 1 + tau in [0, 1]. Newton's method refines t in
 the cubic ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0`` to full relative accuracy, even
 for small t. With alpha^2 = g t and beta^2 = g (2 - t), the lines are ``alpha x + beta y + m`` and
-``alpha x - beta y + n``. There are three equations for the two unknowns m and n: ``alpha (m + n) =
-p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. The second equation is combined with the first
-if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t has the same effect as
-an equal relative error of the largest of p, q and r. If p is only rounding error, t = 0 is exact,
-as a fourfold root requires.
+``alpha x - beta y + n``. The two unknowns m and n satisfy three equations, which are ``alpha (m +
+n) = p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. The second equation is combined with the
+first if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t has the same
+effect as an equal relative error of the largest of p, q and r. If p is only rounding error, t = 0
+is exact, as a fourfold root requires.
 
 Degenerate: for g = 0, the conic is a single line and the second line is far away; the same formulas
 hold with g = 1e-20. If all coefficients are 0, the points are arbitrary.
 
-Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
-11.4); the choice of lambda and the forms without cancellation are original.
+Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
+Geometry, 11.4); the choice of lambda and the forms without cancellation are original.
 """
 
 from dataclasses import dataclass
@@ -67,8 +68,8 @@ class CirclePoint:
     Attributes:
         turn: Cosine and sine of the root angle.
         margin: Margin in the units of the polynomial; it is 0 for a double root. The margin is
-            negative for a complex root; ``turn`` is then the circle point nearest to a line of the
-            pair.
+            negative for a complex root; in this case, ``turn`` is the circle point nearest to a
+            line of the pair.
     """
 
     turn: CosSin
@@ -100,7 +101,7 @@ class Reference:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns a named term: ``one`` if the condition holds, otherwise ``other``."""
+    """Returns a named term that equals ``one`` if the condition holds, otherwise ``other``."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))

@@ -1,7 +1,8 @@
 """Second-order step to the common root of two equations for two angles.
 
-Statement: ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0`` for the small step x of
-two angles. No term of the two equations contains both angles, so the matrices G and H are diagonal.
+Statement: The equations ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0`` are solved
+for the small step x of two angles. No term of the two equations contains both angles, so the
+matrices G and H are diagonal.
 
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,

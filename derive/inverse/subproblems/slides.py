@@ -1,11 +1,11 @@
 """Prismatic subproblems: a translation moves a point into a plane or onto a sphere.
 
-Plane: ``h.(p + t u) = d`` for a point p and a direction u, so ``t = (d - h.p) / (h.u)``; one
-solution. The direction u must not lie in the plane.
+Plane: The equation ``h.(p + t u) = d`` for a point p and a direction u gives ``t = (d - h.p) /
+(h.u)``, the only solution. The direction u must not lie in the plane.
 
-Sphere: ``|p + t u| = r`` with a unit vector u, so ``t = -u.p +- sqrt(r^2 - |p'|^2)``, where p' is
-the component of p perpendicular to u. If no real root exists, the root term is set to 0, which
-gives the point of the line nearest to the sphere.
+Sphere: The equation ``|p + t u| = r`` with a unit vector u gives ``t = -u.p +- sqrt(r^2 -
+|p'|^2)``, where p' is the component of p perpendicular to u. If no real root exists, the root term
+is set to 0, which gives the point of the line nearest to the sphere.
 
 Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """

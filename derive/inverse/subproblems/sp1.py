@@ -1,6 +1,6 @@
 """Subproblem 1: the angle of a rotation about a known axis that maps a vector to a given vector.
 
-Statement: ``R(k, theta) p = v``.
+Statement: The equation ``R(k, theta) p = v`` is solved for the angle theta.
 
 Derivation: let ``p' = p - k (k.p)``; the rotated vector is ``k (k.p) + cos p' + sin (k x p)``.
 Since p' and k x p are perpendicular and equally long, ``p'.v = |p'|^2 cos`` and ``(k x p).v =
@@ -9,7 +9,7 @@ v differs from p in length or in the component along k, this angle is the least-
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 
-Source: Paden 1986; Murray, Li and Sastry 1994, 3.3; Elias and Wen 2022, subproblem 1.
+Source: Paden 1986; Murray, Li and Sastry 1994, 3.3, and Elias and Wen 2022, subproblem 1.
 """
 
 from ...terms.terms import Terms

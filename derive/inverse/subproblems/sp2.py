@@ -1,10 +1,10 @@
 """Subproblem 2: two rotations about intersecting axes that map a vector to a given vector.
 
-Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
+Statement: The equation ``R(k1, theta1) R(k2, theta2) p = v`` is solved for both angles.
 
-Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along k2, so
-subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. In this
-order, the two angles match, even if theta1 is arbitrary.
+Derivation: The vector ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along
+k2, so subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. In
+this order, the two angles match, even if theta1 is arbitrary.
 
 Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
 equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a

@@ -1,11 +1,11 @@
 """Subproblem 3: the angles at which the sum of a rotated and a constant vector has a known length.
 
-Statement: ``|p0 + R(k, theta) p| = D``, for example the elbow angle from the distance D between
-shoulder and wrist.
+Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta; for example, the distance
+D between shoulder and wrist determines the elbow angle.
 
 Derivation: the length depends only on the components perpendicular to k, with lengths P and Q and
-the angle phi between them. With ``D'^2 = D^2 - (k.p0 + k.p)^2``, these equations define the line of
-subproblem 4: ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and (Heron) ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
+the angle phi between them. With ``D'^2 = D^2 - (k.p0 + k.p)^2``, the line of subproblem 4 follows
+from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
 - Q)^2) ((P + Q)^2 - D'^2)``. Heron's form stays accurate for a folded elbow with P = Q; with the
 cosine alone, an elbow angle of 1e-10 has an error of 1e-8. Two close solutions are merged if
 rounding errors of D'^2 or (P + Q)^2 exceed their difference. The two solutions of a nearly folded
@@ -46,11 +46,11 @@ def sp3(
         k: The axis.
         p0: The fixed vector.
         p: The rotated vector.
-        across2: ``D'^2``, the squared length of the sum's component perpendicular to k; see
-            :func:`squared_across`.
+        across2: The value ``D'^2``, which is the squared length of the sum's component
+            perpendicular to k; see :func:`squared_across`.
         sign: Selects one of the two angles: the sign of sin(phi).
-        rounding: The term that determines the rounding error of across2: ``D^2`` if across2 is a
-            difference; if None, across2 itself.
+        rounding: The term that determines the rounding error of across2, which is ``D^2`` if
+            across2 is a difference; if None, it is across2 itself.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)

@@ -57,7 +57,7 @@ def on_line(
         b: Coefficient of the sine in the equation.
         e: The right-hand side.
         sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
-        xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
+        xi2: The value ``a^2 + b^2 - e^2`` in its most accurate form.
         are_two: Whether the two points are distinct; if None, xi2 is compared with a^2 + b^2.
     """
     if a == b == 0:
@@ -96,7 +96,7 @@ def near_line(
         b: Coefficient of the sine in the equation.
         e: The right-hand side.
         sign: Selects one of the two points.
-        xi2: ``a^2 + b^2 - e^2`` up to rounding error.
+        xi2: The value ``a^2 + b^2 - e^2`` up to rounding error.
         scale: The magnitude of the terms whose difference is xi2.
         are_two: Whether the two points are distinct; if None, xi2 is compared with the scale.
     """

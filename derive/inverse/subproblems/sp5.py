@@ -1,6 +1,7 @@
 """Subproblem 5: three rotations that close a vector loop.
 
-Statement: ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+Statement: The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)`` is solved
+    for the three angles.
 
 Derivation: write the left side as v and the right side as ``R(k2, theta2) w``. The second rotation
 changes neither the length of w nor its component along k2, so ``|v|^2 = |w|^2`` and ``k2.v =
@@ -103,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """The sum of a constant vector and a rotated vector: ``fixed + cos across + sin turned``."""
+    """The sum ``fixed + cos across + sin turned`` of a constant vector and a rotated vector."""
 
     fixed: Vector
     across: Vector
@@ -218,9 +219,9 @@ class _Loop:
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
         """Applies a damped Newton step to all three angles, if it reduces the closure error.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate and ``M = J^T J``, so
-        squaring J costs no accuracy: ``-(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu
-        |adj J|^2 + mu^2 tr M + mu^3)``.
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate and ``M = J^T J`` as
+        ``-(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M +
+        mu^3)``, so that squaring J costs no accuracy.
         """
         let = terms.let
         first, second, third = state.turns

@@ -1,12 +1,12 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
-Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``; geometrically, two ellipses
-intersect in up to four points. The two equations are equivalent to ``h_i.(R(k_i, theta1) p_i) +
-h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
+Statement: The equation ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)`` is solved for both
+angles; geometrically, two ellipses intersect in up to four points. The two equations are equivalent
+to ``h_i.(R(k_i, theta1) p_i) + h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
 
 Derivation: the solutions of the two equations form a plane ``X + N z`` in the space of (x1, x2),
 where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
-lies on a circle: ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. Then ``|x1|^2 - |x2|^2
+lies on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. Then ``|x1|^2 - |x2|^2
 = 0`` is a trigonometric polynomial of degree 2 in phi, that is, a quartic; see :mod:`..quartic`.
 Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must have rank 2. X and
 N follow from two Householder reflections. Afterwards, Newton steps refine the two angles. The steps

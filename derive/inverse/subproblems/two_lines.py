@@ -1,7 +1,7 @@
 """One angle from two equations that are linear in its cosine and sine.
 
-Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where one angle satisfies both
-equations; this subproblem occurs in chains with fewer joints than task equations.
+Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are solved for one angle
+that satisfies both; this subproblem occurs in chains with fewer joints than task equations.
 
 Derivation: each equation is subproblem 4 with two solutions; the common angle is used. The rounding
 error of a solution is the error of the equation, divided by the sine of half the difference between

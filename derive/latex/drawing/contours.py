@@ -17,7 +17,7 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
     """Computes level lines by marching squares; higher values are on the left of a line.
 
     Args:
-        levels: (n, m) values at integer coordinates; along the border, they are below the level.
+        levels: Values (n, m) at integer coordinates; along the border, they are below the level.
         level: The level of the lines; no value may be equal to the level.
 
     Returns:

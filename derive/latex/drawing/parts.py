@@ -39,7 +39,7 @@ class Hinge:
 
     Attributes:
         name: Name of the joint, closure or strut.
-        kind: Kind of the drawn joint: ``pin``, ``ball`` or ``weld``.
+        kind: Kind of the drawn joint, which is ``pin``, ``ball`` or ``weld``.
         at: The point.
         axis: The direction of a pin's axis, in the positive sense of its coordinate.
         a: Index of the parent body.

@@ -22,7 +22,7 @@ from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, pat
 _POSITION = [3, 7, 11]
 """Indices of the position entries in a row-major pose."""
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Lowest and highest value of a coordinate; None if it is unbounded."""
+"""Lowest and highest value of a coordinate, or None if it is unbounded."""
 _LARGEST = 550.0
 """Length of the longer side of the region on paper (0.1 mm)."""
 _TICKS = 5

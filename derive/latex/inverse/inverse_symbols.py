@@ -52,7 +52,7 @@ class InverseSymbols:
     """The printed symbols that one task uses.
 
     Attributes:
-        notation: The short symbols of the robot; this object receives new symbols.
+        notation: The short symbols of the robot, to which new symbols are added.
         letters: The letters that the article has not used so far.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.

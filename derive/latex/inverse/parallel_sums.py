@@ -78,7 +78,7 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """Rewrites a vector that is rotated twice as one rotation by the angle sum; None for others."""
+    """Returns a twice rotated vector as one rotation by the angle sum, or None for other terms."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None

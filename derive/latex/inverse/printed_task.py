@@ -48,7 +48,8 @@ class PrintedInverseStep:
         definitions: Shared terms and coefficients of the step, each expressed in earlier terms.
         unknown: The coordinate, or the sum of coordinates, that the step determines.
         name: The coordinate, or the name of the sum of coordinates.
-        sense: -1 if the unknown is opposite to the rotation about the axis of the step.
+        sense: The value is -1 if the unknown is opposite to the rotation about the axis of the
+            step.
         equation: The equation of the step, with named or explicit coefficients.
         solution: Terms whose sum is the unknown; empty if a quartic solves the equation for several
             unknowns.
@@ -121,8 +122,8 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot; this object receives new symbols and continues the
-            count of shared terms.
+        notation: The short symbols of the robot, to which new symbols are added; the count of
+            shared terms continues.
         lines: Its axes.
         solved: The task.
         first: Number of the first printed solution step.

@@ -173,7 +173,7 @@ class PrintedTriad:
         norms: The norms of both vectors as named terms, expressed by their components.
         k: Named right-hand sides of the two linear equations, expressed by the norms.
         w: Symbols for the components of the first rod.
-        position: x and y, expressed by coordinates, parameters and :attr:`w`.
+        position: The coordinates x and y, expressed by coordinates, parameters and :attr:`w`.
         scale: The squared length that, to the third power, divides the polynomial.
     """
 

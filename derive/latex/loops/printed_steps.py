@@ -128,7 +128,7 @@ def printed_steps(
     """Converts the steps of a solution, and adds the symbols of the unknowns to ``terms``.
 
     Args:
-        terms: The terms of the robot in printed symbols; this object receives the unknowns.
+        terms: The terms of the robot in printed symbols, to which the unknowns are added.
         letters: Letters that no symbol uses yet; they are free for the unknowns.
         solution: The solution, from actuators to main chain or from main chain to actuators.
         first: Number of the first printed solution step.

@@ -136,7 +136,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side in lines; ``kept`` keeps them on the page of the next text."""
+    """Sets displays side by side in lines, on the page of the next text if ``kept``."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

@@ -83,7 +83,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    r"""Formats a parameter name: ``alpha_1`` becomes \alpha_{1}, and ``l_HI`` becomes l_{HI}."""
+    r"""Formats a parameter name; for example, ``alpha_1`` becomes \alpha_{1}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -99,7 +99,7 @@ def is_symbol(name: str) -> bool:
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns joint names as LaTeX if all of them are symbols: Greek angles or lower-case lengths.
+    """Returns joint names as LaTeX if all of them are Greek angles or lower-case lengths.
 
     The result is empty if a joint has another kind of name, or if a symbol occurs twice.
     """

@@ -167,7 +167,7 @@ class Notation:
         return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Returns the entry names of a pose (4, 4) in row-major order; None for the last row."""
+        """Returns the entry names of a pose (4, 4) in row-major order, or None in the last row."""
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):

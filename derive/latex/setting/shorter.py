@@ -8,8 +8,8 @@ from ...model.sizes import addends, size
 MAX_MULTIPLIED = 60
 """Maximum number of addends up to which the expansion of a product of sums is tried."""
 MAX_ADDED = 400
-"""Maximum number of operations up to which angle addition is tried in an expression; SymPy compares
-all pairs of angles."""
+"""Maximum number of operations up to which angle addition is tried in an expression, because SymPy
+compares all pairs of angles."""
 MAX_GATHERED = 4
 """Maximum number of terms of a sum that is printed with its common root in front; longer sums must
 be broken across lines."""

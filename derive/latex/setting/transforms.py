@@ -109,7 +109,7 @@ def _merged(placement: Placement) -> Placement:
 
 
 def turned_back(placement: Placement) -> Placement:
-    """Removes quarter turns that only rotate a translation: R(a) T R(b) becomes R(a + b) T'."""
+    """Removes quarter turns that only rotate a translation, as in R(a) T R(b) = R(a + b) T'."""
     motions = list(placement)
     k = 0
     while k + 2 < len(motions):

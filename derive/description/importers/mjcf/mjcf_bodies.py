@@ -241,7 +241,7 @@ def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Law:
-    """Coupling of a joint: ``multiplier * leader + offset``."""
+    """The coupling ``multiplier * leader + offset`` of a joint."""
 
     leader: int
     multiplier: sp.Expr

@@ -151,7 +151,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
 
 
 def _included(element: etree._Element, file: Path, by: Path) -> Path:
-    """Returns the file that an element includes; MuJoCo searches the folder of the model first."""
+    """Returns the file that an element includes; the folder of the model is searched first."""
     name = str(element.get("file"))
     for folder in (by.parent, file.parent):
         try:

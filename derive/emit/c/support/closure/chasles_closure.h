@@ -1,5 +1,5 @@
-/* Solves loops without a closed form: Newton's iteration follows a path from a known configuration.
- * This file is part of chasles and is the same for every robot.
+/* Solves loops without a closed form by Newton's iteration, which follows a path from a known
+ * configuration. This file is part of chasles and is the same for every robot.
  *
  * A function that goes through the loops first calls `at` or `seeded` for the variables w, then
  * `factored`, and then functions of chasles_closure_rates.h for derivatives.
@@ -39,8 +39,8 @@
 
 #include "chasles_closure_newton.h"
 
-/* Computes the rates of the unknown variables from the coordinate rates; D_u is already factored.
- */
+/* Computes the rates of the unknown variables from the coordinate rates; the matrix D_u is already
+ * factored. */
 static void CLOSURE_NAME(slope)(const CLOSURE_NAME(closed) * s, const double qd[CLOSURE_Q],
                                 double x[CLOSURE_U])
 {

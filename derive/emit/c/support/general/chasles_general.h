@@ -161,8 +161,8 @@ static int chasles_general_is_short(const chasles_general_six *six,
     return near < roots || (near - roots) % 2;
 }
 
-/* Finds solutions at pairs of close roots of the determinant; Newton's iteration starts from both
- * null vectors of the matrix. Returns the indices of the solutions as a bit mask. */
+/* Finds solutions at pairs of close roots of the determinant, where both null vectors of the matrix
+ * are starts of Newton's iteration. Returns the indices of the solutions as a bit mask. */
 static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
                                          const chasles_general_order *order,
                                          const chasles_general_system *system,

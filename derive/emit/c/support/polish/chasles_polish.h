@@ -1,5 +1,6 @@
-/* Inverse kinematics of an arm close to a known structure: Newton's iteration refines every branch
- * of the nominal arm to the true arm. This file is part of chasles and is the same for every robot.
+/* Inverse kinematics of an arm close to a known structure by Newton's iteration, which refines
+ * every branch of the nominal arm to the true arm. This file is part of chasles and is the same for
+ * every robot.
  *
  * This file is included once for each robot, which defines the following macros.
  *

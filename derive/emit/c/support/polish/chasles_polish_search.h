@@ -279,8 +279,7 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Queues a start where a curve crossed mu = 0; `part` is the fraction of the way between two
- * points. */
+/* Queues a start where a curve crossed mu = 0, at the fraction `part` between two points. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
