@@ -20,19 +20,74 @@ def forward_kinematics(page: Page) -> str:
     """Prints the tool pose as one matrix if it fits a line, otherwise entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
-    shared = _definitions(page, fk.definitions)
-    terms = sentence("With the shared terms", shared) if shared else ""
+    terms = _shared(page, fk.definitions, "shared")
     if page.matrix(page.pose, T).width <= LINE - MARGIN:
-        article = "the" if shared else "The"
+        article = "the" if terms else "The"
         opening = f"{article} pose of the tool in the base frame is"
         return text(sentence(terms, opening, _two_matrices(page, T)))
     generic = page.matrix(page.pose, _generic(page, short=True))
     opening = "The pose of the tool in the base frame is"
-    if shared:
-        pose = flowed([generic], kept=True)
-        return text(sentence(opening, pose, terms, "its entries are", _entries(page)))
-    pose = flowed([generic], end="", kept=True)
-    return text(sentence(opening, pose, "with", _entries(page)))
+    rotation, position = _entries(page)
+    if not terms:
+        pose = flowed([generic], end="", kept=True)
+        both = rotation and position
+        shown = (
+            sentence(aligned(rotation, end=""), "and", aligned(position))
+            if both
+            else aligned(rotation + position)
+        )
+        return text(sentence(opening, pose, "with", shown))
+    pose = flowed([generic], kept=True)
+    of_rotation, of_position = _split(fk)
+    return text(
+        sentence(opening, pose),
+        _with(page, of_rotation, "shared", "entries of its rotation are", rotation),
+        _with(
+            page,
+            of_position,
+            "further" if of_rotation else "shared",
+            "coordinates of its position are",
+            position,
+        ),
+    )
+
+
+def _split(fk: Printed) -> tuple[list[Definition], list[Definition]]:
+    """Returns the terms that the rotation needs, and the further terms of the position."""
+    meanings = dict(fk.definitions)
+    needed: set[sp.Symbol] = set()
+    waiting = [
+        symbol
+        for k, entry in enumerate(fk.entries)
+        if k % POSE_COLUMNS < POSE_COLUMNS - 1
+        for symbol in entry.free_symbols
+    ]
+    while waiting:
+        symbol = waiting.pop()
+        if symbol in meanings and symbol not in needed:
+            needed.add(symbol)
+            waiting.extend(meanings[symbol].free_symbols)
+    first = [(name, value) for name, value in fk.definitions if name in needed]
+    return first, [(name, value) for name, value in fk.definitions if name not in needed]
+
+
+def _with(
+    page: Page,
+    definitions: Sequence[Definition],
+    kind: str,
+    statement: str,
+    entries: Sequence[Equation],
+) -> str:
+    """Prints entries after the terms that they need first."""
+    if not entries:
+        return ""
+    terms = _shared(page, definitions, kind)
+    return sentence(terms, f"{'the' if terms else 'The'} {statement}", aligned(entries))
+
+
+def _shared(page: Page, definitions: Sequence[Definition], kind: str) -> str:
+    shown = _definitions(page, definitions)
+    return sentence(f"With the {kind} terms", shown) if shown else ""
 
 
 def jacobians(page: Page) -> str:
@@ -70,8 +125,8 @@ def _is_short(page: Page, entry: sp.Expr) -> bool:
     return known and not entry.is_Add and width(page.tex(entry)) < SHORT
 
 
-def _entries(page: Page) -> str:
-    """Prints the equations of the named entries, rotation entries first."""
+def _entries(page: Page) -> tuple[list[Equation], list[Equation]]:
+    """Returns the equations of the named entries of the rotation and of the position."""
     fk = page.equations.fk
     rotation: list[Equation] = []
     position: list[Equation] = []
@@ -79,9 +134,7 @@ def _entries(page: Page) -> str:
         if name is not None and not _is_short(page, entry):
             part = position if k % POSE_COLUMNS == POSE_COLUMNS - 1 else rotation
             part.append((page.tex(name), page.equations.printer.terms(entry)))
-    if not rotation or not position:
-        return aligned(read_down(rotation + position))
-    return sentence(aligned(read_down(rotation), end=""), "and", aligned(position))
+    return read_down(rotation), position if rotation else read_down(position)
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:

@@ -12,6 +12,7 @@ from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import PRINTED_DIGITS
 from ..setting import names
 from ..setting.layout import MARGIN, Equation
+from ..setting.nested_roots import as_angle, as_trigonometric, is_nested
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
 from ..setting.printer import Printer, cut, decimal, number
 from ..setting.transforms import factors, first_number, placements, transform, turned_back
@@ -240,16 +241,34 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """Returns the named constants, both exact and as decimals."""
-    rows = []
+    """Returns the named constants, both exact and as decimals.
+
+    Constants without a short exact form follow in a table of decimals.
+    """
+    exact, decimals = [], []
     values = notation.values()
     for symbol in notation.constants:
-        exact = printer.tex(notation.meanings[symbol])
-        rounded = f"${decimal(values[symbol])}$"
-        rows.append((_math(printer, symbol), f"${exact}$" if _is_exact(exact) else "", rounded))
-    if any(exact for _, exact, _ in rows):
-        return side_by_side(("constant", "exact", r"$\approx$"), rows)
-    return side_by_side(("constant", r"$\approx$"), [(row[0], row[2]) for row in rows])
+        name, rounded = _math(printer, symbol), f"${decimal(values[symbol])}$"
+        shown = _exact(notation.meanings[symbol], printer)
+        if shown:
+            exact.append((name, f"${shown}$", rounded))
+        else:
+            decimals.append((name, rounded))
+    tables = []
+    if exact:
+        tables.append(side_by_side(("constant", "exact", r"$\approx$"), exact))
+    if decimals:
+        tables.append(side_by_side(("constant", r"$\approx$"), decimals))
+    return "\n".join(tables)
+
+
+def _exact(meaning: sp.Expr, printer: Printer) -> str:
+    """Formats the meaning of a constant without nested roots, or returns an empty text."""
+    tex = printer.tex(meaning)
+    if meaning.free_symbols:
+        return tex if _is_exact(tex) else ""
+    recognized = as_trigonometric(meaning) or as_angle(meaning)
+    return recognized or (tex if _is_exact(tex) and not is_nested(meaning) else "")
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:

@@ -108,19 +108,22 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     Returns:
         A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are equal on all machines.
     """
-    # The picture does not show motors, so the joints of a coupled robot are labelled.
+    # The picture does not show motors, so the joints of a coupled robot are labeled.
     letter = r"\theta" if robot.couplings else "q"
-    names = [joint.name for joint in robot.moving]
+    moving = [joint.name for joint in robot.moving]
     members = DrawnMembers(
-        {name: k for k, name in enumerate(names, 1)}, {j.name for j in robot.joints}
+        {name: k for k, name in enumerate(moving, 1)}, {j.name for j in robot.joints}
     )
     parts = scene(skeleton, skeleton.q_drawn, members)
     directions, is_planar = view_of_arm(skeleton)
     marks = _marks(parts, Paper.around(directions, parts.points), is_planar=is_planar)
     taken = marks.obstacles
+    symbols = bool(names.own_symbols(robot))
     wanted = [
-        _label(*_coordinate(k, name, letter), *marks.anchors[name], "coordinate name")
-        for k, name in enumerate(names, 1)
+        _label(
+            *_coordinate(k, name, letter, symbols=symbols), *marks.anchors[name], "coordinate name"
+        )
+        for k, name in enumerate(moving, 1)
     ]
     wanted.append(_label(*_name(robot.tool_frame), *marks.anchors["tool"], "name"))
     return _picture(marks, [line for label in wanted for line in placed(label, taken)])
@@ -175,16 +178,23 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
     return Label(text, letters, point, radius, style)
 
 
-def _coordinate(k: int, name: str, letter: str = "q") -> tuple[str, float]:
+def _coordinate(
+    k: int, name: str, letter: str = "q", *, symbols: bool = False
+) -> tuple[str, float]:
     """Returns the label of a coordinate (its index in q and its name) and its width in letters."""
     if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
         return f"${letter}_{{{k}}}$", 2
-    text, letters = _name(name)
+    text, letters = _name(name, symbols=symbols)
     return f"${letter}_{{{k}}}$ {text}", 2.6 + letters
 
 
-def _name(name: str) -> tuple[str, float]:
-    """Returns a name in LaTeX and its width in letters; a single letter is printed as a symbol."""
+def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
+    """Returns a name in LaTeX and its width in letters; a single letter is printed as a symbol.
+
+    A name such as ``a1`` is printed as in the file, unless the article uses its symbol.
+    """
+    if re.fullmatch(r"[A-Za-z]\d+", name) and not symbols:
+        return names.escape(name), len(name)
     head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
     if len(head) > 1 and head not in names.GREEK:
         return names.escape(name), len(name)

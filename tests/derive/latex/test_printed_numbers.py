@@ -9,6 +9,7 @@ import sympy as sp
 from chasles.derive import derive, read_text
 from chasles.derive.latex import fragments
 from chasles.derive.latex.chain.tables import limits
+from chasles.derive.latex.setting.nested_roots import as_angle, as_trigonometric
 from chasles.derive.latex.setting.notation import LENGTH, TERM
 from chasles.derive.latex.setting.printer import Printer, cut, decimal, number
 from chasles.derive.model.tolerances import GIVEN_DIGITS
@@ -34,6 +35,67 @@ LONG = R("0.0001839675682371554044092221147366217337548732757568359375")
 )
 def test_numbers_are_printed_with_limited_digits(value, tex):
     assert number(value) == tex
+
+
+@pytest.mark.parametrize(
+    ("value", "tex"),
+    [
+        (sp.cos(sp.pi / 15), r"\cos 12^\circ"),
+        (sp.sin(sp.pi / 15) / 4, r"0.25 \sin 12^\circ"),
+        (sp.cos(2 * sp.pi / 5) * -3, r"-3 \sin 18^\circ"),
+        (sp.sqrt(3) * sp.cos(sp.pi / 10) / 2, r"\tfrac{\sqrt{3}}{2} \cos 18^\circ"),
+        (sp.cos(sp.pi / 8), r"\cos 22.5^\circ"),
+        (sp.cos(47 * sp.pi / 180) / 2, r"0.5 \cos 47^\circ"),
+        (sp.sqrt(5) / 4, ""),
+        (sp.Rational(1, 4) + sp.sqrt(3) / 4, ""),
+        (sp.cos(sp.pi / 15) + sp.sin(sp.pi / 8), ""),
+    ],
+)
+def test_nested_roots_are_printed_as_sines_and_cosines(value, tex):
+    shown = as_trigonometric(value)
+    assert shown == tex
+
+
+def test_angle_of_nested_roots_is_a_multiple_of_pi():
+    angle = sp.atan2(sp.sin(sp.pi / 15), sp.cos(sp.pi / 15))
+    assert as_angle(angle) == r"\pi/15"
+    assert not as_angle(sp.Rational(21, 100))
+
+
+TWELVE_DEGREES = """name = "arm"
+convention = "dh"
+units = { length = "mm", angle = "deg" }
+joints = [
+  { name = "a1", d = 321, a = 83, alpha = 78 },
+  { name = "a2", d = 77, a = 402, alpha = -12 },
+  { name = "a3", d = -51, a = 365, alpha = 84 },
+  { name = "a4", d = 118, a = 43, alpha = 90 },
+]
+"""
+
+
+def test_constant_table_has_no_empty_cell_and_no_nested_root():
+    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["symbols.tex"]
+    rows = [row for row in text.splitlines() if row.startswith(r"$\kappa")]
+    assert r"\sin 12^\circ" in text
+    assert rows
+    assert not any(re.search(r"\$ &  & \$", row) for row in rows)
+    assert not re.search(r"sqrt\{[^}]*sqrt", text)
+
+
+def test_terms_follow_the_entries_that_need_them():
+    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["fk.tex"]
+    rotation, position = text.split("With the further terms")
+    assert "p_{x} &=" in position
+    assert "r_{11} &=" in rotation
+    # Every shared term of the first part is used there.
+    for name in re.findall(r"^(t_\{\d+\}) &=|& (t_\{\d+\}) &=", rotation, re.MULTILINE):
+        assert rotation.count("".join(name)) > 1
+
+
+def test_figure_prints_joint_names_as_in_the_file():
+    text = fragments(derive(read_text(TWELVE_DEGREES), functions=["fk"]))["drawing.tex"]
+    assert "{$q_{1}$ a1}" in text
 
 
 def test_terms_with_mixed_order_keys_are_sorted():

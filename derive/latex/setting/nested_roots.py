@@ -1,0 +1,85 @@
+r"""Prints numbers with nested roots as multiples of a sine or cosine: ``0.25 \sin 12^\circ``.
+
+SymPy evaluates the cosine and sine of many constant angles to nested roots, which a reader cannot
+recognize.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+from itertools import product
+
+import sympy as sp
+
+from ...model.exact import is_zero
+from .printer import number
+
+STEPS = 30
+"""Number of steps of 1.5 degrees in 45 degrees; other angles keep their cosine and sine."""
+DIGITS = 50
+LARGEST_DENOMINATOR = 10**7
+MINUTES = 180 * 60
+_FUNCTIONS = {"sin": sp.sin, "cos": sp.cos}
+SMALL = Fraction(1, 10**40)
+
+
+def is_nested(value: sp.Expr) -> bool:
+    """Whether a number contains a root of a root."""
+    return any(power.base.has(sp.Pow) for power in value.atoms(sp.Pow))
+
+
+def as_angle(value: sp.Expr) -> str:
+    """Formats a number as a multiple of pi; empty if it is not a multiple of a minute."""
+    factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
+    return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
+
+
+def as_trigonometric(value: sp.Expr) -> str:
+    """Formats a number as a multiple of a sine or cosine; empty if it is no such multiple.
+
+    A number with nested roots is recognized if its factor is rational, or a rational multiple of
+    the root of 2 or 3.
+    """
+    factor, function = value.as_coeff_Mul()
+    if isinstance(function, sp.cos | sp.sin):
+        degrees = 180 * function.args[0] / sp.pi
+        return _product(factor, type(function).__name__, degrees) if degrees.is_Rational else ""
+    if is_nested(value):
+        return _recognized(value, (1, 2, 3))
+    # A sum such as 0.25 + sqrt(5)/4 is the cosine of 36 degrees.
+    return _recognized(value, (1,)) if value.is_Add else ""
+
+
+def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
+    """Formats a number as a multiple of the sine or cosine of an angle below 45 degrees."""
+    digits = Fraction(str(sp.N(value, DIGITS)))
+    found = []
+    for (root, step, name), size in _sizes().items():
+        ratio = digits / size
+        part = ratio.limit_denominator(LARGEST_DENOMINATOR)
+        if root not in roots or abs(ratio - part) > SMALL * abs(ratio):
+            continue
+        factor = sp.Rational(part.numerator, part.denominator)
+        exact = factor * sp.sqrt(root) * _FUNCTIONS[name](step * sp.pi / (4 * STEPS))
+        if is_zero(value - exact):
+            found.append((root, part.denominator, abs(part.numerator), step, name, factor))
+    if not found:
+        return ""
+    root, *_, step, name, factor = min(found)
+    return _product(factor * sp.sqrt(root), name, sp.Rational(3 * step, 2))
+
+
+@cache
+def _sizes() -> dict[tuple[int, int, str], Fraction]:
+    """Returns the root of 1, 2 or 3 times the sine or cosine of each angle, to many digits."""
+    return {
+        (root, step, name): Fraction(
+            str(sp.N(sp.sqrt(root) * _FUNCTIONS[name](step * sp.pi / (4 * STEPS)), DIGITS))
+        )
+        for root, step, name in product((1, 2, 3), range(1, STEPS), _FUNCTIONS)
+    }
+
+
+def _product(factor: sp.Expr, name: str, degrees: sp.Rational) -> str:
+    times = {1: "", -1: "-"}.get(factor, f"{number(factor)} ")
+    return rf"{times}\{name} {number(degrees)}^\circ"
