@@ -144,7 +144,7 @@ def _restore(address: str, digest: str) -> Robot:
     folder = find_folder(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise MismatchError(f"{folder}: not the {manifest.name} that was pickled")
+        raise MismatchError(f"{folder}: not the pickled robot {manifest.name}")
     return Robot(manifest)
 
 

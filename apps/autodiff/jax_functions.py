@@ -56,7 +56,7 @@ def _module(path: Path, names: Sequence[str]) -> ModuleType:
     spec.loader.exec_module(module)
     missing = [name for name in names if not hasattr(module, name)]
     if missing:
-        raise InputValueError(f"{path} has no {', '.join(missing)}")
+        raise InputValueError(f"module {path} has no function {', '.join(missing)}")
     return module
 
 

@@ -128,7 +128,7 @@ def optimal_design(
     B, tool, names = _derivatives(robot, at[index], targets, sigma, vary)
     if count * B.shape[1] <= len(names):
         raise InputValueError(
-            f"optimal_design: {count} configurations give {count * B.shape[1]} measured values for "
+            f"optimal_design: {count} configurations have {count * B.shape[1]} measured values for "
             f"{len(names)} variables; select more configurations"
         )
     search = _Exchange(B)

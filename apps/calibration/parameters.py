@@ -52,7 +52,7 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
     words = parts(robot, words)
     known = {word for item in robot.geometry for word in (item.name, item.part)}
     if unknown := sorted(set(words) - known):
-        raise InputValueError(f"identify: {robot.name} has no parameter {', '.join(unknown)}")
+        raise InputValueError(f"identify: robot {robot.name} has no parameter {', '.join(unknown)}")
     found = [k for k, item in enumerate(robot.geometry) if {item.name, item.part} & set(words)]
     return np.array(found, dtype=np.intp)
 
@@ -71,8 +71,8 @@ def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
     words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
     if unknown := sorted(parameter_std.keys() - words):
         raise InputValueError(
-            f"{robot.name} has no parameter, group or unit {', '.join(unknown)}; robot.geometry "
-            "lists all"
+            f"robot {robot.name} has no parameter, group or unit {', '.join(unknown)}; "
+            "robot.geometry lists all"
         )
     return np.array(
         [

@@ -277,7 +277,7 @@ class Calibration(StudyResult):
         found = super().load(path)
         name = str(found.robot)
         if robot is not None and robot.name != name:
-            raise InputValueError(f"{path}: expected the calibrated {name}, got {robot.name}")
+            raise InputValueError(f"{path}: expected robot {name}, got robot {robot.name}")
         if robot is None and not name.isidentifier():
             # A path in the file could load code from any folder.
             raise InputValueError(f"{path}: expected the name of a robot, got {name!r}; pass robot")

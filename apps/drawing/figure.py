@@ -162,7 +162,7 @@ def rows_of(robot: Robot, configurations: Any, name: str) -> FloatArray:
     sampled = configurations.sample() if hasattr(configurations, "sample") else configurations
     if getattr(sampled, "robot", robot.name) != robot.name:
         raise InputValueError(
-            f"{name}: expected a motion of {robot.name}, got one of {sampled.robot}"
+            f"{name}: expected a motion of robot {robot.name}, got robot {sampled.robot}"
         )
     caller, _, argument = name.partition(": ")
     rows = real_array(caller, argument, getattr(sampled, "q", sampled))

@@ -158,8 +158,8 @@ class InverseMethods(RobotFacts):
                 joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
                 at `q_seed` by default. For other joints, an inverse is derived on first use.
             redundancy: The choice of the redundancy parameters, as in `ik_nearest`. The choice
-                "fixed" keeps them. Other values select new parameters at each pose, among the
-                solutions within `max_step` of the previous configuration.
+                "fixed" keeps the parameters. Other values select new parameters at each pose, among
+                the solutions within `max_step` of the previous configuration.
             max_step: Maximum joint displacement between successive poses [rad or m]; by default
                 0.5 rad, for prismatic joints 0.5 `unit_length`.
 

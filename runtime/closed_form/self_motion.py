@@ -39,7 +39,7 @@ def check_redundancy(label: str, redundancy: str) -> None:
     if redundancy not in (known := get_args(NearestRedundancy)):
         other = "; resolve_redundancy of chasles.study.motion plans a whole path"
         listed, other = ", ".join(known), other * (redundancy == "global")
-        raise InputValueError(f"{label}: redundancy is one of {listed}, got {redundancy!r}{other}")
+        raise InputValueError(f"{label}: redundancy: expected {listed}, got {redundancy!r}{other}")
 
 
 def best_parameters(

@@ -220,7 +220,7 @@ class Solutions(Fields):
         if not parts <= known.keys():
             names = ", ".join(known) or "none, since slots are sorted or have no labels"
             raise InputValueError(
-                f"Solutions.on_branch: there is no branch {branch!r}; there are: {names}"
+                f"Solutions.on_branch: there is no branch {branch!r}; the branches are: {names}"
             )
         kept = np.array([parts <= label for label in labels])
         return self._remade(*self[:-1], self.valid & kept)

@@ -136,7 +136,7 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     a, b = real("task_line: start", start), real("task_line: end", end)
     count = 4 if task == "position_pitch" else 3
     if a.shape != (count,) or b.shape != (count,):
-        raise ShapeError(f"task_line: {task} has {count} values, got {a.shape} and {b.shape}")
+        raise ShapeError(f"task_line: task {task} has {count} values, got {a.shape} and {b.shape}")
     places = 2 if task == "planar" else 3
     vector = _vector(finite("task_line: start", a)[:places], finite("task_line: end", b)[:places])
     length = float(np.linalg.norm(vector)) or float(np.linalg.norm((b - a)[places:]))

@@ -234,7 +234,7 @@ class Motion:
             if not found.valid:
                 raise OutOfReachError(
                     f"{self.robot.name}: at {self._part(s[k])} the motion stops: with "
-                    f"{', '.join(fixed)} fixed the tool misses the curve by {found.residual:.3g} m"
+                    f"{', '.join(fixed)} fixed, the tool misses the curve by {found.residual:.3g} m"
                 )
             q[k] = q_seed = found.q
         return q

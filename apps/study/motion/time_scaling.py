@@ -181,7 +181,7 @@ def _by_time(profile: Profile, length: float, duration: float | None) -> dict[st
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"
         )
-        raise InputValueError(f"time_scaling: {profile} needs {needed}, or a duration")
+        raise InputValueError(f"time_scaling: profile {profile} needs {needed}, or a duration")
     speed = length / duration * 3 / 2
     acceleration = speed / (duration / 3)
     if profile == "trapezoidal":

@@ -141,7 +141,7 @@ class Trajectory(StudyResult):
             )
         for name in {"qd", "qdd"} & arrays.keys():
             if arrays[name].shape != shape:
-                raise ShapeError(f"{path}: expected {name} {shape}, got {arrays[name].shape}")
+                raise ShapeError(f"{path}: expected array {name} {shape}, got {arrays[name].shape}")
         if not len(t):
             raise InputValueError(f"{path}: expected at least one row of coordinates")
         if not all(np.isfinite(array).all() for array in arrays.values()):
@@ -193,7 +193,7 @@ def _accelerations(names: Sequence[str]) -> list[str]:
 def _real(path: Any, name: str, values: Any) -> FloatArray:
     """Return an array of the file as float64."""
     if values.dtype.kind not in "iuf":
-        raise InputValueError(f"{path}: expected real numbers {name}, got {values.dtype}")
+        raise InputValueError(f"{path}: expected real numbers in array {name}, got {values.dtype}")
     return np.asarray(values, dtype=np.float64)
 
 
@@ -223,7 +223,7 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
     header, names = [name.strip() for name in head], _names(robot)
     missing = [name for name in names if name not in header]
     if missing:
-        raise InputValueError(f"{path}: no column for {', '.join(missing)} of {robot.name}")
+        raise InputValueError(f"{path}: no column for {', '.join(missing)} of robot {robot.name}")
 
     def columns(wanted: Sequence[str]) -> FloatArray:
         return np.column_stack([_column(path, header, rows, name) for name in wanted])

@@ -157,7 +157,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     if chain is None:
         other = "; that of point='wrist' may be" if point == "tool" else ""
         raise InputValueError(
-            f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
+            f"{robot.name}: the axes that move its {point} are neither parallel nor a vertical "
             f"first axis and parallel axes normal to it, so the border is not made of arcs{other}; "
             "use workspace(), which accepts any arm"
         )

@@ -229,7 +229,7 @@ def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
         c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
         lower, upper = robot.lower[leg], robot.upper[leg]
         if not np.isfinite([lower, upper]).all():
-            raise InputValueError(f"{robot.name}: {coordinate.name} has no limits")
+            raise InputValueError(f"{robot.name}: coordinate {coordinate.name} has no limits")
         squares = (np.array([max(lower, 0.0), upper]) ** 2 - a) / b
     else:
         c, polynomial = _of_distance(robot, leg, lambda x: robot.actuator_margin(x)[:, leg], phi, 2)

@@ -49,7 +49,7 @@ def test_design_respects_limits_and_allowed_predicate(arm, candidates):
     assert (np.abs(chosen.q) <= arm.upper).all()
     with pytest.raises(InputValueError, match="0 of 300 candidates are within limits and allowed"):
         optimal_design(arm, candidates, 10, is_allowed=lambda q: q[:, 0] > 9)
-    with pytest.raises(InputValueError, match="4 configurations give 24 measured values for 30"):
+    with pytest.raises(InputValueError, match="4 configurations have 24 measured values for 30"):
         optimal_design(arm, candidates, 4)
 
 

@@ -104,7 +104,9 @@ def test_invalid_animation_arguments_are_rejected(tmp_path):
     with pytest.raises(ShapeError, match="animate: trajectory"):
         chasles.animate(robot, robot.reference.q, tmp_path / "turn.gif")
     other = SimpleNamespace(robot="five_bar", q=motion(robot, 2))
-    with pytest.raises(InputValueError, match="expected a motion of four_bar, got one of five_bar"):
+    with pytest.raises(
+        InputValueError, match="expected a motion of robot four_bar, got robot five_bar"
+    ):
         chasles.animate(robot, other, tmp_path / "turn.gif")
 
 

@@ -75,7 +75,7 @@ def test_robot_and_functions_survive_pickling(robot, monkeypatch):
 def test_unpickling_changed_robot_is_rejected(folder):
     pickled = pickle.dumps(chasles.load(folder.path))
     folder.write(tiny.SOURCE.replace("sin", "cos"))
-    with pytest.raises(chasles.MismatchError, match="not the tiny that was pickled"):
+    with pytest.raises(chasles.MismatchError, match="not the pickled robot tiny"):
         pickle.loads(pickled)
 
 

@@ -41,7 +41,9 @@ def test_on_branch_keeps_the_slots_of_a_label():
         np.testing.assert_array_equal(kept.valid, expected)
     one = solutions.on_branch(solutions.labels[3])
     np.testing.assert_array_equal(one.valid.sum(-1), solutions.valid[:, 3])
-    with pytest.raises(chasles.InputValueError, match=f"there are: {re.escape(parts[0][0])}"):
+    with pytest.raises(
+        chasles.InputValueError, match=f"the branches are: {re.escape(parts[0][0])}"
+    ):
         solutions.on_branch("elbow up")
     with pytest.raises(chasles.InputValueError, match="slots are sorted"):
         solutions.sorted_by_distance(np.zeros(6)).on_branch(parts[0][0])

@@ -70,7 +70,7 @@ def test_table_columns_are_read_in_any_order_and_rates_are_differences(tmp_path)
     [
         ("", "header"),
         (f"{HEAD}\n", "at least one row"),
-        ("shoulder,elbow\n1,2\n", "no column for quill, flange of scara"),
+        ("shoulder,elbow\n1,2\n", "no column for quill, flange of robot scara"),
         (f"{HEAD}\n1,2,3,x\n", "line 2, flange: expected a number, got 'x'"),
         (f"{HEAD}\n1,2,3\n", "line 2, flange: expected a number, got no entry"),
         (f"{HEAD}\n1,2,3,nan\n", "finite"),
