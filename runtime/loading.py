@@ -11,6 +11,7 @@ from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
 from .closed_form.fixed_joints import FixedJoints
 from .closed_form.refinement import refinement_of
+from .closed_form.slot_facts import joint_limits_of
 from .closed_form.solutions import solutions_of
 from .contract import Argument, FunctionInfo, Manifest
 from .library.cache import open_library
@@ -55,7 +56,9 @@ def load_functions(
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
             solutions=solutions_of(
-                manifest.coordinates, manifest.wraps, info.role.labels, _residual_unit(info, unit)
+                *(manifest.coordinates, manifest.wraps, info.role.labels),
+                _residual_unit(info, unit),
+                joint_limits=joint_limits_of(manifest, functions),
             )
             if info.role.is_inverse
             else None,

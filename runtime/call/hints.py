@@ -6,11 +6,9 @@ The tables are in `hints.toml`, which is read only for an error message.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Protocol
-
-from ..contract import Manifest
+from typing import Any
 
 _OF_LOOPS = "its q are its joints, since it has no loops"
 _ITERATED = "its loops are solved by iteration"
@@ -45,19 +43,7 @@ def unknown_keyword(caller: str, name: str, known: Iterable[str]) -> str:
     return f"{caller}: unknown argument {name!r}{here}; it takes {', '.join(names)}"
 
 
-class Described(Protocol):
-    """The protocol of a robot with a manifest and functions."""
-
-    @property
-    def manifest(self) -> Manifest:
-        """The manifest."""
-
-    @property
-    def functions(self) -> Mapping[str, Any]:
-        """The generated functions by name."""
-
-
-def explain(robot: Described, name: str) -> tuple[str, str]:
+def explain(robot: Any, name: str) -> tuple[str, str]:
     """Return the reason for a missing function or method, and its substitutes."""
     if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
         return _no_inverse(robot)
@@ -78,7 +64,7 @@ def _instead(name: str) -> list[str]:
     return list(_tables()["instead"].get(name, others))
 
 
-def _no_inverse(robot: Described) -> tuple[str, str]:
+def _no_inverse(robot: Any) -> tuple[str, str]:
     """Return the reason for a missing inverse, and the methods that solve the same problem."""
     tasks, solvers = _tables()["tasks"], _tables()["solvers"]
     found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
@@ -92,7 +78,7 @@ def _no_inverse(robot: Described) -> tuple[str, str]:
     return _ITERATED if robot.manifest.is_iterated else missing, "; ".join(found)
 
 
-def _reason(robot: Described, name: str) -> str:
+def _reason(robot: Any, name: str) -> str:
     manifest, groups = robot.manifest, _tables()["groups"]
     if name in groups["parametric"]:
         return _ON_DEMAND

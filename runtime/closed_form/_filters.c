@@ -76,13 +76,13 @@ typedef struct {
 } Limits;
 
 /* Returns the number of full turns from a value to the first of its windings. */
-static double first_turn(const Limits *limits, npy_intp j, double q, double at_limit)
+static double first_turn(const Limits *limits, npy_intp j, double q)
 {
     if (limits->turn[j] == 0) {
         return 0;
     }
-    const double last = floor((limits->high[j] - q + at_limit) / TURN);
-    const double least = ceil((limits->low[j] - q - at_limit) / TURN);
+    const double last = floor((limits->high[j] - q + limits->rounding[j]) / TURN);
+    const double least = ceil((limits->low[j] - q - limits->rounding[j]) / TURN);
     if (limits->windings[j] > 1) {
         return last - (double)limits->windings[j] + 1;
     }
@@ -92,12 +92,12 @@ static double first_turn(const Limits *limits, npy_intp j, double q, double at_l
 
 /* Writes all listed windings of each coordinate of a solution, and whether they are within the
  * limits. A value that exceeds a limit by rounding is set to the limit. */
-static void write_turns(const Limits *limits, npy_intp n, const double *slot, double at_limit,
-                        double *value, npy_bool *inside)
+static void write_turns(const Limits *limits, npy_intp n, const double *slot, double *value,
+                        npy_bool *inside)
 {
     for (npy_intp j = 0; j < n; j++) {
         const double low = limits->low[j], high = limits->high[j];
-        const double first = first_turn(limits, j, slot[j], at_limit);
+        const double first = first_turn(limits, j, slot[j]);
         for (npy_intp turn = 0; turn < limits->windings[j]; turn++, value++, inside++) {
             const double q = slot[j] + TURN * (first + (double)turn);
             *inside = q >= low - limits->rounding[j] && q <= high + limits->rounding[j];
@@ -110,59 +110,16 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
-    npy_intp turns[MAX_JOINTS], first[MAX_JOINTS], from = 0, outside = !valid;
-    for (npy_intp j = 0; j < n; j++) {
-        turns[j] = 0;
-        first[j] = from;
-        q[j] = value[from];
-        outside += !inside[from];
-        from += limits->windings[j];
-    }
-    all[0] = !outside;
-    for (npy_intp w = 1, j; w < limits->count; w++, q += n) {
-        for (j = n - 1; turns[j] + 1 == limits->windings[j]; j--) {
-            outside += !inside[first[j]] - !inside[first[j] + turns[j]];
-            turns[j] = 0;
-        }
-        const npy_intp at = first[j] + ++turns[j];
-        outside += !inside[at] - !inside[at - 1];
-        memcpy(q + n, q, (size_t)j * sizeof *q);
-        for (; j < n; j++) {
-            q[n + j] = value[first[j] + turns[j]];
-        }
-        all[w] = !outside;
-    }
-}
-
-/* Writes the windings of all solutions; returns -1 on error. */
-static int write_all_windings(const Limits *limits, const Slots *slots, double at_limit, double *q,
-                              npy_bool *inside)
-{
-    npy_intp listed = 0;
-    for (npy_intp j = 0; j < slots->n; j++) {
-        listed += limits->windings[j];
-    }
-    double *value = PyMem_Malloc((size_t)listed * (sizeof *value + 1));
-    if (!value) {
-        PyErr_NoMemory();
-        return -1;
-    }
-    npy_bool *in = (npy_bool *)(value + listed);
-    for (npy_intp i = 0; i < slots->poses * slots->k; i++) {
-        write_turns(limits, slots->n, slots->q + i * slots->n, at_limit, value, in);
-        write_windings(limits, slots->n, value, in, slots->valid[i],
-                       q + i * limits->count * slots->n, inside + i * limits->count);
-    }
-    PyMem_Free(value);
-    return 0;
-}
-
-/* Returns an array that repeats each of n numbers `count` times. */
-static void repeat(npy_intp n, npy_intp count, const double *from, double *to)
-{
-    for (npy_intp i = 0; i < n; i++) {
-        for (npy_intp w = 0; w < count; w++) {
-            *to++ = from[i];
+    npy_intp stride = limits->count;
+    memset(all, valid, (size_t)limits->count * sizeof *all);
+    for (npy_intp j = 0; j < n; value += limits->windings[j], inside += limits->windings[j], j++) {
+        stride /= limits->windings[j];
+        for (npy_intp w = 0, turn = 0; w < limits->count; turn++) {
+            turn = turn < limits->windings[j] ? turn : 0;
+            for (npy_intp end = w + stride; w < end; w++) {
+                q[w * n + j] = value[turn];
+                all[w] &= inside[turn];
+            }
         }
     }
 }
@@ -183,39 +140,37 @@ static int read_limits(PyObject *given, npy_intp n, Limits *limits)
     return 0;
 }
 
-/* windings(q, residual, margin, valid, limits, at_limit) of the module. */
+/* windings(q, valid, limits) of the module: q and valid of all windings. */
 static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
 {
-    PyObject *q, *residual, *margin, *valid, *given, *fields[4] = {NULL}, *result = NULL;
-    double at_limit;
+    PyObject *given_q, *given_valid, *given, *q, *valid;
     Slots slots;
     Limits limits;
-    if (!PyArg_ParseTuple(args, "OOOOO!d", &q, &residual, &margin, &valid, &PyTuple_Type, &given,
-                          &at_limit) ||
-        read_slots(q, valid, &slots) < 0 || read_limits(given, slots.n, &limits) < 0) {
+    if (!PyArg_ParseTuple(args, "OOO!", &given_q, &given_valid, &PyTuple_Type, &given) ||
+        read_slots(given_q, given_valid, &slots) < 0 || read_limits(given, slots.n, &limits) < 0) {
         return NULL;
     }
-    const npy_intp all = slots.poses * slots.k, many = slots.k * limits.count;
-    const double *of_residual = dense(residual, NPY_DOUBLE, all);
-    const double *of_margin = of_residual ? dense(margin, NPY_DOUBLE, all) : NULL;
-    if (!of_margin) {
+    npy_intp listed = 0;
+    for (npy_intp j = 0; j < slots.n; j++) {
+        listed += limits.windings[j];
+    }
+    double *value = PyMem_Malloc((size_t)listed * (sizeof *value + 1));
+    q = value ? new_like(given_q, NPY_DOUBLE, 2, slots.k * limits.count, slots.n)
+              : PyErr_NoMemory();
+    valid = q ? new_like(given_q, NPY_BOOL, 1, slots.k * limits.count, 0) : NULL;
+    for (npy_intp i = 0; valid && i < slots.poses * slots.k; i++) {
+        npy_bool *inside = (npy_bool *)(value + listed), *to = PyArray_DATA((PyArrayObject *)valid);
+        double *rows = PyArray_DATA((PyArrayObject *)q);
+        write_turns(&limits, slots.n, slots.q + i * slots.n, value, inside);
+        write_windings(&limits, slots.n, value, inside, slots.valid[i],
+                       rows + i * limits.count * slots.n, to + i * limits.count);
+    }
+    PyMem_Free(value);
+    if (!valid) {
+        Py_XDECREF(q);
         return NULL;
     }
-    fields[0] = new_like(q, NPY_DOUBLE, 2, many, slots.n);
-    fields[1] = new_like(q, NPY_DOUBLE, 1, many, 0);
-    fields[2] = new_like(q, NPY_DOUBLE, 1, many, 0);
-    fields[3] = new_like(q, NPY_BOOL, 1, many, 0);
-    if (fields[0] && fields[1] && fields[2] && fields[3] &&
-        write_all_windings(&limits, &slots, at_limit, PyArray_DATA((PyArrayObject *)fields[0]),
-                           PyArray_DATA((PyArrayObject *)fields[3])) == 0) {
-        repeat(all, limits.count, of_residual, PyArray_DATA((PyArrayObject *)fields[1]));
-        repeat(all, limits.count, of_margin, PyArray_DATA((PyArrayObject *)fields[2]));
-        result = PyTuple_Pack(4, fields[0], fields[1], fields[2], fields[3]);
-    }
-    for (int i = 0; i < 4; i++) {
-        Py_XDECREF(fields[i]);
-    }
-    return result;
+    return Py_BuildValue("NN", q, valid);
 }
 
 /* ------------------------------------------------------------------ distances */

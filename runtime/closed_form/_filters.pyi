@@ -4,15 +4,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-def windings(
-    q: Array,
-    residual: Array,
-    margin: Array,
-    valid: Array,
-    limits: tuple[Array, ...],
-    at_limit: float,
-    /,
-) -> tuple[Any, Any, Any, Any]: ...
+def windings(q: Array, valid: Array, limits: tuple[Array, ...], /) -> tuple[Any, Any]: ...
 def order(q: Array, valid: Array, seed: Array, turn: Array, unit: Array, /) -> Any: ...
 def nearest(q: Array, valid: Array, seed: Array, turn: Array, unit: Array, /) -> Any: ...
 def distinct(

@@ -153,7 +153,8 @@ def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) 
     if not most:
         return slots
     labels = (*slots.labels, *[""] * most) if slots.labels else ()
-    kind = solutions_of(slots.coordinates, slots.wraps, labels, slots.unit_length)
+    facts = slots.coordinates, slots.wraps, labels, slots.unit_length
+    kind = solutions_of(*facts, joint_limits=slots.joint_limits)
     shape = (*slots.valid.shape[:-1], most)
     q = np.full((*shape, slots.q.shape[-1]), np.nan)
     added = kind(q, np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, np.bool_))

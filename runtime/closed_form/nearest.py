@@ -125,8 +125,9 @@ class NearestMethods(RobotFacts):
             fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
                 joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
                 derived on first use.
-            limits: "robot", None for no limits, or (n, 2) limits. A joint that exceeds a limit by
-                rounding is set to the limit.
+            limits: "robot", None for no limits, or (n, 2) limits. Joints of a coupled robot keep
+                their limits, except for None. A joint that exceeds a limit by rounding is set to
+                the limit.
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
             redundancy: The choice of the redundancy parameters. The choice "fixed" keeps the values
                 at `q_seed`, and "nearest" minimizes the distance over the self-motion. For "limits"
@@ -220,6 +221,10 @@ class NearestMethods(RobotFacts):
         kind = self.functions[info.name].solutions
         assert kind is not None
         lower, upper = read_limits(self.coordinates, label, limits)
+        if kind.joint_limits is not None:
+            free = np.full(len(kind.joint_limits.lower), np.inf)
+            ends = (-free, free) if limits is None else kind.joint_limits[1:]
+            lower, upper = np.append(lower, ends[0]), np.append(upper, ends[1])
         scale = 1.0 if weights is None else read_weights(self.n, label, weights)
         facts = facts_of(kind)
         moves = Moves(lower, upper, scale / facts.units, facts.turn)
@@ -324,12 +329,13 @@ class NearestMethods(RobotFacts):
             return lambda q, seeds: -moves.distance(q, seeds)
         if redundancy == "manipulability":
             return lambda q, _: np.asarray(self.manipulability(q).measure)
-        bounded = np.isfinite(moves.lower) & np.isfinite(moves.upper) & (moves.lower < moves.upper)
+        lower, upper = moves.lower[: self.n], moves.upper[: self.n]
+        bounded = np.isfinite(lower) & np.isfinite(upper) & (lower < upper)
         if not bounded.any():
             raise InputValueError(
                 f'{self.name}.ik_nearest: redundancy="limits" needs a joint with two limits'
             )
-        lower, upper = moves.lower[bounded], moves.upper[bounded]
+        lower, upper = lower[bounded], upper[bounded]
         middle, half = (lower + upper) / 2, (upper - lower) / 2
         return lambda q, _: 1 - (np.abs(q[..., bounded] - middle) / half).max(-1)
 

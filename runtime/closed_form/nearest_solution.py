@@ -87,8 +87,9 @@ class Moves:
     """The distance metric and the limits for selecting a solution.
 
     Attributes:
-        lower: (n,) lower limits [rad or m], -inf for none.
-        upper: (n,) upper limits [rad or m], inf for none.
+        lower: (n,) lower limits [rad or m], -inf for none; for a coupled robot (n + m,), with the
+            limits of its m joints.
+        upper: Upper limits, inf for none.
         scale: (n,) weights of the displacements.
         turn: (n,) the period 2 pi of coordinates that wrap, otherwise 0.
     """

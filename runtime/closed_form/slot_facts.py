@@ -3,21 +3,52 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray, IntArray, real_array
-from ..contract import Coordinate
+from ..contract import Coordinate, Manifest
 from ..errors import InputValueError, ShapeError
-from ..size import limits_of
+from ..size import limits_of, within
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 
 TURN = 2 * math.pi
+
+
+class JointLimits(NamedTuple):
+    """Limits of the joints theta (..., m) that follow from the coordinates of a coupled robot.
+
+    Attributes:
+        chain: The function from q to theta.
+        lower: Lower limits of theta (m,), -inf for joints that are coordinates.
+        upper: Upper limits of theta (m,).
+    """
+
+    chain: Callable[[FloatArray], FloatArray]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    def contain(self, q: FloatArray) -> BoolArray:
+        """Test whether the joints at coordinates (..., n) are within their limits."""
+        lower, upper = np.array(self.lower), np.array(self.upper)
+        return np.asarray(within(self.chain(q), lower, upper, np.ones_like(lower)).all(-1))
+
+
+def joint_limits_of(manifest: Manifest, functions: Mapping[str, Any]) -> JointLimits | None:
+    """Return the joint limits of a coupled robot, or None without couplings."""
+    joints, C = manifest.loops.chain, np.array(manifest.loops.coupling)
+    if not len(C):
+        return None
+    is_own = ((C != 0).sum(1) == 1) & (functions["chain"](np.zeros(C.shape[1])) == 0)
+    is_own &= [joint in manifest.coordinates for joint in joints]
+    lower, upper = limits_of(joints)
+    lower[is_own], upper[is_own] = -np.inf, np.inf
+    return JointLimits(functions["chain"], tuple(lower.tolist()), tuple(upper.tolist()))
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
-from .slot_facts import TURN, facts_of, read_limits, read_weights, windings_of
+from .slot_facts import TURN, JointLimits, facts_of, read_limits, read_weights, windings_of
 
 MAX_WINDINGS, _FREEDOMS = 100_000, 6
 
@@ -75,6 +75,7 @@ class Solutions(Fields):
         labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -", with the joints
             and signs that select the branch; () after `sorted_by_distance` has reordered the slots.
         windings: Number of consecutive solution slots that `within_limits` lists for each branch.
+        joint_limits: The limits of coupled joints, or None.
     """
 
     __slots__ = ()
@@ -85,6 +86,7 @@ class Solutions(Fields):
     labels: ClassVar[tuple[str, ...]] = ()
     unit_length: ClassVar[float] = 1.0
     windings: ClassVar[int] = 1
+    joint_limits: ClassVar[JointLimits | None] = None
 
     @classmethod
     def _judged(cls, q: Any, residual: Any, margin: Any) -> Self:
@@ -151,7 +153,7 @@ class Solutions(Fields):
 
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
-                and inf for none.
+                and inf for none. Joints of a coupled robot keep their limits, except for None.
             windings: False keeps the k solution slots, each moved into the limits by the fewest
                 turns. All windings of a large batch can need much memory.
 
@@ -168,7 +170,12 @@ class Solutions(Fields):
             label = "Solutions.within_limits"
             listing = _listing(type(self), *read_limits(self.coordinates, label, limits), windings)
         kind = cast("type[Self]", listing.kind)
-        return tuple.__new__(kind, _filtered(_filters.windings, self, listing.limits, AT_LIMIT))
+        q, valid = _filtered(_filters.windings, (self.q, self.valid), listing.limits)
+        if limits is not None and self.joint_limits is not None:
+            valid &= self.joint_limits.contain(q)
+        times = kind.windings // self.windings
+        fields = (field if times == 1 else np.repeat(field, times, -1) for field in self[1:3])
+        return tuple.__new__(kind, (q, *fields, valid))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
         """Sort the solution slots of each pose by their distance from a seed, invalid slots last.
@@ -294,7 +301,7 @@ class Solutions(Fields):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the class attributes and the tuple."""
         facts = (self.coordinates, self.wraps, self.labels, self.unit_length)
-        return _restore, (facts + (self.windings,) * (self.windings > 1), tuple(self))
+        return _restore, ((*facts, self.windings, self.joint_limits), tuple(self))
 
     def _weighted(self, method: str, weights: ArrayLike | None) -> FloatArray:
         """Return displacements (n,) that are equivalent to 1 rad; infinite for a weight of 0."""
@@ -375,19 +382,24 @@ class Solutions(Fields):
         )
 
 
-@cache
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
     labels: tuple[str, ...] = (),
     unit_length: float = 1.0,
     windings: int = 1,
+    joint_limits: JointLimits | None = None,
 ) -> type[Solutions]:
     """Return the subclass of Solutions with these class attributes."""
-    facts: dict[str, Any] = {"coordinates": coordinates, "wraps": wraps, "labels": labels}
-    facts |= {"unit_length": unit_length, "windings": windings, "tolerance": SOLVED * unit_length}
-    about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
-    return type("Solutions", (Solutions,), {**about, **facts})
+    return _subclass(coordinates, wraps, labels, unit_length, windings, joint_limits)
+
+
+@cache
+def _subclass(*facts: Any) -> type[Solutions]:
+    names = ("coordinates", "wraps", "labels", "unit_length", "windings", "joint_limits")
+    about: dict[str, Any] = dict(zip(names, facts, strict=True))
+    about |= {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
+    return type("Solutions", (Solutions,), about | {"tolerance": SOLVED * about["unit_length"]})
 
 
 def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
@@ -426,6 +438,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
         tuple(label for label in kind.labels for _ in range(count)),
         kind.unit_length,
         kind.windings * count,
+        kind.joint_limits,
     )
     dense = np.ascontiguousarray(low), np.ascontiguousarray(high)
     return _Listing(listed, (*dense, facts.turn, AT_LIMIT * facts.units, turns))
@@ -441,4 +454,4 @@ def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -
 
 @cache
 def _unlabelled(kind: Any) -> type[Solutions]:
-    return solutions_of(kind.coordinates, kind.wraps, (), kind.unit_length)
+    return solutions_of(kind.coordinates, kind.wraps, (), kind.unit_length, 1, kind.joint_limits)

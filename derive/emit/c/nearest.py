@@ -8,14 +8,15 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from ...derivation import Derivation
-from ...model.mechanism import Coordinate, Described
-from ...model.robot import Joint, Motor, SerialRobot
+from ...model.coupling import Limits
+from ...model.mechanism import Described
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Signature, SymbolicFunction
 from .expressions import WIDTH, number
 from .header import notice, support
 from .lanes import sizes
 from .scalar import branches_flag
-from .windings import unwinding
+from .windings import COUPLINGS, joint_limits, shares_limits, windings
 
 LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
@@ -36,16 +37,21 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
         return {}
     public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
-    unwound = unwinding(derivation, wraps_of(derivation))
-    if not unwound and any(_is_in_lanes(function) for function in inverses):
+    is_shared = shares_limits(derivation, wraps_of(derivation))
+    if is_shared:
+        lines += [f'#include "{COUPLINGS}"', "", *windings(derivation)]
+    elif any(_is_in_lanes(function) for function in inverses):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
-    lines += ["", *unwound, *(_limits(robot) if public else ())]
+    lines += ["", *(_limits(robot, is_shared=is_shared) if public else ())]
     for function in inverses:
-        in_lanes = _is_in_lanes(function) and not unwound
+        in_lanes = _is_in_lanes(function) and not is_shared
         lines += _in_lanes(derivation, function) if in_lanes else []
-        lines += _by_moves(derivation, function, in_lanes=in_lanes, is_unwound=bool(unwound))
-        lines += _definition(derivation, function) if function in public else []
-    return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in SUPPORTS}}
+        lines += _by_moves(derivation, function, in_lanes=in_lanes, is_shared=is_shared)
+        lines += (
+            _definition(derivation, function, is_shared=is_shared) if function in public else []
+        )
+    needed = (*SUPPORTS, COUPLINGS) if is_shared else SUPPORTS
+    return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in needed}}
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
@@ -108,9 +114,13 @@ def _of_joints(
     return [f"  double theta[{len(joints)}];", chain, *values]
 
 
-def _limits(robot: Described) -> list[str]:
-    lower, upper = zip(*(bounds(coordinate) for coordinate in robot.coordinates), strict=True)
-    n = len(robot.coordinates)
+def _limits(robot: Described, *, is_shared: bool) -> list[str]:
+    """Returns the limits of the coordinates; with shared limits, followed by the joints' limits."""
+    limits = [coordinate.limits for coordinate in robot.coordinates]
+    if is_shared and isinstance(robot, SerialRobot):
+        limits += joint_limits(robot)
+    lower, upper = zip(*map(bounds, limits), strict=True)
+    n = len(limits)
     return [
         *_wrapped(f"static const double {robot.name}_lower[{n}] = {{{', '.join(lower)}}};"),
         *_wrapped(f"static const double {robot.name}_upper[{n}] = {{{', '.join(upper)}}};"),
@@ -118,9 +128,9 @@ def _limits(robot: Described) -> list[str]:
     ]
 
 
-def bounds(coordinate: Joint | Coordinate | Motor) -> tuple[str, str]:
+def bounds(limits: Limits) -> tuple[str, str]:
     """Returns the lower and the upper limit of a coordinate in C."""
-    low, high = coordinate.limits
+    low, high = limits
     return (
         "-INFINITY" if low is None else number(float(low)),
         "INFINITY" if high is None else number(float(high)),
@@ -167,7 +177,7 @@ def _is_in_lanes(function: Signature) -> bool:
     return isinstance(function, SymbolicFunction) and bool(function.signs)
 
 
-def _definition(derivation: Derivation, function: Signature) -> list[str]:
+def _definition(derivation: Derivation, function: Signature, *, is_shared: bool) -> list[str]:
     """Returns the public function, which reads the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
@@ -186,8 +196,7 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
         f"  double scale[{n}];",
         *(parameters(derivation, function) or ()),
         f"  chasles_moves moves = {{{prefix}_lower, {prefix}_upper, {name}_counts, {name}_turn}};",
-        "  moves.lower = lower ? lower : moves.lower;",
-        "  moves.upper = upper ? upper : moves.upper;",
+        *(_own_limits(prefix, n) if is_shared else _LIMITS),
         f"  for (int j = 0; weights && j < {n}; j++) {{",
         f"    scale[j] = weights[j] * {name}_counts[j];",
         "    moves.scale = scale;",
@@ -198,19 +207,39 @@ def _definition(derivation: Derivation, function: Signature) -> list[str]:
     ]
 
 
+_LIMITS = (
+    "  moves.lower = lower ? lower : moves.lower;",
+    "  moves.upper = upper ? upper : moves.upper;",
+)
+
+
+def _own_limits(prefix: str, n: int) -> list[str]:
+    """Returns the lines that replace the limits of the coordinates, but not of the joints."""
+    lines = []
+    for side in ("lower", "upper"):
+        own = f"{prefix}_{side}"
+        lines += [
+            f"  double own_{side}[sizeof {own} / sizeof *{own}];",
+            f"  memcpy(own_{side}, {own}, sizeof {own});",
+            f"  memcpy(own_{side}, {side} ? {side} : {own}, {n} * sizeof *{own});",
+            f"  moves.{side} = own_{side};",
+        ]
+    return lines
+
+
 def _by_moves(
-    derivation: Derivation, function: Signature, *, in_lanes: bool, is_unwound: bool
+    derivation: Derivation, function: Signature, *, in_lanes: bool, is_shared: bool
 ) -> list[str]:
     """Returns the function with the distance metric as argument; the runtime also calls it."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     inputs = ", ".join(names)
+    coupled = f"_coupled(&{derivation.robot.name}_couplings, &of," if is_shared else "(&of,"
     plain = [
         f"  double slots[{n * k}], residuals[{k}], margins[{k}];",
         f"  const chasles_slots of = {{{n}, {k}, slots, residuals, margins, tolerance}};",
         f"  {name}({inputs}, slots, residuals, margins);",
-        *([f"  {derivation.robot.name}_unwind({k}, q_seed, slots);"] if is_unwound else []),
-        "  return chasles_nearest(&of, moves, q_seed, q, residual, margin);",
+        f"  return chasles_nearest{coupled} moves, q_seed, q, residual, margin);",
     ]
     if in_lanes:
         call = f"  return LANES_NAME({name}_nearest_lanes)("
@@ -268,12 +297,14 @@ def _wrapped(line: str) -> list[str]:
 def _declaration(derivation: Derivation, function: Signature) -> str:
     n, target = len(derivation.robot.coordinates), function.inputs[0]
     shape = " x ".join(map(str, target.shape))
+    is_shared = shares_limits(derivation, wraps_of(derivation))
     lines = [
         *nearest_summary(function),
         "Returns its slot; -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
         f"  {target.name}: {target.meaning}, {shape} ({target.unit})",
         f"  q_seed: the start configuration, {n}",
         f"  lower, upper: limits, {n} each; NULL for the robot's limits, infinite for no limit",
+        *(["    Joints that follow from the coordinates keep their limits."] if is_shared else []),
         f"  weights: weight of each coordinate's displacement in the distance, {n}; NULL for 1",
         f"  q: the solution, shifted by full turns towards q_seed, {n}; NaN without a solution",
         "  residual, margin: of its slot, or without a solution of the slot of least residual",

@@ -1,85 +1,132 @@
-"""Generates the C that shifts inverse solutions of a coupled robot by full turns to be near a seed.
+"""Generates the C tables with which a coupled robot searches the windings near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn; for example, both motors of a differential move by half a turn. If a full turn of a joint is a
-full turn of a single coordinate, no shift is needed.
+turn: for example, both motors of a differential by half a turn each. The limits of such a robot
+form a polytope. Robots whose full turns are full turns of single coordinates, and whose coupled
+joints have no limits, need no tables.
 """
 
 import textwrap
+from collections.abc import Sequence
 
 import sympy as sp
 
 from ...derivation import Derivation
 from ...inverse.coupled_chain import CoupledChain
+from ...model.coupling import Limits, LinearMap
+from ...model.robot import SerialRobot
 from .expressions import WIDTH, number
 
+COUPLINGS = "chasles_couplings.h"
 
-def unwinding(derivation: Derivation, wraps: list[bool]) -> list[str]:
-    """Returns the function that shifts solutions, and its macros; empty if no shift is needed.
+
+def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
+    """Whether the limits of a robot are a polytope, or joints turn several coordinates.
 
     Args:
         derivation: The derivation of the robot.
-        wraps: Whether a full turn of each coordinate leaves the pose unchanged.
+        wraps: Whether a full turn of each coordinate does not change the pose.
     """
-    rows = _rows(derivation.inverse.chain, wraps) if derivation.inverse else []
-    if not rows:
-        return []
-    name, n = derivation.robot.name, len(wraps)
-    turned, shift = (_table(kind, n, rows, k) for k, kind in enumerate(("turns", "shift")))
+    robot = derivation.robot
+    chain = None if derivation.inverse is None else derivation.inverse.chain
+    if not isinstance(robot, SerialRobot) or chain is None:
+        return False
+    return _turns_share(chain, wraps) or joint_limits(robot) != ((None, None),) * len(robot.moving)
+
+
+def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
+    """Returns the limits of each joint; none for a joint whose coordinate has the same limits."""
+    own = robot.linear_map
+    named = [
+        own.coordinates.index(j.name) if j.name in own.coordinates else -1 for j in robot.moving
+    ]
+    return tuple(
+        (None, None) if _is_own(own, k, at) else joint.limits
+        for k, (joint, at) in enumerate(zip(robot.moving, named, strict=True))
+    )
+
+
+def windings(derivation: Derivation) -> list[str]:
+    """Returns the tables of a robot whose limits are shared, and its macro for batches."""
+    robot = derivation.robot
+    assert isinstance(robot, SerialRobot)
+    assert derivation.inverse is not None
+    chain = derivation.inverse.chain
+    assert chain is not None
+    L, independent = chain.inverse()
+    own, moving = robot.linear_map, chain.robot.moving
+    n, m = chain.C.cols, len(robot.moving)
+    turns = [2 * sp.pi if moving[j].kind == "revolute" else 0 for j in independent]
+    only = [_only(row) for row in (own.C * L).tolist()]
+    tables = [
+        ("double", "measure", [x for j in independent for x in chain.C.row(j)]),
+        ("double", "step", [x * turn for k, turn in enumerate(turns) for x in L.col(k)]),
+        ("double", "joint", list(own.C)),
+        ("double", "offset", list(own.c)),
+        ("int", "only", [k for k, _ in only]),
+        ("double", "ratio", [ratio for _, ratio in only]),
+        ("int", "alone", [_alone(k, L, own.C) for k in range(n)]),
+    ]
+    name = robot.name
+    pointers = ", ".join(f"{name}_{table}" for _, table, _ in tables)
+    couplings = f"static const chasles_couplings {name}_couplings = {{{n}, {m}, {pointers}}};"
     return [
-        "/* Shifts the slots by full turns of the joints to the windings nearest to the seed. */",
-        f"static inline void {name}_unwind(int slots, const double *q_seed, double *q)",
-        "{",
-        *turned,
-        *shift,
-        f"  for (int slot = 0; slot < slots; slot++, q += {n}) {{",
-        f"    for (int j = 0; j < {len(rows)}; j++) {{",
-        "      double apart = 0;",
-        f"      for (int k = 0; k < {n}; k++) {{",
-        "        apart += turns[j][k] * (q_seed[k] - q[k]);",
-        "      }",
-        "      apart = rint(apart);",
-        f"      for (int k = 0; k < {n}; k++) {{",
-        "        q[k] += shift[j][k] * apart;",
-        "      }",
-        "    }",
-        "  }",
-        "}\n",
-        "/* chasles_nearest_slots with the windings nearest to each seed. */",
+        *(line for kind, table, row in tables for line in _table(kind, f"{name}_{table}", row)),
+        *textwrap.wrap(couplings, WIDTH, subsequent_indent="    "),
+        "",
+        "/* chasles_nearest_slots for limits of coordinates and joints. */",
         f"static inline void {name}_nearest_slots(size_t rows, int n, int k,",
         "    const double *const *slots, double tolerance, const double *const *moves,",
         "    const double *q_seed, ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
         "{",
-        f"  double q[{n} * CHASLES_MAX_SLOTS];",
+        "  const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};",
         "  for (size_t row = 0; row < rows; row++, q_seed += seed_step) {",
-        "    const size_t from = row * (size_t)k, at = row * (size_t)n;",
-        "    const double *own[] = {q, slots[1] + from, slots[2] + from};",
-        "    double *out[] = {outputs[0] + at, outputs[1] + row, outputs[2] + row};",
-        "    memcpy(q, slots[0] + from * (size_t)n, (size_t)(n * k) * sizeof *q);",
-        f"    {name}_unwind(k, q_seed, q);",
-        "    chasles_nearest_slots(1, n, k, own, tolerance, moves, q_seed, 0, out, slot + row);",
+        "    const size_t from = row * (size_t)k;",
+        "    const chasles_slots of = {n, k, slots[0] + from * (size_t)n, slots[1] + from,",
+        "        slots[2] + from, tolerance};",
+        f"    slot[row] = (signed char)chasles_nearest_coupled(&{name}_couplings, &of, &by,",
+        "        q_seed, outputs[0] + row * (size_t)n, outputs[1] + row, outputs[2] + row);",
         "  }",
         "}",
         f"#define chasles_nearest_slots {name}_nearest_slots\n",
     ]
 
 
-def _rows(chain: CoupledChain | None, wraps: list[bool]) -> list[tuple[list[float], list[float]]]:
-    """Returns the turns per coordinate, and coordinates per turn, of each joint to be shifted."""
-    if chain is None:
-        return []
-    L, joints = chain.inverse()
-    found = []
-    for k, joint in enumerate(joints):
-        moved = list(L.col(k))
-        alone = all(x == 0 or (x.is_Integer and wraps[i]) for i, x in enumerate(moved))
-        if chain.robot.moving[joint].kind == "revolute" and not alone:
-            turns = [float(ratio / (2 * sp.pi)) for ratio in chain.C.row(joint)]
-            found.append((turns, [float(x * 2 * sp.pi) for x in moved]))
-    return found
+def _turns_share(chain: CoupledChain, wraps: Sequence[bool]) -> bool:
+    """Whether a full turn of a joint is not a full turn of single coordinates."""
+    L, independent = chain.inverse()
+    return any(
+        chain.robot.moving[j].kind == "revolute"
+        and any(x != 0 and not (x.is_Integer and wraps[i]) for i, x in enumerate(L.col(k)))
+        for k, j in enumerate(independent)
+    )
 
 
-def _table(kind: str, n: int, rows: list[tuple[list[float], list[float]]], part: int) -> list[str]:
-    braces = ", ".join(f"{{{', '.join(map(number, row[part]))}}}" for row in rows)
-    line = f"static const double {kind}[{len(rows)}][{n}] = {{{braces}}};"
-    return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="      ")
+def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
+    """Whether a joint equals its coordinate."""
+    row = [sp.Integer(k == coordinate) for k in range(own.C.cols)]
+    return coordinate >= 0 and list(own.C.row(joint)) == row and own.c[joint] == 0
+
+
+def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
+    """Returns the only nonzero entry of a row with its index; otherwise -1 and 1."""
+    entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
+    return entries[0] if len(entries) == 1 else (-1, sp.S.One)
+
+
+def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
+    """Returns the only coordinate that the windings of an independent joint move, or -1.
+
+    This coordinate must not move with other joints, and the other joints must not move with it.
+    """
+    moved = [i for i in range(L.rows) if L[i, k] != 0]
+    if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):
+        return -1
+    rows = (list(row) for row in (C * L).tolist() if row[k] != 0)
+    return moved[0] if all(_only(row)[0] == k for row in rows) else -1
+
+
+def _table(kind: str, name: str, entries: Sequence[sp.Expr | int]) -> list[str]:
+    values = [str(x) if kind == "int" else number(float(x)) for x in entries]
+    line = f"static const {kind} {name}[{len(values)}] = {{{', '.join(values)}}};"
+    return textwrap.wrap(line, WIDTH, subsequent_indent="    ")

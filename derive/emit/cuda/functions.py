@@ -10,7 +10,7 @@ from ...terms.symbolic_function import Argument, Result, Signature, SymbolicFunc
 from ..c import expressions
 from ..c.expressions import WIDTH
 from ..c.nearest import bounds, parameters, seeded, turns, wraps_of
-from ..c.windings import unwinding
+from ..c.windings import shares_limits
 from ..c_float.functions import SINGLE, Precision, statements
 from ..cpp.header import RESERVED, safe
 from ..precision.single import single
@@ -117,7 +117,7 @@ class Nearest:
     def _tables(self) -> list[Sequence[str]]:
         """Returns the limits, the weights and the periods of the coordinates."""
         coordinates, role = self.derivation.robot.coordinates, self.function.role
-        lower, upper = zip(*map(bounds, coordinates), strict=True)
+        lower, upper = zip(*(bounds(c.limits) for c in coordinates), strict=True)
         fixed = {*role.fixed, *role.free}
         ones = ["0" if k in fixed else "1" for k in range(len(coordinates))]
         return [lower, upper, ones, turns(self.derivation, self.function)]
@@ -152,11 +152,11 @@ class Nearest:
 def nearest_of(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> list[Nearest]:
     """Returns the functions for the nearest solutions of the printed inverses.
 
-    A robot has no such function if a full turn of a joint shifts several coordinates, or if an
-    input of its inverse is computed by a function that is not printed.
+    A robot has no such function if couplings require a search over windings, or if an input of its
+    inverse is computed by a function that is not printed.
     """
     printed, inverses = {f.name for f in functions}, {f.name for f in seeded(derivation)}
-    if unwinding(derivation, wraps_of(derivation)):
+    if shares_limits(derivation, wraps_of(derivation)):
         return []
     found = [Nearest(derivation, f) for f in map(renamed, functions) if f.name in inverses]
     return [nearest for nearest in found if _called(nearest) <= printed]

@@ -71,7 +71,11 @@ static int read_rows(PyObject *object, int type, npy_intp n, npy_intp size, void
 int read_moves(PyObject *moves, npy_intp n, const double **to)
 {
     for (int i = 0; i < N_MOVES; i++) {
-        if (read_rows(PyTuple_GET_ITEM(moves, i), NPY_DOUBLE, n, 1, &to[i], NULL) < 0) {
+        /* The limits of the joints of a coupled robot follow the limits of its coordinates. */
+        PyObject *given = PyTuple_GET_ITEM(moves, i);
+        const npy_intp size =
+            i < 2 && PyArray_Check(given) ? PyArray_SIZE((PyArrayObject *)given) : n;
+        if (read_rows(given, NPY_DOUBLE, size < n ? n : size, 1, &to[i], NULL) < 0) {
             return -1;
         }
     }

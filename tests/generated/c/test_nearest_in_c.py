@@ -1,11 +1,14 @@
 """`<robot>_ik_nearest` in generated C returns the solution that Python returns."""
 
 import ctypes
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import read_text, write
+from tests.support.compiling import loaded
 from tests.support.native import UNPACKED, Source, compiled
 
 POINTER = ctypes.c_void_p
@@ -14,8 +17,12 @@ EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 
 def nearest_in_c(name, flags):
     """Loads the C function with the results solution slot, q, residual and margin."""
-    robot = chasles.load(name)
-    files = robot.manifest.sources()
+    return robot_nearest_in_c(chasles.load(name), flags)
+
+
+def robot_nearest_in_c(robot, flags):
+    """Loads the C function of a robot, with the same results."""
+    name, files = robot.name, robot.manifest.sources()
     main = f'#include "{name}.c"\n{EXPORTED} int (*entry)() = {name}_ik_nearest;\n'
     source = Source(
         f"nearest-{name}", {"main.c": main, **files}, (UNPACKED, "-O1", "-fwhole-program", *flags)
@@ -54,6 +61,28 @@ def test_c_returns_the_solution_of_python(name, flags):
             assert (slot >= 0) == expected.valid
             np.testing.assert_allclose(found, expected.q, atol=1e-9)
             assert np.isclose(residual, expected.residual, atol=1e-9)
+
+
+def test_c_keeps_joint_limits_of_a_coupled_robot_with_explicit_motor_limits(tmp_path):
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "couplings.md"
+    text = next(t for t in page.read_text(encoding="utf-8").split("```toml\n") if "planetary" in t)
+    robot, call = robot_nearest_in_c(compiled_robot(text.split("```")[0], tmp_path), ())
+    q, seeds = robot.random_q(50), robot.random_q(50, rng=7)
+    joint = robot.joint_names.index("j5")
+    lower, upper = robot.joint_limits[joint]
+    for T, seed in zip(robot.fk(q), seeds, strict=True):
+        slot, found, *_ = call(T, seed)
+        assert slot >= 0
+        np.testing.assert_allclose(found, robot.ik_nearest(T, seed).q, atol=1e-9)
+        wide = np.full(robot.n, 100.0)
+        _, other, *_ = call(T, seed, -wide, wide)
+        theta = robot.chain(np.stack([found, other]))[:, joint]
+        assert ((theta >= lower) & (theta <= upper)).all()
+
+
+def compiled_robot(text, folder):
+    write(read_text(text), folder, languages=("c",))
+    return loaded(folder)
 
 
 def test_result_may_take_the_place_of_the_seed():

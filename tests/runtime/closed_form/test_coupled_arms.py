@@ -1,5 +1,8 @@
 """Arms with couplings: windings of the nearest solution, limits of motors and joints, tips."""
 
+import itertools
+import pickle
+
 import numpy as np
 import pytest
 
@@ -26,6 +29,20 @@ roll = { left = "1/2", right = "-1/2" }
 [motors]
 left = { limits = [-9, 9] }
 right = { limits = [-9, 9] }
+"""
+PALLETIZER = """\
+name = "palletizer"
+convention = "urdf"
+joints = [
+  { name = "j1", axis = [0, 0, 1], xyz = [0, 0, "0.5"] },
+  { name = "j2", axis = [0, 1, 0], xyz = ["0.15", 0, 0], limits = [-2, 2] },
+  { name = "j3", axis = [0, 1, 0], xyz = [0, 0, "0.9"] },
+  { name = "level", axis = [0, 1, 0], xyz = [1, 0, 0], limits = [-1, 2] },
+  { name = "j4", axis = [0, 0, 1], xyz = ["0.2", 0, "-0.15"] },
+]
+[couplings]
+j3 = { j3 = 1, j2 = -1 }
+level = { j3 = -1 }
 """
 VARIED = {"joint", "axis", "transmission", "coupling"}
 
@@ -58,6 +75,64 @@ def test_limits_of_motors_and_joints_are_both_checked(arm):
     q[1, 4:], q[2, 4:] = (4.5, 0.0), (8.0, -9.5)
     np.testing.assert_array_equal(arm.is_within_limits(q), [True, False, False])
     assert arm.is_within_limits(arm.random_q(100)).all()
+
+
+def test_nearest_solution_is_within_limits_of_motors_and_joints(arm):
+    T, seeds = arm.fk(arm.random_q(2000)), arm.random_q(2000, rng=7)
+    found = arm.ik_nearest(T, seeds)
+    assert found.valid.all()
+    assert arm.is_within_limits(found.q).all()
+    np.testing.assert_allclose(arm.fk(found.q), T, atol=1e-9)
+    one = np.array([arm.ik_nearest(*row).q for row in zip(T[:50], seeds[:50], strict=True)])
+    np.testing.assert_allclose(one, found.q[:50], atol=1e-12)
+    rounded = arm.ik_nearest(T.round(6), seeds)
+    assert arm.is_within_limits(rounded.q[rounded.valid]).all()
+    assert rounded.valid.mean() > 0.99
+
+
+def test_no_winding_within_limits_is_nearer_than_the_nearest_solution(arm):
+    T, seeds = arm.fk(arm.random_q(40)), arm.random_q(40, rng=7)
+    turns = np.array(list(itertools.product(range(-2, 3), repeat=arm.n)))
+    steps = 2 * np.pi * turns @ arm.actuators_D_chain(np.zeros(arm.n)).T
+    found, solutions = arm.ik_nearest(T, seeds), arm.ik(T)
+    for k, seed in enumerate(seeds):
+        wound = (solutions.at(k).valid_q()[:, None] + steps).reshape(-1, arm.n)
+        wound = wound[arm.is_within_limits(wound)]
+        assert np.abs(found.q[k] - seed).max() <= np.abs(wound - seed).max(-1).min() + 1e-12
+
+
+def test_filtered_solutions_are_within_limits_of_motors_and_joints(arm):
+    T = arm.fk(arm.random_q(500))
+    every, kept = arm.ik(T), arm.ik(T).within_limits()
+    assert not arm.is_within_limits(every.q[every.valid]).all()
+    assert arm.is_within_limits(kept.q[kept.valid]).all()
+    assert (kept.count > 0).all()
+    again = pickle.loads(pickle.dumps(every)).within_limits()
+    np.testing.assert_array_equal(again.valid, kept.valid)
+
+
+def test_limits_of_a_joint_that_follows_several_joints_are_respected(tmp_path):
+    write(read_text(PALLETIZER), tmp_path, languages=("c", "python"))
+    palletizer = chasles.load(tmp_path)
+    T, seeds = palletizer.fk(palletizer.random_q(500)), palletizer.random_q(500, rng=7) + 9
+    found, free = palletizer.ik_nearest(T, seeds), palletizer.ik_nearest(T, seeds, limits=None)
+    assert found.valid.all()
+    assert palletizer.is_within_limits(found.q).all()
+    assert not palletizer.is_within_limits(free.q).any()
+
+
+def test_joint_limits_apply_to_explicit_motor_limits_but_not_to_none(arm):
+    q = np.array([[0.3, 0.4, 1.2, 0.5, 4.6, 4.4]])
+    T, wide = arm.fk(q), arm.limits.copy()
+    wide[4:] = -20, 20
+    assert abs(arm.chain(q)[0, 4]) > arm.joint_limits[4, 1]
+    near = arm.ik_nearest(T, q, limits=wide).q
+    assert not np.allclose(near, q)
+    np.testing.assert_allclose(arm.ik_nearest(T, q, limits=None).q, q, atol=1e-9)
+    some, every = (arm.ik(T).within_limits(limits) for limits in (wide, None))
+    assert 0 < some.count < every.count
+    assert (np.abs(arm.chain(some.q[some.valid])[:, 4]) <= arm.joint_limits[4, 1]).all()
+    assert arm.is_within_limits(near).all()
 
 
 def test_maps_convert_positions_rates_and_accelerations(arm):

@@ -1,0 +1,194 @@
+/* Selects the solution nearest to a seed for a robot whose motors move several joints.
+ * This file is part of chasles and is the same for every robot.
+ *
+ * A full turn of a joint moves several coordinates, often by fractions of a turn, and the limits of
+ * coordinates and joints form a polytope. For each joint that turns, the search covers the winding
+ * within its limits that is nearest to the seed, and the windings next to it. If no solution is
+ * within the limits, it covers four windings on each side.
+ */
+#ifndef CHASLES_COUPLINGS_H
+#define CHASLES_COUPLINGS_H
+
+#include "chasles_nearest.h"
+
+#define CHASLES_MAX_WINDINGS 4 /* windings on each side of the winding nearest to the seed */
+
+/* The couplings of n coordinates q and some joints theta. The independent joints phi determine q.
+ */
+typedef struct {
+    int n, joints;
+    const double *measure; /* phi = measure q + constants (n, n) */
+    const double *step;    /* motion of q for a full turn of each phi (n, n); 0 if it cannot turn */
+    const double *joint;   /* theta = joint q + offset (joints, n) */
+    const double *offset;
+    const int *only;     /* the only phi on which each joint depends, or -1 (joints) */
+    const double *ratio; /* motion of each joint per unit of that phi */
+    const int *alone;    /* the only coordinate that the windings of each phi move, or -1 (n) */
+} chasles_couplings;
+
+/* Returns the sum of products of two rows; skips zeros, because limits may be infinite. */
+static inline double chasles_row(int n, const double *row, const double *q)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++) {
+        sum += row[i] == 0 ? 0 : row[i] * q[i];
+    }
+    return sum;
+}
+
+/* Writes the range of an independent joint that the limits of coordinates and joints allow. The
+ * range is measured without the constants, as phi in chasles_row. */
+static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
+                                 double *low, double *high)
+{
+    const double *row = c->measure + j * c->n;
+    *low = *high = 0;
+    for (int i = 0; i < c->n; i++) {
+        const double a = row[i] == 0 ? 0 : row[i] * moves->lower[i];
+        const double b = row[i] == 0 ? 0 : row[i] * moves->upper[i];
+        *low += a < b ? a : b;
+        *high += a < b ? b : a;
+    }
+    for (int i = 0; i < c->joints; i++) {
+        if (c->only[i] == j) {
+            const double a = (moves->lower[c->n + i] - c->offset[i]) / c->ratio[i];
+            const double b = (moves->upper[c->n + i] - c->offset[i]) / c->ratio[i];
+            *low = fmax(*low, fmin(a, b));
+            *high = fmin(*high, fmax(a, b));
+        }
+    }
+}
+
+/* Returns the distance of coordinates from the seed, or INFINITY outside the limits of coordinates
+ * or joints. A coordinate that violates a limit only by rounding is set to the limit. */
+static inline double chasles_distance_within(const chasles_couplings *c, const chasles_moves *moves,
+                                             const double *q_seed, double *q)
+{
+    double distance = 0;
+    for (int i = 0; i < c->n; i++) {
+        const double lower = moves->lower[i], upper = moves->upper[i];
+        if (!(q[i] >= lower - CHASLES_AT_LIMIT && q[i] <= upper + CHASLES_AT_LIMIT)) {
+            return INFINITY;
+        }
+        q[i] = fmin(fmax(q[i], lower), upper);
+        distance = fmax(distance, fabs(q[i] - q_seed[i]) * moves->scale[i]);
+    }
+    for (int i = 0; i < c->joints; i++) {
+        const double theta = c->offset[i] + chasles_row(c->n, c->joint + i * c->n, q);
+        if (!(theta >= moves->lower[c->n + i] - CHASLES_AT_LIMIT &&
+              theta <= moves->upper[c->n + i] + CHASLES_AT_LIMIT)) {
+            return INFINITY;
+        }
+    }
+    return distance;
+}
+
+/* Writes the first and the last number of full turns that the search covers for an independent
+ * joint, with `width` windings on each side. Returns 0 if its limits allow none, or if the seed is
+ * not finite. */
+static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
+                                const double *slot, const double *q_seed, int j, int width,
+                                double *first, double *last)
+{
+    const double *row = c->measure + j * c->n;
+    const double phi = chasles_row(c->n, row, slot), rounding = CHASLES_AT_LIMIT;
+    double low, high, near = rint((chasles_row(c->n, row, q_seed) - phi) / CHASLES_FULL_TURN);
+    chasles_range(c, moves, j, &low, &high);
+    *first = ceil((low - phi) / CHASLES_FULL_TURN - rounding);
+    *last = floor((high - phi) / CHASLES_FULL_TURN + rounding);
+    near = fmin(fmax(near, *first), *last);
+    if (!(*first <= near && near <= *last && fabs(near) < 1e15)) {
+        return 0;
+    }
+    *first = fmax(*first, near - (c->alone[j] < 0 ? width : 0));
+    *last = fmin(*last, near + (c->alone[j] < 0 ? width : 0));
+    return 1;
+}
+
+/* Returns whether the search turns an independent joint. A period of 0 in `moves` prevents full
+ * turns of a coordinate, for example of a fixed coordinate. */
+static inline int chasles_can_turn(const chasles_couplings *c, const chasles_moves *moves, int j)
+{
+    const double *step = c->step + j * c->n;
+    for (int i = 0; i < c->n; i++) {
+        if (step[i] != 0) {
+            return c->alone[j] < 0 || fabs(step[i]) != CHASLES_FULL_TURN || moves->turn[i] > 0;
+        }
+    }
+    return 0;
+}
+
+/* Writes the winding of a solution that is nearest to the seed. Returns its distance, or INFINITY
+ * if no winding is within the limits. Among equal distances, the smallest sum of displacements
+ * decides. */
+static inline double chasles_wound(const chasles_couplings *c, const chasles_moves *moves,
+                                   const double *slot, const double *q_seed, int width, double *q)
+{
+    double first[CHASLES_MAX_JOINTS], last[CHASLES_MAX_JOINTS], turns[CHASLES_MAX_JOINTS];
+    double at[CHASLES_MAX_JOINTS], nearest = INFINITY, least = INFINITY;
+    int j = 0;
+    for (int i = 0; i < c->n; i++) {
+        first[i] = last[i] = 0;
+        if (chasles_can_turn(c, moves, i) &&
+            !chasles_turns(c, moves, slot, q_seed, i, width, &first[i], &last[i])) {
+            return INFINITY;
+        }
+        turns[i] = first[i];
+    }
+    while (j < c->n) {
+        double distance, sum = 0;
+        for (int k = 0; k < c->n; k++) {
+            at[k] = slot[k];
+            for (int i = 0; i < c->n; i++) {
+                at[k] += turns[i] * c->step[i * c->n + k];
+            }
+        }
+        distance = chasles_distance_within(c, moves, q_seed, at);
+        for (int k = 0; k < c->n; k++) {
+            sum += fabs(at[k] - q_seed[k]) * moves->scale[k];
+        }
+        if (distance < INFINITY &&
+            (chasles_rounded(distance) < chasles_rounded(nearest) ||
+             (chasles_rounded(distance) == chasles_rounded(nearest) && sum < least))) {
+            nearest = distance;
+            least = sum;
+            memcpy(q, at, (size_t)c->n * sizeof *q);
+        }
+        for (j = 0; j < c->n && turns[j] == last[j]; j++) {
+            turns[j] = first[j];
+        }
+        if (j < c->n) {
+            turns[j]++;
+        }
+    }
+    return nearest;
+}
+
+/* Computes chasles_nearest for a robot with couplings. The limits in `moves` are the limits of the
+ * coordinates, followed by the limits of the joints. */
+static inline int chasles_nearest_coupled(const chasles_couplings *c, const chasles_slots *of,
+                                          const chasles_moves *moves, const double *q_seed,
+                                          double *q, double *residual, double *margin)
+{
+    double distance[CHASLES_MAX_SLOTS], at[CHASLES_MAX_JOINTS];
+    int best = -1, width = 1;
+    for (; best < 0 && width <= CHASLES_MAX_WINDINGS; width *= CHASLES_MAX_WINDINGS) {
+        for (int slot = 0; slot < of->slots; slot++) {
+            distance[slot] = of->residual[slot] <= of->tolerance
+                                 ? chasles_wound(c, moves, of->q + slot * of->n, q_seed, width, at)
+                                 : INFINITY;
+        }
+        best = chasles_least(of->slots, distance);
+    }
+    if (best < 0) {
+        return chasles_none(of, q_seed, q, residual, margin);
+    }
+    width /= CHASLES_MAX_WINDINGS;
+    chasles_wound(c, moves, of->q + best * of->n, q_seed, width, at);
+    memcpy(q, at, (size_t)of->n * sizeof *q);
+    *residual = of->residual[best];
+    *margin = of->margin[best];
+    return best;
+}
+
+#endif
