@@ -5,6 +5,7 @@ target W, is solved by means of invariants. An invariant is the component of a p
 axes, or its distance from the intersection of axes.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -71,7 +72,7 @@ def requires(lines: Lines) -> Requirement:
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        text = f"joints {names}: {found.title}"
+        text = f"joints {names}: {_with_names(found.title, lines)}"
         worst, parts = _worst(found, lines), tuple(found.requires(lines))
         return Requirement(text, worst.deviation, worst.is_length, parts=parts)
     kinds = _kinds(lines)
@@ -79,7 +80,13 @@ def requires(lines: Lines) -> Requirement:
     if not missed:
         return Requirement(f"joints {names}: no structure of such joints is known", np.inf)
     worst, title = min(missed, key=lambda each: each[0].deviation)
-    return Requirement(f"joints {names}: {title}", worst.deviation, worst.is_length)
+    text = f"joints {names}: {_with_names(title, lines)}"
+    return Requirement(text, worst.deviation, worst.is_length)
+
+
+def _with_names(title: str, lines: Lines) -> str:
+    """Returns the title of an arrangement with names instead of numbers, as in the whole arm."""
+    return re.sub(r"\d", lambda number: lines.axes[int(number[0]) - 1].name, title)
 
 
 def _kinds(lines: Lines) -> str:

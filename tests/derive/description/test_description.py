@@ -181,7 +181,7 @@ def test_invalid_field_cases_number_at_least_forty():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "the file is empty"),
+        ("", "a robot in the file, which is empty"),
         ('name = "r"\nconvention = "dh"\n', "joints"),
         ('name = "r"\nconvention = "dh"\njoints = []\n', "a list of 1 to 256 joints"),
         ('name = "r"\nconvention = "dh"\njoints = [1]\n', "a table"),
