@@ -106,19 +106,19 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
     }
 }
 
-/* Writes the windings of a solution: coordinates, and whether each winding is within the limits. */
+/* Writes the windings of a solution, from the ends of the values that write_turns lists. */
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
-    npy_intp stride = limits->count;
-    memset(all, valid, (size_t)limits->count * sizeof *all);
-    for (npy_intp j = 0; j < n; value += limits->windings[j], inside += limits->windings[j], j++) {
-        stride /= limits->windings[j];
-        for (npy_intp w = 0, turn = 0; w < limits->count; turn++) {
-            turn = turn < limits->windings[j] ? turn : 0;
-            for (npy_intp end = w + stride; w < end; w++) {
-                q[w * n + j] = value[turn];
-                all[w] &= inside[turn];
+    npy_intp block = 1;
+    all[0] = valid;
+    for (npy_intp j = n - 1; j >= 0; block *= limits->windings[j--]) {
+        for (npy_intp turn = limits->windings[j] - 1; turn >= 0; turn--) {
+            double *const to = turn ? memcpy(q + turn * block * n, q, block * n * sizeof *q) : q;
+            value--, inside--;
+            for (npy_intp w = 0; w < block; w++) {
+                to[w * n + j] = *value;
+                all[turn * block + w] = all[w] & *inside;
             }
         }
     }
@@ -162,7 +162,7 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
         npy_bool *inside = (npy_bool *)(value + listed), *to = PyArray_DATA((PyArrayObject *)valid);
         double *rows = PyArray_DATA((PyArrayObject *)q);
         write_turns(&limits, slots.n, slots.q + i * slots.n, value, inside);
-        write_windings(&limits, slots.n, value, inside, slots.valid[i],
+        write_windings(&limits, slots.n, value + listed, inside + listed, slots.valid[i],
                        rows + i * limits.count * slots.n, to + i * limits.count);
     }
     PyMem_Free(value);

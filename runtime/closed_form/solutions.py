@@ -174,7 +174,7 @@ class Solutions(Fields):
         if limits is not None and self.joint_limits is not None:
             valid &= self.joint_limits.contain(q)
         times = kind.windings // self.windings
-        fields = (field if times == 1 else np.repeat(field, times, -1) for field in self[1:3])
+        fields = (field if times == 1 else field.repeat(times, -1) for field in self[1:3])
         return tuple.__new__(kind, (q, *fields, valid))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
