@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, derive, explain, read, read_text
+from chasles.derive import DescriptionError, derive, explain, files, read, read_text
 from tests.support.generators.coupled_arms import coupled_arm
 from tests.support.generators.synthetic import Function
 from tests.support.oracles.matrix_product import product_errors
@@ -79,10 +79,26 @@ def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
         assert ik(T).valid.any(axis=1).all()
 
 
+def test_hollow_wrist_on_the_first_axis_reaches_the_pose():
+    """The position of the wrist center leaves joint 1 arbitrary, and the wrist cannot fold."""
+    text = next(text for text in FILES if "paint_wrist" in text).replace("a = 300, ", "")
+    found = derive(read_text(text))
+    fk, ik = (Function(found.function(name)) for name in IK)
+    q = np.random.default_rng(3).uniform(-3, 3, (200, 6))
+    q[:, 2] = np.arcsin(-1.2 / 1.4 * np.cos(q[:, 1])) - q[:, 1]
+    T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
+    assert np.abs(T[:, :2, 3] - 0.15 * T[:, :2, 2]).max() < 1e-12
+    assert ik(T).valid.any(axis=1).all()
+
+
 def test_explanation_of_hollow_wrist_states_that_steps_include_couplings():
-    text = str(explain(hollow_wrist((35, -70, 35), -1)))
+    robot = hollow_wrist((35, -70, 35), -1)
+    text = str(explain(robot))
     assert "a wrist with opposite angles 5 and 6" in text
     assert "The steps include the couplings." in text
+    written = files(robot).items()
+    (article,) = (text.decode() for name, text in written if name.endswith("latex/inverse.tex"))
+    assert "The steps of this structure include the joint couplings." in article
 
 
 def test_hollow_wrist_without_common_point_has_no_closed_form():
