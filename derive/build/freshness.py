@@ -36,7 +36,7 @@ class Job:
         tip: Tip link of a URDF or an MJCF model.
         functions: The functions to derive, or empty for all functions.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        suffix: Suffix of the robot's name if one file describes several robots.
+        suffix: Suffix that is appended to the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
         exact: Whether values are used exactly as written in the file.
         fixed: Names of the joints with fixed values in ``ik``, or empty for the default choice.
@@ -44,7 +44,7 @@ class Job:
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
         languages: The languages to write, or empty for the default languages.
-        name: The robot's name, where None selects the name in the file.
+        name: The robot's name; with None, the name in the file is used.
     """
 
     file: Path
@@ -80,7 +80,7 @@ def is_up_to_date(job: Job) -> bool:
         path.parent: path.read_text(encoding="ascii").splitlines()
         for path in job.to.glob(f"*/{STAMP}")
     }
-    # The files of a folder are hashed only if the folder's stamp contains the hash of these
+    # The generated files are hashed only if the folder's stamp contains the hash of the current
     # sources.
     return any(
         lines[:1] == [recipe] and lines[1:] == [_contents(folder)]

@@ -61,7 +61,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
         job: The job that all robots of the file share.
         tips: Tip links; if empty, the groups or the link tree of the file determine the tips.
         groups: Names of SRDF groups.
-        srdf: The SRDF file, where None selects the SRDF file next to the robot file.
+        srdf: The SRDF file; with None, the SRDF file next to the robot file is used.
 
     Raises:
         DescriptionError: The description is invalid.

@@ -18,7 +18,7 @@ class OutOfTime(DerivationError):
 
 
 class _Alarm(BaseException):
-    """The timer signal as an exception that libraries do not catch (not an ``Exception``)."""
+    """Raised by the timer signal; libraries do not catch it, as it is not an ``Exception``."""
 
 
 class at_most:  # noqa: N801
@@ -52,7 +52,7 @@ class at_most:  # noqa: N801
             raise OutOfTime(_message(self.seconds, self._places[0])) from None
 
     def _ring(self, _: int, frame: FrameType | None) -> None:
-        """Only the body is interrupted, not the context manager itself."""
+        """The timer interrupts only the body of the ``with`` statement, not the context manager."""
         own = [way.__code__ for way in (at_most.__enter__, at_most.__exit__, at_most._ring)]
         if not any(inner.f_code in own for inner in _frames(frame)):
             self._places.append(_place(frame))

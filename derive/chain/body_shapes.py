@@ -41,7 +41,7 @@ class Skeleton:
         shapes: The drawn shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        q_drawn: The default configuration q for drawing a serial robot; () with loops.
+        q_drawn: The default configuration q for drawing a serial robot; () for a robot with loops.
         size: Diagonal of the box around frames, joints and tip at the reference (meter).
         closures: The frame pairs connected by loop-closing joints.
     """
@@ -72,7 +72,7 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     """Returns groups of consecutive passive joints without an extended body between them.
 
-    A prismatic joint with limits has a separate guide and does not belong to a series.
+    A prismatic joint with limits has a separate guide and does not belong to such a group.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -95,7 +95,7 @@ def _slides(rigid: RigidBodies, row: Sequence[int]) -> int:
 
 
 def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
-    """Whether the body between two joints is a point that carries nothing else."""
+    """Whether the body between two joints has no extent and carries no other part."""
     carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
     joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
     if (
@@ -213,8 +213,8 @@ class _Shapes:
             return
         if _slides(self.rigid, row) > 1:
             return
-        # A series of revolute joints counts as one joint from the parent of the first body to the
-        # last body.
+        # A series of revolute joints counts as one joint between the body before the series and the
+        # body after it.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -326,7 +326,7 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Point, end: int) -> float:
-        """Returns the signed length of a line end along an axis; 0 if the end is off the axis."""
+        """Returns the signed distance of a line end along an axis; 0 if the end is off the axis."""
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
             return 0.0
@@ -394,7 +394,7 @@ class _Shapes:
         return [points[k] for k in np.argsort(np.round(offsets @ along, 12), kind="stable")]
 
     def _along_axes(self, own: _Attached) -> list[Array]:
-        """Returns the path between two joints along first axis, common normal and second axis."""
+        """Returns the path between two joints: along an axis, the common normal, the other axis."""
         (p, q), (u, v) = own.points, own.axes
         feet = [p, q]
         if u is not None and v is not None:

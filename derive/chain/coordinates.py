@@ -28,7 +28,7 @@ class Motion(Protocol):
         ...
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix | None:
-        """Returns the time derivative of ``D_q``, or None if ``D_q`` is constant."""
+        """Returns the time derivative of the matrix ``D_q``, or None if the matrix is constant."""
         ...
 
     def D_q_q(self) -> Sequence[Matrix] | None:
@@ -58,10 +58,10 @@ class InProportion:
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:
-        """Returns None, because ``D_q`` is constant."""
+        """Returns None, because the matrix ``D_q`` is constant."""
 
     def D_q_q(self) -> None:
-        """Returns None, because ``D_q`` is constant."""
+        """Returns None, because the matrix ``D_q`` is constant."""
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
         """Returns ``D_q qd``."""
@@ -98,7 +98,7 @@ class SolvedRates:
 
     Attributes:
         terms: Table of named terms.
-        loops: Time derivatives of the solved angles; callers may add angles.
+        loops: Time derivatives of the solved angles, keyed by angle; callers may add entries.
         q: The coordinates.
     """
 
@@ -144,7 +144,7 @@ class ThroughLoops:
         return self._D_q
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix:
-        """Returns the time derivative of ``D_q``."""
+        """Returns the time derivative of the matrix ``D_q``."""
         along = self._rates.along(qd)
         return [along.of_each(row) for row in self.D_q()]
 
@@ -153,7 +153,7 @@ class ThroughLoops:
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Returns the time derivatives of the joint values directly, without ``D_q``."""
+        """Returns the time derivatives of the joint values without the matrix ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:

@@ -88,12 +88,14 @@ def rates(
 ) -> list[Twist]:
     """Returns the time derivatives of Jacobian columns at joint speeds.
 
-    space: column j has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the
-        links before joint j.
-    body: column j has the derivative J_j' = ad(J_j) (V - V_j), where V - V_j is the twist due to
-        the joints after j.
-    mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v due to the
-    joints after j).
+    In the space Jacobian, column j has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the
+    twist of the links before joint j.
+
+    In the body Jacobian, column j has the derivative J_j' = ad(J_j) (V - V_j), where V - V_j is the
+    twist due to the joints after j.
+
+    In the mixed Jacobian, omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v
+    due to the joints after j).
     """
     scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
     before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]

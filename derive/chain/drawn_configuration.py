@@ -38,7 +38,7 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
 
     Selects the best of up to two thousand configurations with round angles. The score is the
     smallest joint distance in the image plus the overall spread. Bent joints, and joints below the
-    base, reduce it. The result is the same on every computer.
+    base, reduce the score. The result is the same on every computer.
 
     Args:
         rigid: The bodies of a serial robot.

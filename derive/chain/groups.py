@@ -6,11 +6,11 @@ parallel axes share one angle in every convention:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
-A *group* is a run of parallel axes between two tilts. All its axes are along the z axis of the
-group frame. The *stations* of a group are the successive angles phi, one per joint; each has a
-translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi between
-the axes) stay in the same group and get the sign -1. Constant right angles are exact permutations
-and need no operations.
+A *group* consists of consecutive parallel axes between two tilts. All its axes are along the z axis
+of the group frame. The *stations* of a group are the successive angles phi, one per joint; each has
+a translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi between
+the axes) stay in the same group and get the sign -1. Rotations by constant right angles are exact
+permutations of axes and need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -101,7 +101,7 @@ class Station:
 
 @dataclass(frozen=True)
 class Group:
-    """A run of parallel axes, with cosine and sine of the tilt about x to the next group."""
+    """Consecutive parallel axes, with cosine and sine of the tilt about x to the next group."""
 
     stations: tuple[Station, ...]
     tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
@@ -320,7 +320,7 @@ class _Builder:
     def _settle(self) -> None:
         """Rotates the axes of the last station to the end of its section.
 
-        The end of the group and the translation before it then use the same angle.
+        The end of the group, and the translation before this end, then use the same angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

@@ -96,7 +96,7 @@ class Kinematics:
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
         """Derives the named functions in the order of :data:`FUNCTIONS`.
 
-        Term names depend on this order, not on the order of ``names``.
+        Term names depend on the order of :data:`FUNCTIONS`, not on the order of ``names``.
         """
         derivation = _Derivation(self)
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}

@@ -17,7 +17,7 @@ def product_of_exponentials(
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee``, where theta contains the values of
-    the moving joints. Without couplings, and if all joint directions are 1, theta equals q.
+    the moving joints. If no joint is coupled or reversed, theta equals q.
 
     Args:
         description: A serial robot.

@@ -162,7 +162,7 @@ class RigidBodies:
         return k, self._on(k, frame.placement)
 
     def _on(self, body: int, placement: Placement) -> Array:
-        """Returns a placement in the frame of its body; the ground frame is the base frame."""
+        """Returns a placement in its body's frame; the ground's frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
     def closure_frames(self, closure: Closure) -> ClosureFrames:
@@ -186,7 +186,7 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        """Returns the frame axis with the smallest component along the strut."""
+        """Returns the frame axis whose component along the strut is smallest."""
         # The last digits of equal components may differ between computers, so all components are
         # rounded.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]

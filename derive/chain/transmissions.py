@@ -1,8 +1,8 @@
 """Conversion between controller readings and true coordinates, in both directions.
 
 A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
-together with the geometry. Functions other than these two conversions use the true coordinates q.
-The conversions relate q to the controller readings r, so that
+together with the geometry. All other functions use the true coordinates q. The conversions relate q
+to the controller readings r, so that
 
     T = fk(coordinates_from_readings(r)) r = readings_from_coordinates(q), where q is one of ik(T).
 

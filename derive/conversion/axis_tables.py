@@ -33,8 +33,8 @@ from ..model.tolerances import EVALUATION_DIGITS
 from .number_text import digits_for, rounded
 
 _RIGHT = math.pi / 2 + 1e-9
-"""Maximum rotation (radian) to the common normal; for larger rotations, the opposite normal is
-used."""
+"""Maximum rotation (radian) from the x axis to the common normal; beyond it, the opposite direction
+of the normal is used."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """The rotation about the first axis and the shift along the axis."""
+        """Returns the rotation about, and the shift along, the first axis."""
         return along_z(self.turn, self.shift)
 
     @property
     def across(self) -> Placement:
-        """The shift along and the rotation about the common normal."""
+        """Returns the shift along, and the rotation about, the common normal."""
         return translation(self.a, sp.S.Zero, sp.S.Zero) + rotation("x", self.alpha)
 
 
@@ -89,10 +89,10 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 
 
 def screw_form(robot: SerialRobot) -> SerialRobot:
-    """Returns a form that is the same for all descriptions of a robot, whatever its link frames.
+    """Returns a form of a robot that does not depend on its convention and link frames.
 
-    Each axis has the direction of positive coordinates and a point, the point nearest to the origin
-    of the base frame.
+    Each axis is stored as its direction of positive motion, and its point nearest to the origin of
+    the base frame.
     """
     plain = in_table(replace(robot, load=None, springs=None, transmissions=()), poe)
     return replace(plain, joints=tuple(_at_nearest_point(joint) for joint in plain.joints))
@@ -223,8 +223,8 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Rounding errors of the fields must not accumulate: otherwise parallel axes would be read as
-    # axes that intersect far away.
+    # Accumulated rounding errors of the fields would turn parallel axes into axes that intersect
+    # far away.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)

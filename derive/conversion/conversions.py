@@ -41,7 +41,8 @@ class Conversion:
     Attributes:
         format: The format, see :func:`convert`.
         text: The robot file or the URDF.
-        robot: The robot with the numbers as written, before the reader snaps numbers.
+        robot: The robot with the numbers as written in the text, before the reader replaces some of
+            them by exact values.
         error: Bounds of the distance (meter) and of the angle (radian) between the tools of both
             robots, at all coordinates within the limits, if the text is read with
             :func:`~chasles.derive.read`.
@@ -98,7 +99,7 @@ def convert(robot: Described, to: Format) -> Conversion:
     """Writes a robot as a robot file, as URDF, or as a table of joint parameters.
 
     Reading the text gives a robot with the same coordinates and the same pose of the tool. The
-    poses of base and tool contain the part that the table of the joints cannot express.
+    poses of base and tool contain all motions that the joint table cannot express.
 
     Args:
         robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
@@ -180,7 +181,7 @@ def _error(
 
 
 def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
-    """Yields sentences about changes, and about facts that the format cannot express."""
+    """Yields sentences about changed values, and about facts that the format cannot express."""
     if to == "urdf":
         yield from _urdf_notes(robot, written)
     for joint in robot.joints:

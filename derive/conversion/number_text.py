@@ -1,8 +1,8 @@
 """Exact numbers as text of robot files and URDF.
 
-The reader snaps decimals that look rounded or noisy (:mod:`~chasles.derive.description.noise`). The
-reader would change some decimals. Such decimals are written as a quotient by 3, which has no finite
-decimal and is read as written.
+The reader replaces decimals that look rounded or noisy by exact values
+(:mod:`~chasles.derive.description.noise`). Decimals that the reader would replace are written as a
+fraction with denominator 3, which is not a finite decimal and is read unchanged.
 """
 
 import math
@@ -31,11 +31,11 @@ _PLACES = 16
 _LONGEST = 40
 """Digits of the longest decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""The reader may change a number by this value (meter, radian or 1), which is below the rounding
-error of doubles."""
+"""Maximum change of a number (meter, radian or 1) by the reader; it is below the rounding error of
+doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
-"""Number of leading zeros beyond which a decimal is written with an exponent."""
+"""Maximum number of leading zeros of a decimal that is written without an exponent."""
 
 
 def digits_for(size: float) -> int:
@@ -73,7 +73,7 @@ class NumberText:
 
     @classmethod
     def of(cls, robot: SerialRobot) -> "NumberText":
-        """Returns the text form for the numbers of a robot."""
+        """Returns the object that writes the numbers of a robot."""
         return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
 
     def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:
@@ -125,11 +125,11 @@ def literals(values: Sequence[sp.Expr]) -> str:
 
 
 def _guarded(value: sp.Expr) -> str:
-    """Returns a decimal as a quotient by 3 that is not a finite decimal."""
+    """Writes a decimal as a fraction with denominator 3 that is not a finite decimal."""
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
-    # If the numerator were a multiple of 3, the quotient would be a finite decimal.
+    # If the numerator were a multiple of 3, the fraction would be a finite decimal.
     step = Decimal(0) if int(digits) % 3 else Decimal("0.1")
     return f'"{_decimal_text((digits + step).scaleb(triple.adjusted() - count + 1))}/3"'
 

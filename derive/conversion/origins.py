@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Returns the exact xyz and rpy of a placement, or None if its order is not T Rz Ry Rx."""
+    """Returns exact xyz and rpy of a placement, or None if its motions are not T Rz Ry Rx."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1
@@ -110,7 +110,7 @@ def with_values(robot: SerialRobot) -> SerialRobot:
 
 
 def placed(placement: Placement) -> Origin:
-    """Returns the origin of a numerical placement, exact if it has the order T Rz Ry Rx."""
+    """Returns the origin of a numerical placement, exact if its motions are T Rz Ry Rx."""
     exact = origin_of(placement)
     if exact is not None:
         return exact

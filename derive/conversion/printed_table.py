@@ -95,7 +95,7 @@ def _tabular(
 
 
 def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[str]:
-    """Returns name, type and fields of a joint, and its value unless a field contains the value."""
+    """Returns a joint's name, type and fields, and its value if no field contains the value."""
     assert joint.convention is not None
     given = dict(joint.given)
     variable = joint.convention.variable(joint.kind)

@@ -49,8 +49,8 @@ def urdf_drives(robot: SerialRobot) -> tuple[dict[str, Mimic], tuple[Gears, ...]
     """Returns the mimic joints, keyed by name, and the transmissions of a robot.
 
     Raises:
-        InputValueError: A group of joints is not a differential, a four-bar linkage or a list of
-            joints that follow one coordinate.
+        InputValueError: A group of coupled joints is neither a differential, nor a four-bar
+            linkage, nor a set of joints that follow one coordinate.
     """
     mimics: dict[str, Mimic] = {}
     gears = []

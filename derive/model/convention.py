@@ -53,7 +53,7 @@ class Field:
 
     @property
     def is_vector(self) -> bool:
-        """Whether the field has three components."""
+        """Whether the field is a vector with three components."""
         return self.kind not in _SCALARS
 
     @property
@@ -119,8 +119,8 @@ class Convention:
         sliding: Field to which a prismatic joint adds its variable; the value is empty if there is
             no such field.
         second_part: First field of the second table, if a single table is too wide.
-        numbers: Function that returns, for a joint's kind, the product of elementary motions in the
-            values that a calibration corrects, where None selects the link transform.
+        numbers: Function from a joint's kind to the product of elementary motions in the values
+            that a calibration corrects; with None, the product is the link transform.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The
             function returns None if the convention cannot represent the axis.
     """

@@ -117,8 +117,8 @@ class LinearMap:
 def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMap:
     """Returns the map from the coordinates to the moving joints.
 
-    The coordinates are in the order of the joints. A motor has the position of the first joint that
-    it moves.
+    The coordinates are in the order of the joints; each motor takes the place of the first joint
+    that it moves.
 
     Args:
         joints: Names of the moving joints, in order from the base.

@@ -4,12 +4,12 @@ The pose of the tool is a product of elementary motions in the coordinates q and
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The named parameters of the description come first; each of them moves every value that contains it.
-The parameters of a joint are the fields of its convention, except directions, and the corrections
-of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B and E
-correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The axis and
-tool corrections are a complete and minimal model of any chain: 4 parameters per revolute joint, 2
-per prismatic joint, and 6 for the tool. The value of a joint is
+The named parameters of the description come first; a named parameter changes every value that
+contains it. The parameters of a joint are the fields of its convention, except directions, and the
+corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
+and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
+axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
+joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau,
     with the torque tau.

@@ -40,7 +40,7 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 class Frame:
     """A body-fixed frame: the name of the body and the pose of the frame in the body's frame.
 
-    ``assumed`` means that the source of the description does not state the pose.
+    ``assumed`` is true if the source of the description does not state the pose.
     """
 
     body: str
@@ -374,8 +374,7 @@ class Mechanism:
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields default reference values in the middle of the limits.
 
-        Only cylinders, and joints whose limits exclude zero, have a default in the middle of the
-        limits.
+        These defaults exist only for cylinders, and for joints whose limits exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}

@@ -50,7 +50,7 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 class Parameter:
     """A named length, angle or ratio with its default value (meter, radian, 1).
 
-    ``assumed`` means that the source of the description does not state the value.
+    ``assumed`` is true if the source of the description does not state the value.
     """
 
     name: str
@@ -272,8 +272,7 @@ class SerialRobot:
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
-        couplings: The equations of coupled joints. Any other joint moves with one coordinate of its
-            own.
+        couplings: The equations of coupled joints. Every other joint has a separate coordinate.
         motors: The coordinates of the couplings that are not joints, and the limits of the separate
             coordinates of coupled joints.
 
@@ -405,7 +404,7 @@ class SerialRobot:
         return linear_map([joint.name for joint in self.moving], self.couplings)
 
     def is_coupled(self, joint: str) -> bool:
-        """Whether a joint moves with any coordinate other than its separate coordinate."""
+        """Whether a coordinate other than the joint's own moves a joint."""
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:

@@ -39,8 +39,8 @@ LARGE_CLEANING = 5e-4
 """Above this tool position change (meter) caused by noise removal, a warning is printed; the value
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
-"""Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
-nines follow the written digits. One in 500 intended values has three such digits by chance."""
+"""Minimum ratio (no unit) of a decimal's last place to a difference that counts as noise: three
+zeros or nines follow the last place. One in 500 intended values has three such digits by chance."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
 radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
@@ -363,7 +363,7 @@ EVEN_CONIC = sp.Rational(4, 10**15)
 REAL_LINES = sp.Rational(1, 10**13)
 """Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding."""
 MIN_SLOPE = sp.Rational(1, 10**10)
-"""Below this slope of the cubic, rounding has split a triple root."""
+"""Below this slope of the cubic, rounding errors have split a triple root."""
 GREATEST_T = sp.Rational(3, 2)
 """Upper bound of t after a step from a triple root; an exact t is at most 1."""
 MIN_T = sp.Rational(1, 10**8)

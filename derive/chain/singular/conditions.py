@@ -1,7 +1,7 @@
 """Singularity conditions of an arm: factors of the Jacobian minors that must be 0.
 
-All minors are 0 if a common factor is 0, or if in each minor one of its own factors is 0. A
-condition is a minimal set of factors that make all minors 0.
+All minors are 0 if a factor that they share is 0, or if each minor has a factor of its own that
+is 0. A condition is a minimal set of factors that make all minors 0.
 """
 
 from collections.abc import Iterator, Sequence
@@ -44,7 +44,7 @@ def conditions(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets with one factor per product; each factor simplifies the remaining products."""
+    """Yields sets of one factor from each product; each choice simplifies the other products."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -58,7 +58,7 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
 
 
 def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
-    """Returns a product simplified for ``factor`` = 0, or None if the result is 0."""
+    """Simplifies a product for ``factor`` = 0; returns None if the product becomes 0."""
     if factor in product:
         return None
     if not isinstance(factor, sp.cos | sp.sin):
@@ -81,7 +81,7 @@ def _parts(expression: sp.Expr) -> list[sp.Expr]:
 
 
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
-    """Whether factors have a common zero; minimum-norm Newton steps search for this zero."""
+    """Whether factors have a common zero, searched with minimum-norm Newton steps."""
     return next(roots(factors, q, STARTS), None) is not None
 
 

@@ -17,11 +17,11 @@ from .screw_polynomials import Polynomial, ScrewRing
 from .views import Minor, minors
 
 MAX_JOINTS = 7
-"""Maximum joint count for which all minors are expanded."""
+"""Maximum number of joints for which all minors are expanded."""
 LARGEST_BLOCK = 4
 """Maximum block size for which the determinant is expanded."""
 LARGEST_OF_SEVERAL = 3
-"""Maximum block size with several minors."""
+"""Maximum block size if the Jacobian has several largest minors."""
 
 MAX_OBLIQUE = 4
 """Maximum number of constant rotations other than quarter turns; each rotation doubles the number

@@ -24,7 +24,7 @@ class Factored:
     """A polynomial as a product of factors.
 
     Attributes:
-        constant: The factor without coordinates, a function of the robot parameters.
+        constant: The factor that depends only on the robot parameters, not on coordinates.
         factors: The factors in cosines and sines of the coordinates, each with its exponent.
     """
 
@@ -56,7 +56,7 @@ class _Tangents:
     """A polynomial in cosines and sines, rewritten in half-angle tangents.
 
     Attributes:
-        budget: For each coordinate, the exponent of 1 + t^2 in the denominator.
+        budget: The exponent of 1 + t^2 in the denominator, for each coordinate with the tangent t.
         factors: The factors of the numerator in tangents, parameters and prismatic coordinates.
     """
 
@@ -183,7 +183,7 @@ def _half(degree: int) -> int:
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
     """Multiplies pairs of factors that have an odd degree in a tangent, as far as needed.
 
-    A single tangent is converted to half the sine of its angle.
+    A factor that is a single tangent is converted to half the sine of the full angle.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -196,6 +196,6 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Each of the two factors contains the half angle, but the product of both does not.
+        # Each factor alone contains the half angle, but the product of both factors does not.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

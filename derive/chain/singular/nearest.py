@@ -96,7 +96,7 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """Returns joint limits; unlimited joints get plus and minus half a turn or one arm length."""
+    """Returns joint limits; for unlimited joints, plus and minus half a turn or one arm length."""
     limits = []
     for joint in robot.moving:
         half = math.pi if joint.kind == "revolute" else length

@@ -112,7 +112,7 @@ def _first_that_holds(
     found: Sequence[_Configuration],
     general: Sequence[_Configuration],
 ) -> str:
-    """Returns the description of the first relation that holds only at singular configurations."""
+    """Returns the description of the first relation that holds only if the robot is singular."""
     for text, relation in relations if found else ():
         if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
             return text
@@ -177,7 +177,7 @@ def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[st
 
 
 def _keep_distances(general: _Configuration, i: int, k: int) -> bool:
-    """Whether no prismatic joint between two parallel axes changes their distance."""
+    """Whether the distance of two parallel axes is constant despite prismatic joints in between."""
     sliding = (j for j in range(i, k) if not general.revolute[j])
     return all(general.off_parallel(i, j) <= HOLDS for j in sliding)
 

@@ -104,7 +104,7 @@ def minors(
 
 
 def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
-    """Returns the submatrix of some columns, in the body frame that gives the smallest blocks."""
+    """Returns the submatrix of given columns, in the body frame with the smallest blocks."""
     found = [
         Minor(view, blocks)
         for view in views
@@ -152,7 +152,7 @@ def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
         q: Configurations (..., n).
         body: Number of joints before the body.
     """
-    # If the component index comes first, the cross products of all screws are row operations.
+    # The array index of the component comes first, so that cross products are row operations.
     seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
     angles = q.reshape(-1, q.shape[-1], 1)
     for k in range(body):
@@ -205,7 +205,7 @@ def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple
 def _matched(
     filled: Flags, rows: Sequence[int], column: int, row_of: dict[int, int], seen: set[int]
 ) -> bool:
-    """Whether a column can be matched to a row by an augmenting path."""
+    """Whether an augmenting path matches a column to a row (bipartite matching)."""
     for row in rows:
         if filled[row, column] and row not in seen:
             seen.add(row)

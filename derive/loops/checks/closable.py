@@ -62,7 +62,7 @@ def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 class BySearch:
-    """Closure test without a closed form: a numerical search from the reference."""
+    """Tests by a numerical search from the reference whether loops without a closed form close."""
 
     def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
         """Stores a configuration with closed loops as the start of the search."""

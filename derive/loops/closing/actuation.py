@@ -77,8 +77,9 @@ def spare_actuators(loops: ClosedLoops) -> int:
 def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
     """Returns a closed configuration near the reference of a platform with spare actuators.
 
-    Actuators without a reference value follow from the others or from the platform. If the values
-    in the description contradict each other, the actuators follow from the platform.
+    The values of actuators without a reference value follow from other actuators or from the
+    platform pose. If reference values contradict each other, the platform pose determines all
+    actuators.
     """
     bodies = NumericMechanism(mechanism)
     loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
@@ -96,7 +97,7 @@ def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
-    """Whether legs alone drive the tool, each actuator moves, and so the tool determines them."""
+    """Whether only legs drive the tool, and all actuators move, so the tool fixes their values."""
     chain = {joint.name for joint in loops.mechanism.main_chain.moving}
     moved = {c.moves for c in loops.mechanism.coordinates}
     is_moving = np.linalg.norm(rows, axis=1) > REPEATED_EQUATION
@@ -141,7 +142,7 @@ def _tilts(frame: Vector, n: Vector) -> bool:
 
 
 def _rotation(n: Vector) -> str:
-    """Returns the text of a rotation from the z axis of a frame to a direction n in this frame."""
+    """Describes the rotation from a frame's z axis to a direction n, given in this frame."""
     along = [k for k in range(2) if abs(n[k]) > 1 - NUMERICALLY_CLOSED]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 

@@ -17,7 +17,7 @@ PLANAR, SPATIAL = 3, 6
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Returns the sequences of joints that only parametrize the pose of a free body, in order.
+    """Returns the joint sequences that only parametrize a free body's pose, in order.
 
     A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
     planar sequence has two prismatic joints and a revolute joint. No joint of such a sequence is
@@ -35,7 +35,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """Returns a joint and the joints after it, as long as each body has a single child joint."""
+    """Returns a joint and all later joints up to the first body with several child joints."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
@@ -131,7 +131,7 @@ class Counts:
 
     @property
     def loop_freedoms(self) -> int:
-        """Total freedom of the joints, each counted in the motion group of its loop."""
+        """Total freedom of all joints; each joint counts in the motion group of its loop."""
         loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
         return self._tree_joints() + loop_joints
 

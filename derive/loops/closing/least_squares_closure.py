@@ -43,8 +43,8 @@ class LeastSquaresClosure:
             largest error first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
             freedom.
-        actuators: Number of actuators beyond the degrees of freedom. The loops then close only for
-            some of their values.
+        actuators: Number of actuators beyond the degrees of freedom. If this number is not 0, the
+            loops close only for some actuator values.
     """
 
     at: Mapping[str, float]
@@ -114,7 +114,7 @@ def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, with its closure: each adds to the closure error."""
+    """Returns the number of joints in a loop, closure included; each adds a closure error."""
     one, other = (
         {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
     )

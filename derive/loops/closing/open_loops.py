@@ -33,7 +33,7 @@ FARTHEST = 8.0
 """Longest length to try, relative to the mechanism size."""
 DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
-"""First step of the search for the far end of an interval (radian, or relative to the size)."""
+"""First step when an interval's far end is searched (radian, or relative to the size)."""
 ASIDE = 0.2
 """Distance of a start from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
@@ -113,7 +113,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     moving = {c.moves for c in mechanism.coordinates}
     cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
     free = [*bodies.unknown, *cylinders]
-    # The stated joints may belong to other strokes than the defaults, the middle of the limits.
+    # The stated joint values may not match the default strokes, the middle of the limits.
     nearest = bodies.nearest(bodies.values, free, names)
     if cylinders and bodies.all_closed(nearest, names):
         at = nearest
@@ -380,7 +380,7 @@ def _inside(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> tuple[float, dict[str, float]] | None:
-    """Returns a value at which the loops close, and the closed configuration at this value."""
+    """Returns a length or angle with which the loops close, and the closed configuration."""
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
         trial = {**values, name: now + start * reach}
@@ -411,7 +411,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """Returns the closed configuration at a value, or None if the loops stay open."""
+    """Returns the closed configuration for a length or angle, or None if the loops stay open."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}

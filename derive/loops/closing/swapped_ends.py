@@ -18,8 +18,8 @@ Passive joint values are only approximate, and a wrong exchange may also close t
 distant configuration.
 """
 CLEARLY = 0.02
-"""Distance from the reference, defined as for :data:`NEAR`, that rounding to two digits cannot
-explain."""
+"""Minimum distance from the reference that rounding to two digits cannot explain; the unit is the
+unit of :data:`NEAR`."""
 PART = 0.1
 """Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
 
@@ -59,7 +59,7 @@ def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # An exchange of ends may move the pins of a rod out of the loop's plane.
+        # If the ends are exchanged, the pins of a rod may lie outside the loop's plane.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf

@@ -34,8 +34,7 @@ class Tilt:
             for a single axis.
         offset: Distance (meter) between the rod's ends along the mean axis, at zero configuration.
         span: Distance (meter) between the rod's ends, at zero configuration.
-        axes: Number of axes of the loop. If the loop has only two axes, either of the two axes may
-            be tilted.
+        axes: Number of axes of the loop. With two axes, it is unknown which axis is tilted.
     """
 
     loop_joint: str
@@ -52,7 +51,7 @@ class Tilt:
 
     @property
     def is_rounding(self) -> bool:
-        """Whether the axes are parallel to rounding, and the ends are in one plane."""
+        """Whether the axes are parallel, and the ends in one plane, except for rounding errors."""
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:

@@ -75,7 +75,7 @@ class Map:
     """A map to joint values, with the descriptions of the map and of its derivatives.
 
     Attributes:
-        name: Name of the map and of its codomain.
+        name: Name of the map and of its result.
         symbol: Name of the joint values.
         names: Returns the names of the joints that the map computes.
         noun: Noun for the joints in the descriptions of the map.
@@ -250,7 +250,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Builds the function for all branches; branches of passive joints share a solution slot."""
+    """Builds the function for all branches; passive-joint branches share one output entry."""
     argument, codomain = between
     alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
     for values, solution in branches:
@@ -290,8 +290,8 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
     """Returns the margins of a branch; a step that does not occur on the branch has margin 1.
 
-    If several branches of passive joints share the solution slot, the first branch with closed
-    loops is used.
+    If several passive-joint branches share one solution, the first branch with closed loops is
+    used.
     """
     rows = []
     for solution in solutions:
@@ -310,7 +310,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the branch label of each solution slot, which contains the names of the loops."""
+    """Returns the branch label of each solution, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
@@ -323,7 +323,7 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch choices that all branches of a solution slot share, keyed by joints."""
+    """Returns the branch signs common to all branches of one solution, keyed by joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions

@@ -14,7 +14,7 @@ from ..solve.solved_loops import SolvedLoops
 
 
 def tool_groups(h: SolvedLoops) -> tuple[Group, ...]:
-    """Returns the main chain, with its joint values expressed in the actuators."""
+    """Returns the main chain with its joint values as functions of the actuators."""
     return h.terms.memoize(("tool groups", h), lambda: groups(h.robot, h.terms, _joint_values(h)))
 
 

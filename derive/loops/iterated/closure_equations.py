@@ -44,7 +44,7 @@ class Start:
         w: (n_w,) variables of the equations.
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
-        determinant: Signed determinant of c_u, the derivative of the equations with respect to the
+        determinant: Signed determinant of c_u, the equations' derivative with respect to the
             unknown variables. If c_u is not square, the product of the diagonal of R in the QR
             decomposition of c_u.
         is_regular: Whether c_u has full rank, so that the reference is not at a dead point.
@@ -159,7 +159,7 @@ def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
 
 
 def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[int]]:
-    """Returns the indices of the variables that are moved, and the other indices."""
+    """Returns the indices of the input variables, and the indices of the unknown variables."""
     given = [names.index(name) for name in moved]
     return given, [k for k in range(len(names)) if k not in given]
 

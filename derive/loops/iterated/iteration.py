@@ -101,7 +101,7 @@ class Iteration:
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns the joint rates for unit speed of each coordinate; the others are fixed."""
+        """Returns the joint rates if one coordinate at a time moves at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -114,7 +114,7 @@ class Iteration:
         return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the joint rates at coordinate rates qd."""
+        """Returns the joint rates for the coordinate rates qd."""
         slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
@@ -185,7 +185,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """Returns the calls that use the matrix factors, in an order that respects dependencies."""
+        """Returns the solver calls that use the matrix factors, in order of their dependencies."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [

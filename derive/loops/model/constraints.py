@@ -65,7 +65,8 @@ class LoopEquations:
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
         facing: Named terms whose value is 1 if the loop is closed and no frame is flipped. If the
-            residual is zero although a frame is flipped, the value of such a term is 0 or negative.
+            residual is zero although a frame is flipped, at least one of these terms is 0 or
+            negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
@@ -122,10 +123,10 @@ def constraints(
 ) -> tuple[LoopEquations, ...]:
     """Returns the equations of every loop, in the order of the closures and struts.
 
-    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. Whole
-    differences of points are in the axes of the meeting body. A strut with ball ends has one
-    equation, for the distance of its ends. A strut with pin ends has two equations: the first end
-    plus the length along the swing direction is the far end.
+    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. A point
+    difference with an equation for each component is in the meeting body's axes. A strut with
+    ball ends has one equation, for the distance of its ends. A strut with pin ends has two
+    equations: the first end plus the length along the swing direction is the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -419,8 +420,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # All three differences are independent of the axes, and their expressions are shortest in
-        # the axes of the meeting body.
+        # All three differences must be zero in any axes; their expressions are shortest in the axes
+        # of the meeting body.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))

@@ -30,10 +30,10 @@ def least(
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The start values (n,).
         apart: Mask (n,) of values that must be equal across one batch.
-        worthwhile: Minimum relative decrease of the sum that counts as progress.
+        worthwhile: Minimum relative decrease of the sum of squares that counts as progress.
 
     Returns:
-        The values (n,) with the smallest sum found.
+        The values (n,) with the smallest sum of squares found.
 
     Source:
         Nielsen 1999, Damping parameter in Marquardt's method.

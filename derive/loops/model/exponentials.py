@@ -29,8 +29,8 @@ class Factor:
             itself are not in z and have the names ``<closure>`` or ``<strut>.end``; a ball joint
             adds ``.x``, ``.y``, ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
-            twist has unit speed: its norms are (meter per radian, 1) for a revolute joint, (1, 0)
-            for a slider.
+            twist has unit speed: omega has norm 1 for a revolute joint, and v has norm 1 for a
+            slider.
         side: The branch of the loop to which the exponential belongs. Branch b is traversed
             backwards, with reversed screws.
     """

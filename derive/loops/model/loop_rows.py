@@ -1,8 +1,8 @@
 """Equations of loops with variable geometry: residuals, and their wrenches.
 
 An equation compares end b of a closure or strut with end a, in the axes of a. If the body at end b
-moves, the rate of the left-hand side is the power of a wrench on this body. If the body at end a
-moves, the rate is the negative power of the same wrench, even if the loop is open.
+moves, the rate of the equation's residual is the power of a wrench on this body. If the body at end
+a moves, the rate is the negative power of the same wrench, even if the loop is open.
 
 :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
 distance of its ends.
@@ -30,9 +30,10 @@ class Row:
     Attributes:
         residual: The residual, zero if the loop is closed.
         unit: m or 1.
-        powers: The power of the equation's wrench for each motion of both branches, negated on
-            branch a.
-        length: A strut length that the residual contains with a minus sign; usually 0.
+        powers: The power of the equation's wrench for each motion of both branches; the power is
+            negated on branch a.
+        length: The strut length that the residual subtracts from a distance; 0 for equations
+            without a strut.
     """
 
     residual: sp.Expr

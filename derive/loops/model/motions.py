@@ -64,7 +64,7 @@ class Reached:
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the frame that is reached by further motions."""
+        """Returns the frame after further motions."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -130,7 +130,7 @@ def bodies(
 def gradient(
     terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the sum of power * dv/dx over all motions with value v, for each variable x."""
+    """Returns, for each variable x, the sum of power * dv/dx over all motions with value v."""
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:
         for variable in motion.value.free_symbols & sums.keys():

@@ -31,11 +31,11 @@ class NumericRows:
         names: Names of the joints and cylinders.
         owners: Names of the closures and struts, one per equation.
         is_turn: Whether the equation compares directions, for each equation.
-        facing_owners: Names of the closures, one for each cosine that detects flips.
+        facing_owners: Names of the closures, one for each cosine that detects a flipped frame.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
-        """Prepares the axes of all ends, and the sides on which joints move them."""
+        """Prepares the axes of all ends, and finds the end (a or b) that each joint moves."""
         self.bodies, self.names = bodies, [*bodies.values]
         self.owners: list[str] = []
         self.is_turn: list[bool] = []
@@ -100,8 +100,8 @@ class NumericRows:
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # The axes of a complete difference vector are arbitrary, and Newton's method converges
-            # better if these axes do not rotate with frame a. The wrench on the body of a then acts
-            # at end a.
+            # better if these axes do not rotate with frame a. The wrench on the body at end a then
+            # acts at end a instead of end b.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)

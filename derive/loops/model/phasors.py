@@ -99,7 +99,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns the same vector in a form of lower cost, if the loop equations give one.
+        """Returns the vector in a form of lower cost, if the loop equations allow such a form.
 
         Args:
             relations: Sums that are zero, one for each loop.

@@ -2,8 +2,9 @@
 
 A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
 these axes. Loops that share a joint form one *linkage*. Each body of a linkage has separate planar
-axes. The x axis is the first axis of the frame (x, y, z) in the plane. The y axis points to its
-left. The plane's normal is the first revolute axis of the linkage, or the normal of its sliders.
+axes. The x axis is the first axis of the frame (x, y, z) in the plane. The y axis points to the
+left of the x axis. The plane's normal is the first revolute axis of the linkage, or the normal of
+its sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -203,7 +204,7 @@ class _Pose(NamedTuple):
     p: sp.Matrix
 
     def onward(self, terms: Terms, placement: Placement) -> "_Pose":
-        """Returns the pose after a further placement."""
+        """Returns the pose that follows this pose by a further placement."""
         M = placement_matrix(placement).applyfunc(terms.value)
         return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
 

@@ -1,4 +1,4 @@
-"""A generic platform on six rods, and its forty complex poses, the starts of all paths.
+"""A generic platform on six rods, with its forty complex poses, from which all paths start.
 
 The parameters of the rods are random numbers. Path tracking started from a single pose, along
 random closed paths of the rod parameters, until all forty poses were known. A generic platform has

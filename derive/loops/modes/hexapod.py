@@ -38,7 +38,7 @@ class Hexapod:
         b: The rod ends on the platform at zero coordinates, as constants.
         lengths: Rod lengths.
         axes: For each of the last three main-chain joints, the index of the parallel axis among the
-            first three.
+            first three joints.
     """
 
     a: tuple[Vector, ...]
@@ -48,7 +48,7 @@ class Hexapod:
 
 
 class DoubleJoints(NamedTuple):
-    """Pairs of rods that share an end joint.
+    """Three pairs of rods; the rods of a pair may share an end joint.
 
     Attributes:
         side: 1 if the shared joints are on the platform, 2 if they are on the actuated side, 0 if
@@ -79,7 +79,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 
 def hexapod_of(h: SolvedLoops) -> Hexapod | None:
-    """Returns the six rods of a spatial platform, or None for other platforms."""
+    """Returns the six rods of a spatial platform; None for all other robots."""
     platform = free_platform(h, FREE)
     if platform is None:
         return None
@@ -195,8 +195,8 @@ class HexapodTables(Tables):
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.
         moves: Whether the rod ends on the actuated side move.
-        paths: Number of complex poses, and number of solution slots.
-        joined: The side of the double joints: platform or actuated side.
+        paths: Number of complex poses, and number of solutions in the output.
+        joined: The side on which rods share joints: platform or actuated side.
         pairs: The rods, in pairs that share a joint.
         b: The rod ends on the platform.
         a: The ends of generic rods on the actuated side.

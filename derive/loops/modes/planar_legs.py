@@ -56,7 +56,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg; a rod has a length, a line has a normal vector."""
+    """The equation of a leg: a rod with a length, or a line with a normal vector."""
 
     A: Complex
     b: Complex
@@ -263,7 +263,7 @@ def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr,
         named(h.terms, (joint.direction * entry for entry in axes[2]))
         for joint, (axes, _) in zip(_virtual(h), frames, strict=True)
     )
-    # The reference point of the moment changes from the axis of phi to the tool.
+    # The moment is transferred from the axis of phi to the tool as the reference point.
     lever = cross_product(h.terms, axis, subtracted(h.terms, tool_position(h), frames[2][1]))
     residuals = leg_residuals(h.terms, triad, h.theta)
     rows = []

@@ -70,7 +70,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
     if on_struts and hexapod_of(h) is not None:
-        # A rotated platform does not have a pose that the actuated coordinates determine.
+        # If the platform can rotate, the actuated coordinates do not determine its pose.
         found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
 

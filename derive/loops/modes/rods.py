@@ -25,7 +25,7 @@ from ..solve.solved_loops import SolvedLoops
 
 @dataclass(frozen=True)
 class Rod:
-    """A strut at given theta and q, in the base frame (meter).
+    """A strut at the joint values theta and actuator values q, in the base frame (meter).
 
     Attributes:
         a: The rod's end on an actuated body or on the base.

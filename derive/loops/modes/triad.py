@@ -208,8 +208,8 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
-    The mirror image is a second solution if the centers are collinear. Near a double zero, the
-    mirror image is a start value for the iteration.
+    The mirror image is a second solution if the circle centers are collinear. Near a double zero of
+    the polynomial, the mirror image is a start value for the iteration.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
@@ -396,7 +396,7 @@ def _scaled(f: Harmonics, factor: sp.Expr) -> Harmonics:
 
 
 def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
-    """Per harmonic, Re(a) Re(b) = Re(a b + a conj(b)) / 2."""
+    """For each harmonic, Re(a) Re(b) = Re(a b + a conj(b)) / 2."""
     sums = [[ZERO, ZERO] for _ in range(len(f) + len(g) - 1)]
     for j, a in enumerate(f):
         for k, b in enumerate(g):

@@ -279,7 +279,7 @@ class ParametricLoops:
         return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
 
     def _result(self, columns: int, meaning: str) -> Result:
-        """Returns a Jacobian that is the result of the last call."""
+        """Returns a Jacobian that is the result of the last solver call."""
         entries = self._table("J_mixed", 6, columns).symbols
         return Result("J", entries, (6, columns), "m, 1", meaning)
 

@@ -30,7 +30,7 @@ def arm(terms: Terms, total: PhasorSum) -> Arm:
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
     if list(still.terms) in ([], [ZERO]):
-        # The squared length of a strut stays exact, because no square root is squared.
+        # The squared length of a strut stays exact if it is computed without a square root.
         exact = still.terms.get(ZERO, (ZERO, ZERO))
         return Arm((x, y), angle, terms.let(sp.expand(dot(exact, exact))))
     return Arm((x, y), angle, terms.let(x * x + y * y))

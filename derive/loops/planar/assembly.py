@@ -130,7 +130,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether a branch closes redundant joints and has distinct pins in all configurations."""
+    """Whether all redundant joints close and all pin pairs stay distinct on a branch."""
     is_open = any(
         closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
     )

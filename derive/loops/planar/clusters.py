@@ -30,11 +30,11 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """Rigidly connected bodies, each with its pose in the axes of the group."""
 RING = 3
-"""Number of rigid groups, each connected to the two others, that one step solves."""
+"""Number of rigid groups that one step joins; each is connected to the other two."""
 
 
 class PlanarStep(LoopStep):
-    """A solution step that joins rigid groups of a planar linkage."""
+    """The function of a solution step; it joins rigid groups of a planar linkage."""
 
     @classmethod
     @abstractmethod
@@ -92,7 +92,7 @@ class Clusters:
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that equal zero.
         travels: Slide travels solved by earlier steps, keyed by name.
-        bases: Vectors between the two base pins of dyads.
+        bases: Vectors on the base between the two base pins of each solved dyad.
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class Clusters:
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether a joint connects two given rigid groups of bodies."""
+        """Whether a joint connects one given rigid group of bodies to another."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
@@ -351,7 +351,7 @@ class Clusters:
     def closure_errors(self, everywhere: Sequence[AtReference]) -> list[float]:
         """Returns the largest closure error of joints in rigid groups, for each configuration.
 
-        On a branch other than the reference branch, a redundant joint may stay open.
+        On any branch except the reference branch, a redundant joint may stay open.
 
         Args:
             everywhere: The configurations.

@@ -75,7 +75,7 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Returns the side of the far pin at the reference, or 0 if ambiguous.
 
-    The result is also 0 for a requested branch, because a requested branch does not depend on the
+    If a branch is requested, the result is also 0, because the branch then does not depend on the
     reference.
     """
     if clusters.branch is not None:
@@ -93,7 +93,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of two circles about the end points of vector d, or None."""
+    """Returns an intersection of two circles about the two ends of the vector d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -115,7 +115,7 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
     """Returns the first ring of three pins that is not near a dead point at the reference.
 
-    The result is the first ring if all are near a dead point, and None without rings.
+    The result is the first ring if all rings are near a dead point, and None if there is no ring.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
@@ -123,7 +123,7 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns the squared sine of the angle between the arms; negative if unreachable."""
+    """Returns sin^2 of the angle between the arms; negative if the arms cannot meet."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     if not v * w:
         return -1.0

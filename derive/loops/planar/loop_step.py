@@ -98,9 +98,9 @@ class StepEquations:
 
     Attributes:
         vectors: Named components of the given vectors, by letter.
-        lengths: Letters of the vectors whose lengths appear in the equations.
+        lengths: Letters of all vectors whose lengths appear in the equations.
         scalars: Known scalars as named terms, for which no printed symbol is needed.
-        unknowns: Travels and position components that the step solves, as named terms.
+        unknowns: Slide travels and position components for which the step solves, as named terms.
         results: Definitions in order; each definition uses only earlier quantities.
         angles: The angles for which the step solves.
         margin: The margin of the step, or None if the loop of the step can always be closed.
@@ -129,12 +129,12 @@ class LoopStep(ABC):
         solved: The angles for which the step solves, as named terms.
         margin: The margin is zero at a dead point and negative if the loop cannot be closed; it is
             None if the loop of the step can always be closed.
-        root: The term, up to its sign, that is NaN if the step cannot close the loop.
+        root: The term, up to its sign, whose value is NaN if the step cannot close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.
-        branches: The name of each branch by its sign. The name states on which side of the
+        branches: The name of each branch, keyed by its sign. The name states on which side of the
             mechanism's mirror line the solved bodies lie.
-        opening: Text before the equations if they are not written in the axes of a body.
+        opening: Text printed before the equations if the equations are not in the axes of a body.
         reason: A sentence that replaces the equations if the step has no equations.
         dead_point: Text that describes margin 0, with quantity letters in braces.
     """

@@ -31,8 +31,8 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes: the arms are parallel to the sides of the base, or mirrored
-about the base."""
+"""Names of the two assembly modes: the arms are parallel to two vectors whose sum is the base
+vector, or mirrored about the base."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because the body rotates together with other bodies."""
+        """Returns no equations, because the solved bodies rotate together with known bodies."""
         return StepEquations()
 
 
@@ -122,7 +122,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that compares this assembly mode with the second assembly mode."""
+        """A sentence that compares the crossed assembly mode with the parallelogram."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."

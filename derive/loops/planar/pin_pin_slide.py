@@ -151,7 +151,8 @@ class TwoPinsAndSlide(PlanarStep):
         joints = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # A cylinder length is the positive root; all other guides have two possible travels.
+        # The length of a cylinder is the positive root; the slide on any other guide has two
+        # possible travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:

@@ -41,7 +41,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that change one sign after the first ``taken`` signs.
 
-        Each such branch keeps all signs that precede the changed sign.
+        Each of these branches keeps all signs that precede the changed sign.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -51,13 +51,13 @@ class Branch:
         return found
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the next step with two branches."""
+        """Returns the branch sign of the next step that has two branches."""
         k = len(self.taken)
         self.taken.append(self.requested[k] if k < len(self.requested) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the length of the next leg; a negative length inverts the leg."""
+        """Returns the sign of the next leg's length; a leg with negative length is inverted."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:

@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Returns the chain segments, with at most one segment replaced by a translation."""
+    """Returns the chain segments; a translation replaces at most one of the segments."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):
@@ -81,7 +81,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """Returns the sum of the offsets between links, each rotated by its angle."""
+    """Returns the sum of the link offsets, each rotated by the angle of its link."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)

@@ -50,7 +50,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """The margin of each step that may fail to close its loop, with the name of the loop."""
+        """Pairs of loop name and margin, one for each step that may fail to close its loop."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -233,7 +233,7 @@ def with_free_sides(
 def _on_planar_branches(
     loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns up to ``most`` solutions of the planar linkages, and whether these are all."""
+    """Returns up to ``most`` solutions of the planar linkages, and whether the list is complete."""
     is_all = True
     for linkage in _left(loops, found[0]):
         # Linkages without a common joint are solved once, instead of once for each branch of the
@@ -252,7 +252,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """Returns a solution to which the joints of one more linkage are added."""
+    """Returns a solution extended by the joints of one more linkage."""
     return _with_open(
         replace(
             solution,
@@ -265,7 +265,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """Returns a solution to which the joints of the spatial loops are added."""
+    """Returns a solution extended by the joints of the spatial loops."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)

@@ -41,8 +41,9 @@ class SolvedLoops(LoopModel):
         numbers: The constraints in double precision, near the reference configuration.
         at_reference: The value of every entry of z at the closed reference configuration.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
-        spare: Number of actuators beyond the degrees of freedom. If it is not 0, the actuators do
-            not determine the main chain, unless the loops close in least squares.
+        spare: Number of actuators beyond the degrees of freedom. If this number is not 0, the
+            actuators do not determine the main chain, unless the loops close in the least-squares
+            sense.
         missing: Number of branches that each all-branch function omits, keyed by function name.
     """
 
@@ -103,7 +104,7 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # All entries share one term, because a second square root costs more than a comparison.
+        # All entries share one NaN term, because a second square root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -154,7 +155,7 @@ class SolvedLoops(LoopModel):
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """Returns an expression that is 0 if a condition holds, otherwise NaN."""
-        # With constants in both cases, automatic differentiation causes no division by zero.
+        # If both values are constants, automatic differentiation does not divide by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
@@ -198,7 +199,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         described, numbers = {}, _numbers(model, overactuated_start(model.mechanism))
     elif model.least_squares_closure is not None and model.least_squares_closure.actuators:
         spare, solvable = model.least_squares_closure.actuators, complete
-    # Actuators that contradict each other by rounding cannot stay at the reference.
+    # If rounded actuator values contradict each other, they cannot all stay at the reference.
     free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
     at = described or _closed(model, numbers, free)
     value, coordinates = model.terms.value, model.mechanism.coordinates

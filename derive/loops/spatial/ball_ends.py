@@ -19,7 +19,7 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        path: The joints from the meeting body of the loop to this end.
+        path: The joints from the body at which both branches of the loop start to this end.
         frame: The frame of the ball on the body at this end.
         target: The frame of the ball on the other body.
         open: Indices in ``path`` of the joints with unknown values.
@@ -37,7 +37,7 @@ class BallEnd(NamedTuple):
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Returns the ball in the axes of joint k at zero; the values of later joints are known.
+        """Returns the ball position in the axes of joint k at zero; later joint values are known.
 
         Args:
             legs: The partially solved mechanism.
@@ -73,7 +73,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two points of the axis at both ends of a pin closure, otherwise an empty result."""
+    """Returns two axis points at both ends of a pin closure; empty for other closures."""
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
         return ()
@@ -112,7 +112,7 @@ def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
         k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # Each motion connects the axes of a joint at zero to the next element of the chain.
+    # Each motion leads from the axes of a joint at value zero to the next element of the chain.
     columns, origin = pose_along(
         legs.mechanism, terms, path[i + 1 : k], path[k].before, legs.known.values, path[i].after
     )

@@ -56,7 +56,7 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because each slide travel is a sum of known travels."""
+        """Returns no equations, because each slide travel is a sum of known slide travels."""
         return StepEquations()
 
 
@@ -101,7 +101,7 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Returns a joint's motion direction, in the frame of the body where both paths meet."""
+        """Returns a joint's motion direction in the frame of the body where both branches start."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
@@ -124,7 +124,7 @@ class _Guided:
     def _travels(
         self, loop_joint: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Returns the slide travels that move the point of a to the point of b, or None."""
+        """Returns the slide travels that move point a to point b, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if loop_joint.kind == "slider":

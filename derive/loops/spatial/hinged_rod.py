@@ -39,7 +39,7 @@ class HingedRod:
         center: A frame at the axis point nearest to the ball, with the joint's axes.
         tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
         rod: The ball-ended rod from the axis to the ball. The rod is None if the previous joint
-            moves out of the plane; the rod length then does not close the loop.
+            moves out of the hinge's plane, because the rod length then does not close the loop.
     """
 
     closure: Closure

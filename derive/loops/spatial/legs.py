@@ -108,8 +108,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        Also true if the leg determines several joints or none, or if no other leg determines its
-        joint.
+        True also if the leg determines several joints or none, or if no other leg determines the
+        same joint.
     """
     moving = legs.moving(strut)
     rivals = [

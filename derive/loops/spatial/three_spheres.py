@@ -286,7 +286,7 @@ def _rate_on_spheres(
     sign: sp.Integer,
     tangent: Tangent,
 ) -> sp.Expr:
-    """Returns the rate of one component of a point that stays on moving spheres."""
+    """Returns the rate of one coordinate of a point that stays on moving spheres."""
     terms = tangent.terms
     along = named(
         terms,

@@ -102,8 +102,8 @@ class TurningLeg(LegStep):
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether an end is on the joint axis, given its squared distance from this axis."""
-    # If the distance at the reference is nonzero, the end is not on the axis; only for a zero
-    # distance is the full test needed.
+    # If the distance at the reference is nonzero, the end is not on the axis; a zero distance
+    # requires the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
