@@ -163,7 +163,7 @@ def _to_distance(
     )
     scaled = FoundLength(terms.let(found.length * inverse), equation, found.sign, found.margin)
     reason = f"{axis.name} keeps the center's distance from its axis"
-    return work.slide(slide, "a line meets a sphere", reason, scaled)
+    return work.slide(slide, "line-sphere intersection", reason, scaled)
 
 
 def _turn(work: Work, axis: Axis, before: Vector, after: Vector) -> None:

@@ -64,7 +64,7 @@ def telescope(
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(
         slide,
-        "a line meets a sphere",
+        "line-sphere intersection",
         f"{first.name} keeps the distance of axis {second.name}",
         slide_to_sphere(terms, u, longer, dot(terms, other, other), work.sign()),
     )

@@ -202,7 +202,7 @@ def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     r2 = dot(terms, V, V)
     length = work.slide(
         a3,
-        "a line meets a sphere",
+        "line-sphere intersection",
         f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
@@ -235,7 +235,7 @@ def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> N
     reach = perpendicular(terms, a2.h, subtracted(terms, center, a2.p))
     length = work.slide(
         a3,
-        "a line meets a sphere",
+        "line-sphere intersection",
         f"{a2.name} keeps the center's distance from its axis",
         slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
     )
@@ -306,7 +306,7 @@ def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     minus_h = negative(a1.h)
     length = work.slide(
         a1,
-        "a line meets a sphere",
+        "line-sphere intersection",
         f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )

@@ -111,7 +111,7 @@ def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vec
     across = perpendicular(terms, turning.h, other)
     return work.slide(
         slide,
-        "a line meets a sphere",
+        "line-sphere intersection",
         f"{turning.name} keeps the point's distance from its axis",
         slide_to_sphere(
             terms,

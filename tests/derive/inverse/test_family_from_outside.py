@@ -84,7 +84,7 @@ def to_position(work, lines, start, wanted):
     work.slide(lift, "line-plane intersection", "no other joint lifts the tool", found)
     A, p = (perpendicular(terms, column.h, v) for v in (V, reach))
     found = slide_to_sphere(terms, boom.h, p, dot(terms, A, A), work.sign())
-    length = work.slide(boom, "a line meets a sphere", "the column keeps the reach", found)
+    length = work.slide(boom, "line-sphere intersection", "the column keeps the reach", found)
     extended = combination(terms, (sp.Integer(1), length), (p, boom.h))
     reason = "the boom points to the tool"
     return work.step([column], "subproblem 1", reason, sp1(terms, column.h, extended, A))
