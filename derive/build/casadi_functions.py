@@ -61,13 +61,15 @@ def _folder(robot: str | Path | Described) -> Path | None:
 def _of_folder(folder: Path, name: str) -> ca.Function:
     found = sorted(folder.glob("*.casadi"))
     if not found:
-        raise UnknownRobotError(f"{folder}: no .casadi file in this folder")
+        raise UnknownRobotError(f"folder {folder} contains no .casadi file")
     try:
         everything = ca.Function.load(str(found[0]))
     except RuntimeError as error:
-        raise MismatchError(f"{found[0]}: CasADi cannot read it; derive the robot again") from error
+        raise MismatchError(
+            f"CasADi cannot read the file {found[0]}; derive the robot again"
+        ) from error
     if name not in everything.name_out():
         raise MissingFunctionError(
-            f"{found[0]} has no {name!r}; it has {everything.name_out()} to differentiate"
+            f"file {found[0]} has no function {name!r}; its functions are {everything.name_out()}"
         )
     return output_of(everything, name)

@@ -408,7 +408,7 @@ class Mechanism:
                 apart = [a[0] for a in (*mine, *other) if a not in mine or a not in other]
                 raise DescriptionError(
                     f"robot {self.name!r}: its {what} differ from the nominal robot "
-                    f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'another order'}"
+                    f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'their order'}"
                 )
         if (self.actuated, self.tool_body) != (nominal.actuated, nominal.tool_body):
             raise DescriptionError(

@@ -431,8 +431,8 @@ SEPARATE = 1e-2
 The value is ten times the difference of two roots whose vectors may be exchanged.
 """
 NOMINAL_GUARD_DIGITS = 8
-"""A right angle is recognized if an exact evaluation loses at most this number of decimal
-digits."""
+"""Number of decimal digits that the exact evaluation of an angle may lose, for the test of right
+angles."""
 
 # --- latex: printed digits ---
 

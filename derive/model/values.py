@@ -16,7 +16,7 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum operation count of a number that gets no name. Nominal dimensions have fewer operations;
+"""Maximum operation count of a number that stays unnamed. Nominal dimensions have fewer operations;
 measured dimensions have hundreds of operations."""
 
 
@@ -27,8 +27,7 @@ class NoValue(DescriptionError):
 class Values:
     """The values of symbols, with a cache of all evaluated expressions.
 
-    A value of 0 is exact: a cancellation error below ``ROUNDING`` times the largest term counts as
-    0.
+    Zeros are exact: a cancellation error below ``ROUNDING`` times the largest term counts as 0.
     """
 
     def __init__(self) -> None:

@@ -26,7 +26,7 @@ class Operation(Enum):
     ATAN2 = auto()
     ABS = auto()
     SIGN = auto()
-    """The operation returns -1 or 1; for 0 and NaN, it returns the operand itself."""
+    """The sign -1 or 1 of the operand; 0 and NaN are returned unchanged."""
     MIN = auto()
     MAX = auto()
     LESS = auto()
@@ -99,7 +99,7 @@ class Compute:
     operands: tuple[Operand, ...]
 
     def __hash__(self) -> int:
-        # Two statements of a program never have the same result.
+        # Two statements of a program never have the same result variable.
         return self.result.number
 
     @property

@@ -36,7 +36,7 @@ class Programs:
 
 
 NO_PROGRAMS = Programs({}, {})
-"""Empty programs, for output languages that print the equations."""
+"""Empty programs, for output languages that print equations instead of programs."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
@@ -68,7 +68,7 @@ def with_input_check(program: Program) -> Program:
     simplifies to 0 for every x. Without this function, a target with x = NaN would count as solved.
 
     Args:
-        program: The program of an inverse, for all solution slots or for a single slot.
+        program: The program of an inverse, for all solutions or for a single solution.
 
     Returns:
         The program. The residual of the returned program depends on each input of the coordinates.

@@ -10,7 +10,7 @@ def by_depth(program: Program) -> Program:
     """Reorders a program so that each statement is as early as its operands allow.
 
     CasADi completes one sum before it starts the next sum. For a long chain, independent sums are
-    therefore far apart, so the processor would wait for each product.
+    therefore far apart, and the processor would wait for every product of a sum.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 

@@ -1,4 +1,4 @@
-"""Strength reduction: replaces expensive operations by cheaper operations on vectors.
+"""Strength reduction: replaces expensive vector operations by cheaper operations.
 
 Square roots, divisions and arc tangents dominate the cost of an inverse. The results equal the
 original results up to rounding error.
@@ -139,7 +139,7 @@ def _before_sign(
 
 
 class _Rewriting:
-    """Rewrites a program and removes factors from products."""
+    """Rewrites a program statement by statement, and removes factors from products."""
 
     def __init__(self, program: Program) -> None:
         self._program = program

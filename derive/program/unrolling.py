@@ -104,7 +104,7 @@ class _Signed:
 
 
 def _number(value: _Signed) -> float | None:
-    """Returns the numerical value of a constant, or None for values that are not constant."""
+    """Returns the numerical value of a constant, or None for other operands."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value

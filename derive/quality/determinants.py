@@ -41,7 +41,7 @@ def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     The parameters are the parameters of the convention, and the rotations about and translations
     along the axes at both ends, which belong to the adjacent joints. For a prismatic joint, only
     the orientation is evaluated, because the position varies with the coordinate. The result is 0
-    if more parameters than the six of a pose are redundant.
+    if there are redundant parameters beyond the six parameters of a pose.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":

@@ -161,7 +161,7 @@ def _rank_of(J: NDArray[np.float64]) -> int:
 
 
 def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
-    """Describes the displacements outside the span of the columns, one sentence each.
+    """Describes displacements that no parameter change produces, one sentence each.
 
     Args:
         rows: (d, k) displacements for each of k parameters.

@@ -8,7 +8,7 @@ from .symbolic_function import Argument, SymbolicFunction
 
 
 def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
-    """Returns the signs of each branch, in branch order."""
+    """Returns the signs of each branch, in the order of the branches."""
     return itertools.product((1, -1), repeat=len(function.signs))
 
 

@@ -78,14 +78,14 @@ class Tables:
 
 @dataclass(frozen=True)
 class NativeSolverFunction(Signature):
-    """A function with a handwritten solver and numerical tables, and without result entries.
+    """A function that a handwritten solver computes from numerical tables, without result entries.
 
     Attributes:
         solver: Name of the solver, which is the same for all robots; each language has a file for
             this solver.
         tables: The numerical data of the robot, in the class of the solver.
         calls: Names of the functions that the solver calls, in the solver's order.
-        branches: Number of solution slots in the output.
+        branches: Number of solutions for which the output has space.
         operations: Approximate operation count, used to divide a batch over threads.
         margin: Name of the function that explains NaN results; the value is empty if there is no
             such function.

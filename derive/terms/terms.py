@@ -29,8 +29,8 @@ class Terms:
         definitions: Definition of each named term in coordinates, constants and earlier terms.
         constants: Definition of each named constant in parameters and earlier constants.
         solved: Cosine and sine of each solved loop angle.
-        turning: Cosines and sines that a solution gives as named terms, each with its angle and its
-            derivative with respect to this angle.
+        turning: Cosines and sines that a loop solution computes as named terms, each with its angle
+            and its derivative with respect to this angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -75,7 +75,8 @@ class Terms:
         negative = [addend.as_coeff_Mul()[0].is_negative for addend in sp.Add.make_args(expression)]
         if all(negative):
             return -self.let(-expression)
-        # Only a sum with both signs can equal the negative of a named expression.
+        # Only a sum with positive and negative summands can equal the negative of a named
+        # expression.
         opposite = self._names.get(-expression) if any(negative) else None
         return self._name(expression) if opposite is None else -opposite
 
@@ -163,7 +164,7 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records cosine and sine of a sum of angles that is solved before the single angles."""
+        """Records cosine and sine of an angle sum that is solved before its single angles."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
@@ -216,7 +217,7 @@ class Terms:
         return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Applies exp(i (a + b)) = exp(i a) exp(i b), with the solved angle b named last."""
+        """Applies exp(i (a + b)) = exp(i a) exp(i b), where b is the latest solved angle."""
         if angle in self.solved:
             return self.solved[angle]
         if -angle in self.solved:

@@ -70,7 +70,8 @@ def test_casadi_file_opens_without_chasles():
 
 def test_missing_casadi_function_or_file_is_reported():
     with pytest.raises(
-        MissingFunctionError, match=r"ur5e\.casadi has no 'jacobian_mixed'; it has \['fk', "
+        MissingFunctionError,
+        match=r"ur5e\.casadi has no function 'jacobian_mixed'; its functions are \['fk', ",
     ):
         casadi_function(GENERATED / "ur5e", "jacobian_mixed")
     with pytest.raises(UnknownRobotError, match=r"no \.casadi file"):

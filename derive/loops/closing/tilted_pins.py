@@ -126,8 +126,8 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             " the file if the play of the pins absorbs the tilt"
         )
         raise DescriptionError(
-            f"robot {mechanism.name!r}: pins hold the ends of {tilt.loop_joint!r} in a plane, and"
-            f" its loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
+            f"robot {mechanism.name!r}: the pins of {tilt.loop_joint!r} keep it in a plane, but its"
+            f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
         )
     names = {tilt.loop_joint for tilt in found}
     swings = {strut.swing_name for strut in mechanism.struts if strut.name in names}

@@ -207,8 +207,8 @@ class Legs:
             raise LoopError(f"the loop of {name} does not close at the reference")
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             raise DescriptionError(
-                f"both branches of the loop of {name} are equally near to the reference, or it is "
-                "at a dead point there: choose a reference nearer to one of them"
+                f"both branches of the loop of {name} are equally near to the reference, or the "
+                "loop is at a dead point there: choose a reference nearer to one branch"
             )
         self.reference.sides[(name,)] = min(distances, key=distances.__getitem__)
         return self.reference.sides[(name,)]
