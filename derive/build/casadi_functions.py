@@ -49,7 +49,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
 
 
 def _folder(robot: str | Path | Described) -> Path | None:
-    """Returns the generated folder of a robot; None for a description or a description file."""
+    """Returns the generated folder of a robot, or None for a description or its file."""
     if not isinstance(robot, str | Path):
         return None
     is_name = isinstance(robot, str) and os.sep not in robot

@@ -91,7 +91,7 @@ def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
 def _group(
     coordinates: Sequence[str], rows: Mapping[str, Row]
 ) -> tuple[dict[str, Mimic], Gears | None] | None:
-    """Returns mimic joints and transmission of a group; None if URDF cannot express the group."""
+    """Returns mimic joints and transmission of a group, or None if URDF cannot express it."""
     own = coordinates[0]
     if len(coordinates) == 1 and rows.get(own) == ((1,), 0):
         return _followers(rows, [own]), None
@@ -121,7 +121,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Returns the transmission with these equations, in the order of the joints; None if none."""
+    """Returns the transmission with these equations, in joint order, or None if none fits."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One

@@ -21,7 +21,7 @@ class Motor:
     Attributes:
         name: Unique name among joints and motors.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or meter); None if unbounded.
+        limits: Lowest and highest value (radian or meter), or None if unbounded.
         assumed: Names of the fields that the source of the description does not state.
     """
 

@@ -190,8 +190,8 @@ class Mechanism:
         notes: Changes and assumptions made when the description was read.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
-        nominal: The nominal design of a calibrated robot, with the same joints and struts; None if
-            the robot is not calibrated.
+        nominal: The nominal design of a calibrated robot, with the same joints and struts, or None
+            if the robot is not calibrated.
         springs: Passive joints with springs in the description, and their values at rest (radian
             or meter). The mobility analysis treats them as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the

@@ -119,7 +119,7 @@ class ClosedLoops:
     def _nearer(
         self, w: Vector, here: Evaluated, free: Vector, rcond: float
     ) -> tuple[Vector, Evaluated] | None:
-        """Returns w after a Newton step, halved until the residual falls; None if it never does."""
+        """Returns w after a Newton step, halved until the residual falls, or None on failure."""
         residual, J, _ = here
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None

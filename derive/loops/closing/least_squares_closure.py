@@ -103,7 +103,7 @@ def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
-    """Returns the loops of a platform with more actuators than freedoms; None for other robots."""
+    """Returns the loops of a platform with more actuators than freedoms, otherwise None."""
     try:
         spare = spare_actuators(ClosedLoops(mechanism))
     except DescriptionError:

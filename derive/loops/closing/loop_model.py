@@ -26,7 +26,7 @@ class LoopModel:
         mechanism: The description. Pins with a tilt that the file accepts are modeled as balls.
         terms: Names of all terms.
         least_squares_closure: The loops that close only in the least-squares sense, with their
-            closure errors; None if all loops close.
+            closure errors, or None if all loops close.
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.
         passive: Names of the passive joints in z, without drives that are coupled to other joints.

@@ -79,7 +79,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 
 def hexapod_of(h: SolvedLoops) -> Hexapod | None:
-    """Returns the six rods of a spatial platform; None for all other robots."""
+    """Returns the six rods of a spatial platform, or None for all other robots."""
     platform = free_platform(h, FREE)
     if platform is None:
         return None
