@@ -18,13 +18,11 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Offsets [rad or m] of a fixed joint, to test whether axes keep their relation when it moves."""
-_GENERIC = 0.4
-"""The other joints have multiples of this value [rad or m], so that their axes have no special
-relation."""
+"""Values [rad or m] of a fixed joint, to test whether axes keep their relation when it moves."""
+_OTHER_RATES = (0.4, 0.73)
+"""The other joints are at multiples of these values; a special relation holds for both."""
 _SEARCH = 16
-"""Number of Newton steps from each start configuration; then only configurations near the pose
-continue."""
+"""Newton steps from each start configuration; then only configurations near the pose continue."""
 _TURNS = 96
 """Number of start configurations with random revolute joints for each solution slot."""
 
@@ -41,7 +39,7 @@ class CompleteInverse:
         names: The fixed joints.
         solve: The inverse, `solve(T, fixed={...})`.
         fk_jacobian_mixed: Forward kinematics of a serial robot.
-        fixed: Indices of the fixed joints in q, () for a robot with loops.
+        fixed: Indices of the fixed joints in q, () if the solutions are complete already.
     """
 
     names: tuple[str, ...]
@@ -57,11 +55,12 @@ class CompleteInverse:
         Solutions without a slot get further slots, whose labels are empty.
         """
         batch, kind = solutions.valid.shape[:-1], type(solutions)
-        at = np.stack([np.broadcast_to(values[name], batch) for name in self.names], -1)
+        at = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), -1)
         is_finite = np.isfinite(at).all(-1) & np.isfinite(T).all((-2, -1))
         is_open = is_finite & self._is_degenerate(kind, at)
         if not is_open.any():
             return solutions
+        at = np.broadcast_to(at, (*batch, at.shape[-1]))
         poses = project(np.broadcast_to(T, (*batch, 4, 4))[is_open], caller="ik")
         aside = (at[is_open] + GIVEN_ASIDE).T
         near = self.solve(poses, fixed=dict(zip(self.names, aside, strict=True)))
@@ -79,13 +78,15 @@ class CompleteInverse:
         return _with_slots(solutions, further)
 
     def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
-        """Test for values (..., f) at which the axes have special relations."""
-        offsets = np.array([0.0, *_OTHER_VALUES])[:, None]
-        n = len(kind.wraps)
-        q = np.tile(_GENERIC * np.arange(1, n + 1), (*at.shape[:-1], len(offsets), 1))
-        q[..., self.fixed] = at[..., None, :] + offsets
-        holds = self._relations(q, kind.unit_length) <= GIVEN_NEAR
-        return np.asarray((holds[..., 0, :] & ~holds[..., 1:, :].all(-2)).any(-1))
+        """Test for values (..., f) at which axes have relations that other values break."""
+        n, count = len(kind.wraps), len(self.fixed)
+        others = np.outer(_OTHER_VALUES, 1 + np.arange(count) / 7)
+        values = np.concatenate([at.reshape(-1, count), others])
+        q = np.repeat(np.outer(_OTHER_RATES, 1 + np.arange(n))[:, None], len(values), 1)
+        q[..., self.fixed] = values
+        holds = (self._relations(q, kind.unit_length) <= GIVEN_ASIDE).all(0)
+        special, always = np.split(holds, [-len(others)])
+        return np.asarray((special & ~always.all(0)).any(-1)).reshape(at.shape[:-1])
 
     def _relations(self, q: FloatArray, unit: float) -> FloatArray:
         """Return sine, cosine and reciprocal product of the pairs of axes around a fixed joint."""
@@ -99,8 +100,8 @@ class CompleteInverse:
         first, second = axis[..., a, :], axis[..., b, :]
         product = v[..., a, :] * omega[..., b, :] + v[..., b, :] * omega[..., a, :]
         sine = np.linalg.norm(np.cross(first, second), axis=-1)
-        found = np.concatenate([sine, (first * second).sum(-1), product.sum(-1)], -1)
-        return np.asarray(np.abs(found))
+        parts = (sine, (first * second).sum(-1), product.sum(-1))
+        return np.asarray(abs(np.concatenate(parts, -1)))
 
     def _free(self, n: int) -> list[int]:
         return [k for k in range(n) if k not in self.fixed]
@@ -149,8 +150,7 @@ def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solution
 
 def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
     """Return solutions with additional slots, as many as the pose with the most solutions needs."""
-    most = max(len(more.valid) for more in further.values())
-    if not most:
+    if not (most := max(len(more.valid) for more in further.values())):
         return slots
     labels = (*slots.labels, *[""] * most) if slots.labels else ()
     facts = slots.coordinates, slots.wraps, labels, slots.unit_length
@@ -161,5 +161,5 @@ def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) 
     for index, more in further.items():
         for field, values in zip(added, more, strict=True):
             field[index][: len(more.valid)] = values
-    axis = len(shape) - 1
-    return kind(*(np.concatenate(pair, axis) for pair in zip(slots, added, strict=True)))
+    pairs = zip(slots, added, strict=True)
+    return kind(*(np.concatenate(pair, len(shape) - 1) for pair in pairs))

@@ -69,7 +69,7 @@ class FixedJoints:
         is_own = set(names) == set(self._parameters)
         solve = self._with_parameters if is_own else self._derived(names)
         indices: tuple[int, ...] = ()
-        if not self.manifest.loops.chain:
+        if is_own and not self.manifest.loops.chain:  # a derived inverse is complete
             indices = tuple(self._joints.index(name) for name in names)
         fk_jacobian = self._with_role("pose and jacobian", "actuators")
         inverse = CompleteInverse(names, solve, fk_jacobian, indices)

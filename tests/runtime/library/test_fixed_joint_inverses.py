@@ -10,6 +10,7 @@ import pytest
 import chasles
 from chasles import se3
 from chasles.closed_form import fixed_joints
+from chasles.closed_form.complete_inverse import CompleteInverse
 from chasles.derive import write
 from tests.support.compiling import COMPILER
 from tests.support.generators.drawn_arms import random_arm
@@ -231,6 +232,34 @@ def test_degenerate_values_of_fixed_joint_lose_and_repeat_no_solution(seed, tmp_
     for row in range(len(q)):
         one = arm.ik(T[row], fixed={"j2": 0.0})
         np.testing.assert_allclose(one.valid_q(), found.at(row).valid_q(), atol=1e-9)
+
+
+def test_values_near_a_degenerate_value_lose_no_solution(panda):
+    rng, joint = np.random.default_rng(5), 2
+    steps = [sign * 10.0**-decade for decade in range(1, 13) for sign in (1, -1)]
+    values = np.add.outer([0.0, np.pi / 2, np.pi / 4], [0.0, *steps]).ravel()
+    q = rng.uniform(-2, 2, (4, len(values), 7))
+    q[..., joint] = values
+    found = panda.ik(panda.fk(q), fixed={"joint3": values})
+    apart = np.abs(np.angle(np.exp(1j * (found.q - q[..., None, :])))).max(-1)
+    near = np.where(found.valid, apart, np.inf).min(-1) < 1e-6
+    J = np.delete(panda.jacobian_mixed(q), joint, -1)
+    regular = np.linalg.svd(J, compute_uv=False)[..., -1] > 1e-3
+    assert regular.sum() > 200
+    assert near[regular].all()
+
+
+def test_generic_values_of_fixed_joints_need_no_search(panda, monkeypatch):
+    searched = []
+    search = CompleteInverse._found
+    monkeypatch.setattr(
+        CompleteInverse, "_found", lambda *args: searched.append(args) or search(*args)
+    )
+    q = np.random.default_rng(6).uniform(0.1, 1.4, (1000, 7))
+    assert panda.ik(panda.fk(q), fixed={"joint3": q[:, 2]}).valid.any(-1).all()
+    assert not searched
+    panda.ik(panda.fk(q[0] * [1, 1, 0, 1, 1, 1, 1]), fixed={"joint3": 0.0})
+    assert len(searched) == 1
 
 
 def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
