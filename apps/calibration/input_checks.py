@@ -53,9 +53,10 @@ _SLIDES = {
 _NEIGHBOURS = 2
 """Coordinates of two joints may be added to each other if the joint indices differ by at most this
 value."""
-_FEW = 6
-"""Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
-checked for any number of rows."""
+_MIN_SURPLUS = 9
+"""Minimum number of equations minus unknowns for mistakes in joints, rows and conventions. With
+fewer surplus equations, wrong input may fit by chance. The unit of length is checked for any number
+of rows."""
 _ALIKE = 1.5
 """Up to this ratio of misfits, two mistakes count as equally good; the more frequent mistake is
 reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll
@@ -77,6 +78,14 @@ class Mistake(NamedTuple):
     measurements: Measurements
     factor: float = 1.0
 
+    def comparable(self, misfit: float) -> float:
+        """Return the misfit of the corrected input [m], for comparison with the stated misfit.
+
+        Shorter lengths have shorter errors, so the misfit is divided by a factor below 1. Longer
+        lengths get no such bonus.
+        """
+        return misfit / min(self.factor, 1.0)
+
 
 def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
     """Yield the possible mistakes in coordinates and measurements, with the corrected input.
@@ -89,12 +98,19 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
         yield Mistake(words, q, measured._scaled(factor), factor)
+    for mistake in _table_mistakes(robot, q, measured, turning):
+        if mistake.measurements._surplus >= _MIN_SURPLUS:
+            yield mistake
+
+
+def _table_mistakes(
+    robot: Robot, q: FloatArray, measured: Measurements, turning: BoolArray
+) -> Iterator[Mistake]:
+    """Yield the possible mistakes in joint units, joints, rows and conventions."""
     for kind, units in ((turning, _ANGLES), (~turning, _SLIDES)):
         for words, factor in units.items():
             if kind.any():
                 yield Mistake(words, np.where(kind, factor * q, q), measured)
-    if len(q) < _FEW:
-        return
     names = [coordinate.name for coordinate in robot.coordinates]
     for words, corrected in (*_wrong_joints(names, q), *_wrong_zeros(names, q, turning)):
         yield Mistake(words, corrected, measured)
@@ -166,7 +182,7 @@ def check_input(
         return
     tried = _tried(robot, q, p, measurements)
     misfit, mistake = _likely(tried)
-    if BETTER * misfit >= stated and len(q) >= _FEW:
+    if BETTER * misfit >= stated and measurements._surplus >= _MIN_SURPLUS:
         misfit, mistake = min(_pairs(robot, p, tried), key=_misfit)
     if BETTER * misfit < stated:
         raise InputValueError(_sentence("nominal", stated, misfit, mistake))
@@ -191,7 +207,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         start = mistake.measurements._start(found.robot.fk_p(mistake.q, p))
         problem = problem_at(found.robot, mistake.q, start, vary)
         try:
-            without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
+            without = mistake.comparable(left(problem.solved(problem.x0, robust=True)))
         except InputValueError:
             continue  # The corrected measurements are inconsistent with each other.
         if MUCH_BETTER * without < rest:
@@ -203,7 +219,7 @@ def _tried(
 ) -> list[tuple[float, Mistake]]:
     """Return the misfit of the nominal robot after each correction, frequent mistakes first."""
     return [
-        (m.measurements._start(robot.fk_p(m.q, p)).misfit / m.factor, m)
+        (m.comparable(m.measurements._start(robot.fk_p(m.q, p)).misfit), m)
         for m in mistakes(robot, q, measurements)
     ]
 
@@ -225,7 +241,7 @@ def _pairs(
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"
-        yield misfit / one.factor, other._replace(words=words, factor=one.factor * other.factor)
+        yield one.comparable(misfit), other._replace(words=words, factor=one.factor * other.factor)
 
 
 def _sentence(robot: str, stated: float, without: float, mistake: Mistake) -> str:

@@ -45,6 +45,7 @@ class _OneNumber(Measurements):
 
     values: FloatArray
     sigma: float = SMALL
+    _n_frame_unknowns: ClassVar[int] = 0
     _fixes_tool: ClassVar[bool] = False
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"values": (None,)}
 

@@ -56,6 +56,7 @@ class StationPositions(Measurements):
     station: IntArray
     sigma: float = SMALL
     T_W_station: FloatArray = field(default_factory=lambda: np.eye(4)[None])
+    _n_frame_unknowns: ClassVar[int] = 6
     _fixes_tool: ClassVar[bool] = False
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"points": (None, None, 3)}
 

@@ -55,6 +55,8 @@ class Start(NamedTuple):
 class Measurements(ABC):
     """Measurements at N configurations."""
 
+    _n_frame_unknowns: ClassVar[int]
+    """Number of unknowns of the frames that `_start` estimates."""
     _fixes_tool: ClassVar[bool]
     """Whether the tool orientation is measured; then tool corrections replace the targets."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
@@ -91,6 +93,11 @@ class Measurements(ABC):
     @abstractmethod
     def rows(self) -> IntArray:
         """(M,) row index of each error."""
+
+    @property
+    def _surplus(self) -> int:
+        """Number of errors minus number of unknowns, for a robot without variable parameters."""
+        return len(self.rows) - len(self.unknowns) - self._n_frame_unknowns
 
     @property
     @abstractmethod
@@ -184,6 +191,7 @@ class Positions(Measurements):
 
     points: FloatArray
     sigma: float = SMALL
+    _n_frame_unknowns: ClassVar[int] = 6
     _fixes_tool: ClassVar[bool] = False
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {"points": (None, None, 3)}
 
@@ -286,6 +294,7 @@ class Poses(Measurements):
     T: FloatArray
     sigma: tuple[float, float] = (SMALL, SMALL)
     T_tool_probe: FloatArray = field(default_factory=lambda: np.eye(4))
+    _n_frame_unknowns: ClassVar[int] = 12
     _fixes_tool: ClassVar[bool] = True
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]] = {
         "T": (None, 4, 4),

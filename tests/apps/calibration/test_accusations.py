@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles import se3
-from chasles.calibration import Distances, PlaneContacts, identify
+from chasles.calibration import Distances, PlaneContacts, SphereContacts, identify
 from chasles.calibration.diagnostics import diagnose
 from chasles.calibration.fitting.noise import OUTLYING, Linearized, limit
 from tests.support.calibration_verdicts import verdict
@@ -99,6 +99,24 @@ def test_correct_measurements_get_no_accusation(arm, device):
         if not said.is_too_few:
             break
     assert said.is_clean, said.text
+
+
+def test_few_contacts_suggest_no_correction_of_the_table(loaded):
+    """Nine contacts have two equations more than unknowns, and eight shifted contacts have one."""
+    arm = loaded("irb120")
+    draw = simulated(arm, 3276006344)
+    assert isinstance(draw.measurements, SphereContacts)
+    assert draw.measurements._surplus == 2
+    assert "they fit" not in verdict(arm, draw).text
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_surplus_is_residual_degrees_of_freedom_without_parameters(arm, device):
+    draw = simulated(arm, 5, device=device)
+    start = draw.measurements._start(arm.fk(draw.q))
+    n_variables = len(start.unknowns) + draw.measurements._n_frame_unknowns
+    errors = draw.measurements._errors(start.T_W_base @ arm.fk(draw.q), start.unknowns)
+    assert draw.measurements._surplus == len(errors) - n_variables
 
 
 def test_measurements_of_other_robots_get_a_doubt(arm):
