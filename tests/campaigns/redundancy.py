@@ -16,8 +16,8 @@ from .campaign import Campaign, Outcome
 
 SAMPLES, CELLS = 400, 48
 """Number of poses on a path. Number of grid points of the oracle for each parameter."""
-EVERY = 8
-"""The oracle uses every eighth pose."""
+ORACLE = 51
+"""Number of poses of the oracle, with the first and the last pose of the path."""
 ON_PATH = 1e-9
 """Maximum distance of the motion from the path [m]."""
 
@@ -29,7 +29,8 @@ def trial(number: int) -> Outcome:
     try:
         path = resolve_redundancy(robot, T, q_seed, limits=limits)
     except chasles.OutOfReachError as error:
-        if reached_poses(robot, T[::EVERY], limits, CELLS) == len(T[::EVERY]):
+        chosen = T[np.linspace(0, SAMPLES - 1, ORACLE).round().astype(int)]
+        if reached_poses(robot, chosen, limits, CELLS) == ORACLE:
             return Outcome({"missed": 1}, failures=(f"a motion exists: {error}",))
         return Outcome({"out of reach": 1})
     outside = ~((path.q >= limits[:, 0]) & (path.q <= limits[:, 1]))
