@@ -1,31 +1,18 @@
 """The module in JAX: values and solutions in both precisions, and special names."""
 
-import itertools
 from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
 import pytest
-import sympy as sp
 
 import chasles
 from chasles.autodiff import for_jax
 from chasles.derive import write
 from chasles.derive.emit.jax.functions import definition, safe
 from chasles.derive.emit.precision.evaluation import evaluate
-from chasles.derive.program.operations import (
-    LOGIC,
-    Compute,
-    Constant,
-    Input,
-    Operation,
-    Program,
-    Store,
-    Variable,
-)
-from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
-from chasles.derive.terms.terms import Terms
 from tests.support.cuda_shim import SOLVED, TOLERANCE
 from tests.support.derivations import robot_of
+from tests.support.every_operation import INPUTS, every_operation
 from tests.support.exports import (
     apart,
     configurations,
@@ -43,7 +30,6 @@ FUNCTIONS = ["fk", "jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik", 
 """The bound of an inverse is measured with the Jacobian."""
 KINDS = {"double": np.float64, "float": np.float32}
 SAMPLES = 10_000
-ONLY_ON_LANES = {Operation.RECIPROCAL_SQRT, Operation.SUPPLEMENT}
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +141,7 @@ def test_for_jax_refuses_a_folder_without_the_module(tmp_path, folder):
         for_jax(robot, tmp_path)
     with pytest.raises(chasles.InputValueError, match="holds no jax source of this ur5e"):
         for_jax(robot, folder / "panda")
-    with pytest.raises(chasles.InputValueError, match="has no hessian_mixed"):
+    with pytest.raises(chasles.InputValueError, match="has no function hessian_mixed"):
         for_jax(robot, folder / "ur5e")
 
 
@@ -168,38 +154,10 @@ def test_module_names_functions_that_need_a_solver(tmp_path):
 
 
 def test_each_operation_equals_its_meaning(folder, tmp_path):
-    operations = [operation for operation in Operation if operation not in ONLY_ON_LANES]
-    inputs = (Input(0, 0), Input(0, 1))
-    condition = Compute(Variable(0), Operation.LESS, inputs)
-    statements = [condition]
-    for k, operation in enumerate(operations):
-        first, second = Variable(1 + 2 * k), Variable(2 + 2 * k)
-        statement = Compute(first, operation, operands(operation, condition.result, inputs))
-        statements.append(statement)
-        if statement.is_condition:
-            values = (first, Constant(2.0), Constant(-3.0))
-            statements.append(Compute(second, Operation.SELECT, values))
-        statements.append(Store(0, k, second if statement.is_condition else first))
-    program = Program("all", ("lambda",), ("y",), inputs, tuple(statements))
-    y = Result("y", (), (len(operations),), "1", "results")
-    argument = Argument("lambda", sp.symbols("x_0 x_1"), (2,), "1", "numbers")
-    function = SymbolicFunction("everything", "", "", (argument,), (y,), terms=Terms({}))
+    function, program = every_operation("lambda")
     head = (folder / "ur5e" / "ur5e_jax.py").read_text().split("\ndef fk(")[0]
     path = tmp_path / "every.py"
     path.write_text(f"{head}\n{definition(function, ['All.'], program)}")
-    numbers = [-2.5, -1.0, -0.0, 0.0, 0.3, 1.0, 4.0, np.nan]
-    x = np.array(list(itertools.product(numbers, numbers)))
-    (exact,) = evaluate(program, [x], np.float64)
-    np.testing.assert_allclose(module_of(path).everything(x), exact, rtol=1e-15, atol=0)
-    assert safe("q") == "q"
-
-
-def operands(operation, condition, inputs):
-    """Returns operands of an operation."""
-    if operation in LOGIC:
-        return (condition,) if operation is Operation.NOT else (condition, condition)
-    if operation is Operation.SELECT:
-        return (condition, *inputs)
-    two = {"ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "ATAN2", "MIN", "MAX"}
-    comparisons = {"LESS", "LESS_EQUAL", "EQUAL", "NOT_EQUAL"}
-    return inputs if operation.name in two | comparisons else inputs[:1]
+    (exact,) = evaluate(program, [INPUTS], np.float64)
+    np.testing.assert_allclose(module_of(path).every(INPUTS), exact, rtol=1e-15, atol=0)
+    assert [safe("q"), safe("lambda"), safe("batch")] == ["q", "lambda_", "batch_"]

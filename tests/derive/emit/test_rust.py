@@ -3,7 +3,6 @@
 The continuous integration does not install Rust.
 """
 
-import itertools
 import os
 import re
 import shutil
@@ -11,25 +10,13 @@ import subprocess
 
 import numpy as np
 import pytest
-import sympy as sp
 
 import chasles
 from chasles.derive import write
 from chasles.derive.emit.precision.evaluation import evaluate
 from chasles.derive.emit.rust.functions import definition, safe
-from chasles.derive.program.operations import (
-    CALLS,
-    LOGIC,
-    Compute,
-    Constant,
-    Input,
-    Operation,
-    Program,
-    Store,
-    Variable,
-)
-from chasles.derive.terms.symbolic_function import Argument, Result, Signature
 from tests.support.derivations import robot_of
+from tests.support.every_operation import INPUTS, every_operation
 from tests.support.exports import (
     apart,
     configurations,
@@ -53,15 +40,6 @@ POSE_ERROR = 1e-9
 PAGE = "how-to/rust.md"
 CALLED = {"sin", "cos", "sqrt", "atan2", "memcpy", "memset"}
 """Functions of C that the code without Rust's standard library calls."""
-ONLY_ON_LANES = {Operation.RECIPROCAL_SQRT, Operation.SUPPLEMENT}
-UNARY = CALLS - {Operation.ATAN2} | {
-    Operation.SQUARE,
-    Operation.NEGATE,
-    Operation.SQRT,
-    Operation.ABS,
-    Operation.SIGN,
-}
-X = (Input(0, 0), Input(0, 1))
 CALLER = """\
 use chasles_{name}::*;
 use std::io::{{stdin, stdout, BufReader, BufWriter, Read, Write}};
@@ -224,21 +202,7 @@ def test_crate_names_functions_that_need_a_solver(tmp_path):
 
 
 def test_each_operation_equals_its_meaning(crates, tmp_path):
-    operations = [operation for operation in Operation if operation not in ONLY_ON_LANES]
-    condition = Compute(Variable(0), Operation.LESS, X)
-    statements = [condition]
-    for k, operation in enumerate(operations):
-        first, second = Variable(1 + 2 * k), Variable(2 + 2 * k)
-        statement = Compute(first, operation, operands(operation, condition.result))
-        statements.append(statement)
-        if statement.is_condition:
-            values = (first, Constant(2.0), Constant(-3.0))
-            statements.append(Compute(second, Operation.SELECT, values))
-        statements.append(Store(0, k, second if statement.is_condition else first))
-    program = Program("all", ("x",), ("y",), X, tuple(statements))
-    y = Result("y", (), (len(operations),), "1", "results")
-    argument = Argument("x", sp.symbols("x_0 x_1"), (2,), "1", "numbers")
-    function = Signature("all", "Every operation.", "", (argument,), (y,))
+    function, program = every_operation("x")
     crate = tmp_path / "ur5e"
     ignored = shutil.ignore_patterns("target", "solutions.rs", "page.rs")
     shutil.copytree(crates / "ur5e", crate, ignore=ignored)
@@ -247,20 +211,9 @@ def test_each_operation_equals_its_meaning(crates, tmp_path):
     rows = CALLER.format(name="ur5e", arms=arm(function))
     (crate / "examples" / "rows.rs").write_text(rows)
     cargo(crate, "build", "--examples")
-    numbers = [-2.5, -1.0, -0.0, 0.0, 0.3, 1.0, 4.0, np.nan]
-    inputs = np.array(list(itertools.product(numbers, numbers)))
-    (found,) = called(crate, function, [inputs])
-    (exact,) = evaluate(program, [inputs], np.float64)
+    (found,) = called(crate, function, [INPUTS])
+    (exact,) = evaluate(program, [INPUTS], np.float64)
     np.testing.assert_allclose(found, exact, rtol=1e-15, atol=0)
-
-
-def operands(operation, condition):
-    """Returns operands of an operation."""
-    if operation in LOGIC:
-        return (condition,) if operation is Operation.NOT else (condition, condition)
-    if operation is Operation.SELECT:
-        return (condition, *X)
-    return X[:1] if operation in UNARY else X
 
 
 def test_reserved_names_of_rust_get_an_underscore():
