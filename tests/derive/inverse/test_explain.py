@@ -263,3 +263,21 @@ def test_self_motion_of_four_parallel_axes_names_them():
     words = "joint2, joint3, joint4 and joint5 can move without moving the tool"
     assert self_motion(lines) == words
     assert self_motion(lines, (4,)) == ""
+
+
+def test_mechanism_without_a_loop_is_explained():
+    text = """
+name = "two_links"
+title = "Two links with a side link"
+convention = "urdf"
+tool = { body = "second", xyz = [0.2, 0, 0] }
+actuated = ["a", "b", "c"]
+units = { length = "m", angle = "rad" }
+joints = [
+  { name = "a", link = "first", axis = [0, 0, 1] },
+  { name = "b", link = "second", axis = [0, 0, 1], xyz = [0.3, 0, 0] },
+  { name = "c", link = "side", parent = "first", axis = [0, 0, 1], xyz = [0.1, 0, 0] },
+]
+"""
+    said = str(explain(read_text(text)))
+    assert "The actuators follow from the main chain by constant ratios." in said

@@ -29,9 +29,11 @@ def test_moving_part_of_the_chain_is_solved_before_the_actuators():
     text = printed(drawn_platform(13))
     assert "The actuators follow from these joints" in text
     assert r"so \texttt{ik} has one slot" in text
+    assert "degrees of freedom" not in text
 
 
 @pytest.mark.parametrize("kind", ["tripteron", "exechon"])
 def test_legs_that_are_serial_arms_are_named(kind):
     text = printed(drawn_as(LEG_KINDS[kind], 1))
     assert "are solved as serial arms whose last link has the pose" in text
+    assert "The tool has 3 degrees of freedom: the residual of an unreachable pose" in text
