@@ -104,7 +104,7 @@ def test_missing_meshes_are_one_warning(without_files, caplog):
     with pytest.warns(UserWarning, match="2 of 3 meshes were not found; their links") as given:
         meshes = body_meshes(without_files, skeleton(chasles.load(without_files)))
     assert len(meshes) == 2
-    assert len(given) == 1
+    assert [item.category for item in given].count(UserWarning) == 1
     assert not caplog.records
 
 

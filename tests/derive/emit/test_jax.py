@@ -1,5 +1,6 @@
 """The module in JAX: values and solutions in both precisions, and special names."""
 
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
@@ -23,13 +24,25 @@ from tests.support.exports import (
     right_angles,
 )
 
-jax = pytest.importorskip("jax")
-jax.config.update("jax_enable_x64", True)
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 FUNCTIONS = ["fk", "jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik", "chain"]
 """The bound of an inverse is measured with the Jacobian."""
 KINDS = {"double": np.float64, "float": np.float32}
 SAMPLES = 10_000
+
+
+@cache
+def jax():
+    """Returns JAX in double precision; only these tests import it, because it starts threads."""
+    module = pytest.importorskip("jax")
+    module.config.update("jax_enable_x64", True)
+    return module
+
+
+@pytest.fixture(autouse=True)
+def installed():
+    """Skips the tests without JAX."""
+    jax()
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +74,7 @@ def called(folder, name, info, kind, inputs):
         np.reshape(x, (len(x), *item.shape)).astype(KINDS[kind])
         for x, item in zip(inputs, info.inputs, strict=True)
     ]
-    found = jax.jit(function)(*arrays)
+    found = jax().jit(function)(*arrays)
     found = found if isinstance(found, tuple) else (found,)
     assert {x.dtype for x in found} == {np.dtype(KINDS[kind])}
     return list(map(np.asarray, found))
@@ -127,11 +140,11 @@ def test_for_jax_calls_the_module_on_other_devices(tmp_path):
     arm, q = for_jax(robot, tmp_path / "ur5e"), configurations(robot, 20)
     for function in (arm.fk, arm.ik):
         argument = q if function is arm.fk else robot.fk(q)
-        lowered = jax.jit(function).trace(argument).lower(lowering_platforms=("cuda",)).as_text()
+        lowered = jax().jit(function).trace(argument).lower(lowering_platforms=("cuda",)).as_text()
         assert "chasles_rows" not in lowered
-        assert "chasles_rows" in jax.jit(function).lower(argument).as_text()
+        assert "chasles_rows" in jax().jit(function).lower(argument).as_text()
     np.testing.assert_array_equal(arm.fk(q), robot.fk(q))
-    gradients = jax.vmap(jax.grad(lambda q: arm.fk(q)[2, 3]))(q)
+    gradients = jax().vmap(jax().grad(lambda q: arm.fk(q)[2, 3]))(q)
     np.testing.assert_allclose(gradients, robot.jacobian_mixed(q)[:, 2], atol=1e-15)
 
 
