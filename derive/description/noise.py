@@ -2,10 +2,10 @@
 
 The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits,
 such as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple
-of 15 degrees that is rounded to the written decimal places, such as 1.5708. It may also be a
-fraction of a rounded pi, such as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit
-vector of cosines of such angles, such as (0.7071068, 0.7071068, 0), or a diagonal of a cube. Exact
-numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
+of 15 degrees that is rounded to the written decimal places, such as 1.5708. A rounded angle may
+also be a fraction of a rounded pi, such as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a
+unit vector of cosines of such angles, such as (0.7071068, 0.7071068, 0), or a diagonal of a cube.
+Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math

@@ -6,9 +6,9 @@ ball joints that no other joint follows.
 The arm is the chain with the most joints that have their own coordinate. Arms of equal length with
 different last joints are separate robots.
 
-The tip is rigidly connected to the last joint. It is the first link with a name in ``TOOL_NAMES``,
-otherwise the only end link except sensors, otherwise the child link of the last joint. The base is
-the root of the tree, or the child link of the last floating or planar joint.
+The tip is rigidly connected to the last joint. The tip is the first link with a name in
+``TOOL_NAMES``, otherwise the only end link except sensors, otherwise the child link of the last
+joint. The base is the root of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib

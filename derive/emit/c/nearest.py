@@ -115,7 +115,7 @@ def _of_joints(
 
 
 def _limits(robot: Described, *, is_shared: bool) -> list[str]:
-    """Returns the limits of the coordinates; with shared limits, followed by the joints' limits."""
+    """Returns the limits of the coordinates, and for shared limits also those of the joints."""
     limits = [coordinate.limits for coordinate in robot.coordinates]
     if is_shared and isinstance(robot, SerialRobot):
         limits += joint_limits(robot)

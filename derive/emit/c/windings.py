@@ -1,9 +1,9 @@
 """Generates the C tables with which a coupled robot searches the windings near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn: for example, both motors of a differential by half a turn each. The limits of such a robot
-form a polytope. Robots whose full turns are full turns of single coordinates, and whose coupled
-joints have no limits, need no tables.
+turn. For example, it may move both motors of a differential by half a turn each. The limits of such
+a robot form a polytope. Robots whose full turns are full turns of single coordinates, and whose
+coupled joints have no limits, need no tables.
 """
 
 import textwrap
@@ -21,7 +21,7 @@ COUPLINGS = "chasles_couplings.h"
 
 
 def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
-    """Whether the limits of a robot are a polytope, or joints turn several coordinates.
+    """Whether the limits of a robot form a polytope, or a full turn moves several coordinates.
 
     Args:
         derivation: The derivation of the robot.
@@ -35,7 +35,7 @@ def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
 
 
 def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
-    """Returns the limits of each joint; none for a joint whose coordinate has the same limits."""
+    """Returns the limits of each joint; no limits for a joint that equals its coordinate."""
     own = robot.linear_map
     named = [
         own.coordinates.index(j.name) if j.name in own.coordinates else -1 for j in robot.moving

@@ -78,8 +78,8 @@ def by_cosine(
 ) -> CosSin:
     """Like :func:`sp3`, but near the folded or stretched elbow only accurate to half the digits.
 
-    This variant of subproblem 3 needs fewer operations. It is used if every angle is valid and the
-    solution is only a preferred value.
+    This variant of subproblem 3 needs fewer operations. The variant is used if every angle
+    is valid and the solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

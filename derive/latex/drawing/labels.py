@@ -18,13 +18,13 @@ _DIRECTIONS = [
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
 """Minimum distance of a label from its point, and possible distances in addition."""
 _AFAR = 40
-"""Distance from which on a leader line connects a label to its point."""
+"""Minimum distance of a label from its point for a leader line between them."""
 _AWAY = 1.2
 """Cost per distance of a label from its point."""
 _GAP = 6
 """Distance between a leader line and the text of its label."""
 _CROSSED = 3
-"""Cost per length of a line in the drawing that a label covers."""
+"""Cost of a label that covers a line of the drawing, per covered length."""
 _LEVEL, _STEEP = 380, 380
 """Minimum components of the direction to a label: sideways, and up or down."""
 

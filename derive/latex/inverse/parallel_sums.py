@@ -53,7 +53,7 @@ def merged(
 ) -> dict[sp.Symbol, sp.Expr]:
     """Replaces two rotations about parallel axes by one rotation by the sum of their angles.
 
-    A term that contains only one of both rotations of a pair does not change.
+    A term that contains only one rotation of a pair does not change.
 
     Args:
         definitions: The defining expression of each named term.

@@ -24,7 +24,7 @@ linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
-    """Prints the table of p, the loop closure for any geometry, and the derivatives by p.
+    """Prints the table of p, the loop closure for any geometry, and derivatives with respect to p.
 
     Args:
         geometry: The functions whose geometry is an input, or None without parametric functions.

@@ -29,7 +29,7 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Formats a number as a multiple of pi; empty if it is not a multiple of a minute."""
+    """Formats an angle as a multiple of pi; empty if it is not a whole number of arc minutes."""
     factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
     return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
 

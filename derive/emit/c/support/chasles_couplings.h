@@ -37,7 +37,7 @@ static inline double chasles_row(int n, const double *row, const double *q)
 }
 
 /* Writes the range of an independent joint that the limits of coordinates and joints allow. The
- * range is measured without the constants, as phi in chasles_row. */
+ * range is measured without the constants, as phi in chasles_turns. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {

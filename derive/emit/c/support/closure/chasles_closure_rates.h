@@ -1,5 +1,5 @@
 /* Computes rates and derivatives of closed loops by the implicit function theorem. This file is
- * part of chasles and is the same for every robot. It is included by chasles_closure.h.
+ * part of chasles and is the same for every robot. The file is included by chasles_closure.h.
  *
  * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and
  * c_w (w_q)' = -(c_w)' w_q, where the actuated rows of the unknowns are given. D_u is factored only
