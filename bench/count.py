@@ -2,8 +2,8 @@
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
 counts depend only on the generated C and the compiler; replacements of library functions in the
-generated C are included. The count of a Python call is the difference between long and short runs,
-per additional call.
+generated C are included. The count of a Python call is the difference between a long and a short
+run, divided by the number of additional calls.
 """
 
 import json
@@ -189,7 +189,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
         "--compress-strings=no",
     ]
     subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
-    # The first part of the output is the program start, each further part a kernel.
+    # The first part of the output is the program start, and each further part is a kernel.
     parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
     totals = [
         own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))

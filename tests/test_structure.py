@@ -89,7 +89,7 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 
 
 def statements(body: list) -> Iterator[ast.AST]:
-    """Yields statements and the statements nested in them, without the many expressions."""
+    """Yields statements and their nested statements, but not the much more numerous expressions."""
     for node in body:
         yield node
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):
@@ -213,7 +213,7 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def test_ends_of_loop_joints_are_placed_by_the_loop_model_and_the_scene_only():
-    """Other files call one of these two functions for the position of a pin."""
+    """Other files get the position of a pin from the loop model or the scene."""
     placing = {"placement_matrix", "matrix", "onward", "at_values", "_on", "_rotation"}
     found = set()
     for path in DERIVE.rglob("*.py"):

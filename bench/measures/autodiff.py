@@ -18,7 +18,7 @@ from .nearest import minima
 ROWS = 100_000
 ROUNDS = 40
 LIMIT = 1.3
-"""Maximum ratio of the times in JAX or PyTorch and in C."""
+"""Maximum ratio of the time in JAX or PyTorch to the time in C."""
 FUNCTIONS = {"fk": "fk", "jacobian": "jacobian_mixed", "ik": "ik"}
 
 

@@ -1,4 +1,4 @@
-"""Time of the exported languages, compared with the generated C code that they call or print again.
+"""Time of functions in the exported languages, compared with the same functions in generated C.
 
 Both loops call the same compiled C code. The two loops run
 alternately, and each time is the minimum of several short runs.
@@ -22,7 +22,7 @@ from .nearest import ROUNDS, ROWS, minima, poses
 
 ROBOT = "ur5e"
 LIMIT = 1.05
-"""Maximum ratio of the times in C++ and C."""
+"""Maximum ratio of the time in C++ to the time in C."""
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik", "ik_nearest")
 LOOP = """
 extern "C" __attribute__((visibility("default"))) void {name}(

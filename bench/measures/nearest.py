@@ -1,4 +1,4 @@
-"""Time of the nearest solution, for controllers, compared with all solutions, in C and Python.
+"""Time to compute the nearest solution or all solutions, in C and Python.
 
 Times are minima of short alternating loops, so other processes have little influence. First, the
 results for many poses are compared with the results of solution filters.
@@ -21,7 +21,7 @@ ROBOT = "ur5e"
 POSES = 100_000
 """Number of poses at which ik_nearest is compared with the filters."""
 LIMIT = 1.15
-"""Maximum ratio of the times of ik_nearest and ik."""
+"""Maximum ratio of the time of ik_nearest to the time of ik."""
 CHAIN_US = 10.0
 """Maximum time of three filters on an idle machine [us]."""
 ROUNDS, ROWS, MOVE = 300, 200, 0.05

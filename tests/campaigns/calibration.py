@@ -1,6 +1,6 @@
 """Identification of random robots: error reduction, confidence intervals and warnings.
 
-Trials with an even number test errors and intervals. Each arm has axis errors up to 1 mm and
+Even-numbered trials test errors and intervals. Each arm has axis errors up to 1 mm and
 1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses,
 positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
@@ -94,7 +94,8 @@ class Judged:
         over: Error of the identified arm relative to the bound.
         is_reached: Whether the error is as small as for an efficient estimator.
         inside: Whether each interval contains the true value.
-        probability: Probability of smaller errors relative to their intervals.
+        probability: Probability that random errors are smaller, relative to the intervals, than
+        these errors.
     """
 
     fall: float

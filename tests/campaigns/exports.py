@@ -1,4 +1,4 @@
-"""Compares exported C++, CUDA kernels, plugins of MoveIt and MATLAB with the C of shipped robots.
+"""Compares exports (C++, CUDA kernels, MoveIt, MATLAB) with the C of shipped robots.
 
 The C is called pose by pose, because the batch code sums in another order.
 """
@@ -25,12 +25,12 @@ from tests.support.exports import apart, configurations, expected, inverse_of, r
 from .campaign import Campaign, Outcome
 
 ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
-"""The solvers of the last two are support C."""
+"""The inverses of the last two robots call solvers in the shared C files."""
 IN_CUDA = ROBOTS[:4]
 """Robots whose inverse has no iterative solver."""
 RIGHT_ANGLES = 2_000
 PLUGINS = ("ur5e", "panda", "puma560")
-"""Robots whose plugin of MoveIt is compared."""
+"""Robots whose MoveIt plugin is compared."""
 ROWS = 10_000
 EXACT = "-O1 -ffp-contract=off"
 """Compiler flags in addition to the default flags.
@@ -44,7 +44,7 @@ TOLERANCE = 1e-12
 
 def trial(number: int) -> Outcome:
     """Compares all compiled functions of one robot on random inputs."""
-    os.environ["CHASLES_CFLAGS"] = EXACT  # the runner restores it
+    os.environ["CHASLES_CFLAGS"] = EXACT  # the campaign runner restores this variable
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     rng, failures = np.random.default_rng(number), []
     finite, largest = 0, 0.0
@@ -145,7 +145,7 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
-    """Returns the largest difference; a NaN or infinity without its equal is infinitely far."""
+    """Returns the largest difference; infinite if unequal values include a NaN or infinity."""
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
     relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))
     return float(np.max(np.nan_to_num(relative, nan=np.inf), where=~is_same, initial=0.0))

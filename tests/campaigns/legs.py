@@ -40,7 +40,7 @@ FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 def trial(number: int) -> Outcome:
     """Compares the solution slots of one platform with its forward kinematics."""
-    # Every other platform is of a named kind.
+    # Even-numbered platforms have a kind with a name, such as a tripteron.
     if number % 2 == 0:
         kind = tuple(KINDS)[number // 2 % len(KINDS)]
         return outcome(drawn_as(KINDS[kind], number), number, kind)

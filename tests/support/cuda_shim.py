@@ -1,4 +1,4 @@
-"""Kernels of CUDA that a C++ compiler compiles for the processor, compared with the compiled C."""
+"""CUDA kernels, compiled by a C++ compiler for the processor and compared with the compiled C."""
 
 import ctypes
 import re
@@ -21,7 +21,7 @@ KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
 """Largest residual of a solution."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference of solutions at right angles; in double precision, of all results."""
+"""Largest difference from the C: of solutions at right angles, or of all double results."""
 
 
 class Shim:
@@ -115,7 +115,7 @@ def differing(shim, kind, q):
 
 
 def incomplete(shim, kind, q):
-    """Returns a line for each way in which the solutions at configurations differ from the C."""
+    """Returns a line for each kind of difference between solutions of the kernel and of the C."""
     robot, info, lines = shim.robot, inverse_of(shim.robot), []
     inputs = inputs_of(robot, info, q)
     exact = expected(robot, info, inputs)

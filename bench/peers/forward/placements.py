@@ -18,7 +18,7 @@ def matrix(motion: Motion) -> np.ndarray:
 
 
 def placements(arm: Arm) -> np.ndarray:
-    """Return transforms (n + 1, 4, 4) before each joint, which rotates about z, and to the tool."""
+    """Return the transforms (n + 1, 4, 4) to each joint, with its axis along z, and to the tool."""
     found = [np.eye(4)]
     for motion in arm.motions:
         if motion.value is None:

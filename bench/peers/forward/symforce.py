@@ -42,7 +42,7 @@ static void fk_jacobian(void *, const double *q, double *T, double *J)
 def loops(arm: Arm) -> list[Loop]:
     files = {"main.cpp": MAIN.format(n=arm.joints), **_generated(arm)}
     folder = headers("cmeel-eigen", "/Eigen/Core")
-    # The arrays are unaligned, because matrices in an array are not aligned.
+    # Eigen must not assume aligned memory, because matrices within an array are unaligned.
     flags = ("-DEIGEN_MAX_ALIGN_BYTES=0", f"-isystem{folder}")
     source = Source(f"symforce-{arm.name}", files, flags)
     return [loop("SymForce", arm.joints, source, by_columns=True)]

@@ -66,13 +66,13 @@ def test_gif_shows_trajectory_at_its_times(tmp_path, monkeypatch):
 
 
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
-    """The test writes the film with the packaged ffmpeg and reads it again."""
+    """The test writes a video with the packaged ffmpeg and reads the video again."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
     file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", fps=10)
     assert imageio_ffmpeg.count_frames_and_secs(file) == (2, pytest.approx(0.2))
-    # Each film frame equals the GIF frame, except for the lower color resolution of the film.
+    # Each video frame equals the GIF frame, except for the lower color resolution of the video.
     gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", fps=10)))
     read = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo"]
     data = subprocess.run([*read, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout
@@ -140,6 +140,6 @@ def test_film_without_trajectory_moves_every_coordinate_within_its_limits(name):
     assert (moved > 1e-3 * robot.unit_length).all()
     assert all(robot.is_within_limits(q) for q in rows)
     assert np.isfinite(bodies.poses(rows)).all()
-    # One coordinate moves at a time, and the film ends where it starts.
+    # One coordinate moves at a time, and the animation ends where it starts.
     assert ((np.abs(rows - bodies.q_drawn) > 1e-12).sum(axis=1) <= 1).all()
     np.testing.assert_allclose(rows[[0, -1]], bodies.q_drawn[None].repeat(2, 0), atol=1e-12)

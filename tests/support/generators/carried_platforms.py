@@ -1,7 +1,8 @@
 """Random platforms with joints before and behind them: a rail, a turntable, axes and a wrist.
 
-Platforms are rotary deltas, which hold the orientation of the platform, and hexapods. Axes behind a
-delta leave its tool as many freedoms as actuators; all other joints are redundant.
+Platforms are rotary deltas, which hold the orientation of the platform, and hexapods. With axes
+behind a delta, the tool has as many degrees of freedom as actuators. All other added joints are
+redundant.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ from chasles.derive import read_text
 
 BEFORE = ("", "rail", "turntable")
 BEHIND = {"delta": ("", "z", "zy", "xyz"), "hexapod": ("", "z", "zs")}
-"""Joints behind each kind of platform: axes x, y and z, or a slide s along z."""
+"""Joints behind each kind of platform: revolute axes x, y and z, or a prismatic joint s along z."""
 HEAD = """
 name = "carried"
 convention = "urdf"

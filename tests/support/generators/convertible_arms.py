@@ -11,8 +11,8 @@ from .drawn_arms import random_arm
 from .geometric_errors import displaced
 
 HELICAL, REVERSED, COUPLED, DRIVEN = 0.15, 0.2, 0.3, 0.5
-"""Fractions of helical and reversed joints, and of arms with a coupled joint; of the other arms,
-the fraction with a differential or a four-bar linkage."""
+"""Fractions of helical joints, of reversed joints, and of arms with a coupled joint. The last
+number is the fraction of the other arms that have a differential or a four-bar linkage."""
 
 
 def convertible_arm(seed: int) -> SerialRobot:

@@ -140,7 +140,7 @@ def stephenson(s: Sketch) -> None:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # A mechanism that is actuated at its other end has no dyads.
+        # If the second dyad is actuated instead of the crank, the loops do not split into dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 

@@ -23,7 +23,7 @@ def _arm_with_rods(name, heading, lengths, body, end):
         heading: Direction of the arm in degrees.
         lengths: Radius of the base, lengths of arm and rods, and half the distance of the rods.
         body: The body on which the rods end.
-        end: Position between both rod ends on this body.
+        end: Position of the midpoint between both rod ends on this body.
     """
     base, arm, rod, half = lengths
     out, side = _directions(heading)

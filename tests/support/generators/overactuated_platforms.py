@@ -63,7 +63,7 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
             continue
         up = 0.0 if kind == "planar" else (-1) ** k
         a = _on_circle(1.2, around[0], 0.8 * up)
-        # Pairs of cables turn the platform in opposite directions, which holds its rotation.
+        # Pairs of cables turn the platform in opposite directions, which fixes its orientation.
         b = _on_circle(0.3, around[1] + 0.8 * abs(up) * (-1) ** (k // 2), -0.25 * up)
         reference[name] = float(np.linalg.norm(np.array(_listed(a)) - _listed(b)))
         ends = "pin" if kind == "planar" else "ball"

@@ -1,8 +1,8 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
 A leg has three joints. One joint is actuated. One joint (the closure) is outside the joint tree:
-the base carries the joints before it, the platform the joints after it. Legs with two passive
-prismatic joints are excluded, because they constrain only the platform angle.
+the base carries the joints before the closure, and the platform carries the joints after it. Legs
+with two passive prismatic joints are excluded, because they constrain only the platform angle.
 """
 
 from dataclasses import dataclass

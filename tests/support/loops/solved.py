@@ -1,4 +1,4 @@
-"""The loops of a mechanism, as the functions of a robot read them."""
+"""Solutions of the loops of a mechanism, for tests of the loop solver."""
 
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.solve.solution import from_actuators, sorted_loops
@@ -10,6 +10,6 @@ def solved(mechanism):
 
 
 def forward(mechanism):
-    """Returns the solution from the actuators, which need not determine every joint."""
+    """Returns the loop solution from the actuators; some joints may remain undetermined."""
     model = loop_model(mechanism)
     return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)

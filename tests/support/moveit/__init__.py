@@ -64,7 +64,7 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
     places = ["-I", str(STUBS / "include"), "-I", str(include), "-I", str(package / "src")]
     shared = [*flags, "-fPIC", *places]
     c = ["gcc", "-std=c99", *shared, "-c", f"src/{name}.c", "-o", "robot.o"]
-    # One unit takes a third of the time: each unit compiles Eigen.
+    # A single compilation unit takes a third of the time, because each unit compiles Eigen.
     unit = "".join(f'#include "{source}"\n' for source in sources)
     cpp = ["g++", "-std=c++17", *shared, *WARNINGS, *EIGEN, "-shared", "unit.cpp", "robot.o"]
     with locked(library):

@@ -68,7 +68,7 @@ class Model:
         self.weights = -self.data.qfrc_inverse.copy()
 
     def children(self, parent):
-        """Returns the bodies on a body, as text."""
+        """Returns the MJCF text of all bodies that a body carries."""
         found = ""
         for k, body in enumerate(self.bodies):
             if body.joint and body.parent == parent:

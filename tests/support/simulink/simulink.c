@@ -1,7 +1,7 @@
 /* Runs the S-function that includes this file for one step. */
 
-/* Returns the number of outputs, or -1 if the block has an error. The inputs and outputs of all
- * ports follow each other. */
+/* Returns the number of outputs, or -1 if the block has an error. The array `inputs` contains the
+ * inputs of all ports in sequence, and the array `outputs` receives the outputs of all ports. */
 int simulate(const char *function, const double *inputs, double *outputs)
 {
     SimStruct block = {0};

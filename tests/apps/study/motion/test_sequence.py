@@ -11,7 +11,7 @@ from chasles.study.planning.plan import no_plan, plan_along
 INITIAL = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
 READY = np.radians([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493])
 T_READY = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.020], [0, 0, 0, 1.0]])
-"""Configuration (63), and configuration and pose at 25 s, from the papers; angles to 1e-8 deg."""
+"""Configuration in equation (63), and configuration and pose at 25 s, as printed in the papers."""
 DESCENT = 2.166
 HELD = ("theta1", "l_HI", "l_MN")
 
