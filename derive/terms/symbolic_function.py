@@ -142,6 +142,11 @@ class SymbolicFunction(Signature):
     signs: tuple[sp.Symbol, ...] = ()
     calls: tuple[Call, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Checks that the entries of each result fill its shape."""
+        for result in self.outputs:
+            assert result.size == self.branches * len(result.entries), (self.name, result.name)
+
     @property
     def arguments(self) -> tuple[Argument, ...]:
         """The arguments of the statements: the inputs, then the outputs of calls."""

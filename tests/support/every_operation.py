@@ -46,7 +46,8 @@ def every_operation(argument: str) -> tuple[SymbolicFunction, Program]:
             statements.append(Compute(second, Operation.SELECT, values))
         statements.append(Store(0, k, second if statement.is_condition else first))
     program = Program("all", (argument,), ("y",), X, tuple(statements))
-    y = Result("y", (), (len(OPERATIONS),), "1", "results")
+    entries = (sp.S.Zero,) * len(OPERATIONS)
+    y = Result("y", entries, (len(OPERATIONS),), "1", "results")
     x = Argument(argument, sp.symbols("x_0 x_1"), (2,), "1", "numbers")
     function = SymbolicFunction("every", "Every operation.", "", (x,), (y,), terms=Terms({}))
     return function, program
