@@ -75,6 +75,16 @@ def test_answers_equal_those_of_the_filters(arm):
     assert np.abs(found.q - expected).max() <= 1e-12
 
 
+def test_rounded_poses_near_singularities_have_the_answers_of_the_filters(arm):
+    rng = np.random.default_rng(0)
+    q = rng.integers(-2, 3, (500, 6)) * (np.pi / 2)
+    T = arm.fk(q)
+    T[:, :3] += rng.uniform(-1e-7, 1e-7, (500, 3, 4))
+    expected = arm.ik(T).within_limits()
+    assert (expected.valid.any(-1) & (arm.functions["ik"].ufunc(T)[1] > 1e-9).all(-1)).sum() > 20
+    np.testing.assert_array_equal(arm.ik_nearest(T, q).valid, expected.valid.any(-1))
+
+
 def test_single_result_has_scalars_and_reaches_the_pose(arm):
     T = arm.fk(Q)
     found = arm.ik_nearest(T, Q + 0.01)
