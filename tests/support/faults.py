@@ -131,8 +131,8 @@ def check_writes(write: Callable[[], object], folder: Path, match: str | None = 
     """Checks that each fault leaves the former files, and that a second write succeeds.
 
     The simulated faults are each file operation in turn, and a full disk at the start and before
-    the end. Of several files, the first may be moved before the move of a later one fails. Each
-    file then has its former or its new content.
+    the end. If several files are written, the first file may be moved before the move of a later
+    file fails. Each file then has its former or its new content.
 
     Args:
         write: Writes several files into a folder.

@@ -2,9 +2,9 @@
 
 Each module has one or more of these functions:
 
-    calls(arm)    Python calls for one pose: a list of Call
-    loops(arm)    compiled functions in a C loop: a list of Loop
-    batches(arm)  calls for many poses: a list of Batch
+    `calls(arm)`:    Returns Python calls for one pose, as a list of Call.
+    `loops(arm)`:    Returns compiled functions in a C loop, as a list of Loop.
+    `batches(arm)`:  Returns calls for many poses, as a list of Batch.
 
 A module raises ImportError if its package is not installed.
 """

@@ -3,7 +3,7 @@
 The script opens pages of the shipped robots, the arms derived on first use, the robot files of a
 folder and N random mechanisms in the browser Chromium. Each page must load without console
 messages. The script moves all sliders, and compares the pose of each body with the functions of the
-robot. The tool must then follow the drag handle back.
+robot. The script then drags the tool handle back along the same path, and the tool must follow.
 
 The script prints for each robot the page size, the number of displayed branches, and the frame
 times of a slider and of the handle. The script also prints the largest errors of bodies and tool,

@@ -220,7 +220,7 @@ def _terms(robot: SerialRobot) -> Terms:
 
 def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
     """Returns one case per closed-form inverse of a serial robot. An arm that is only close to a
-    closed-form family is no case, because its nominal inverse is refined in compiled C.
+    closed-form family is not a case, because its nominal inverse is refined in compiled C.
 
     Args:
         robot: The robot.

@@ -91,7 +91,7 @@ class FieldCase(Case):
 
     @property
     def method(self) -> str:
-        """Whether the inverse is exact, refined or general."""
+        """The method of the inverse: exact, refined or general."""
         return read_manifest(self.folder).inverse.method
 
     @cached_property

@@ -30,7 +30,7 @@ def drawn_legs(kind, seed):
 
 
 def drawn_as(kind, seed):
-    """Returns a platform of a kind, a function such as those in ``LEG_KINDS``.
+    """Returns a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
 
     The tool has a random position on the body ``"tool"`` of the reference, by default the platform.
     """
@@ -90,7 +90,7 @@ def _tripteron(rng):
         axis = [int(j == k) for j in range(3)]
         upper, lower = rng.integers(280, 380, 2)
         first, second = rng.uniform(20, 50), -rng.uniform(50, 90)
-        # In the plane normal to the slide, the links point along the first other axis.
+        # The links point along the base axis that follows the prismatic axis (x, y, z, x).
         i, j = (k + 1) % 3, (k + 2) % 3
         foot, link = np.zeros(3), np.eye(3)[i]
         foot[i], foot[j] = rng.integers(-420, -380), rng.integers(-60, 60)

@@ -73,7 +73,8 @@ def _par4(rng):
     names = [f"arm{k}" for k in range(4)]
     for k, name in enumerate(names):
         heading = 45 + 90 * k
-        # Rods end beyond the bars; the first two arms carry the platform, the others the part.
+        # The rods end beyond the bars. The first two arms carry the platform, and the other two
+        # arms carry the second part.
         end = np.array([(wide + 10) * (1 if k in (0, 3) else -1), 0, 0])
         body, origin = ("platform", np.zeros(3)) if k < 2 else ("part", np.array([wide, 0, 0]))
         text += _arm_with_rods(name, heading, lengths, body, end - origin)

@@ -131,7 +131,7 @@ def arm_of_robot(robot: SerialRobot) -> Mutant:
 
 
 def mutated(arm: Mutant, seed: int) -> Mutant:
-    """Applies one to four mutations to an arm, frames before digits."""
+    """Applies one to four mutations to an arm: first to its frames, then to its digits."""
     dice = random.Random(f"{arm.arm} {seed}")
     chosen = dice.sample(sorted(MUTATIONS), dice.randint(1, 4))
     rewriting = [name for name in chosen if name in ("noise", "single precision", "digits")]

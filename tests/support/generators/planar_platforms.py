@@ -259,6 +259,6 @@ def _leg_text(k: int, leg: DrawnLeg) -> list[str]:
 
 
 def _frame_text(place: Place, turns: bool) -> str:
-    """Returns a frame whose z axis is a pin axis, or the x direction of a prismatic joint."""
+    """Returns a frame with z along the pin axis, or along the direction of a prismatic joint."""
     x, y, angle = place
     return f"xyz = [{x}, {y}, 0]" + ("" if turns else f', rpy = [0, "pi/2", {angle}]')

@@ -2,15 +2,15 @@
 
 A text describes the axes and the relations between adjacent axes, from the base to the last axis:
 
-    R    a revolute joint
-    r    a revolute joint whose axis intersects both adjacent axes in one point
-    P    a prismatic joint
-    p    a prismatic joint that no rotation follows
-    =    parallel axes
-    x    intersecting axes
-    +    axes that intersect at right angles
-    /    skew axes
-    L    skew axes at right angles
+    `R`:  A revolute joint.
+    `r`:  A revolute joint whose axis intersects both adjacent axes in one point.
+    `P`:  A prismatic joint.
+    `p`:  A prismatic joint that no rotation follows.
+    `=`:  Parallel axes.
+    `x`:  Intersecting axes.
+    `+`:  Axes that intersect at right angles.
+    `/`:  Skew axes.
+    `L`:  Skew axes at right angles.
 
 A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values that
 the text does not determine are random. Test poses are computed from the screws with NumPy,

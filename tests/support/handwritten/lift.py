@@ -1,7 +1,8 @@
 """Handwritten robot with a waist and a cylinder-driven boom: the smallest robot with a loop.
 
 The boom joint and both cylinder ends form a triangle with two sides of 1 m; the cylinder is the
-third side. chain: (theta1, theta2) with theta1 = waist angle and cos(theta2) = 1 - cylinder^2 / 2.
+third side. The function ``chain`` returns the waist angle theta1, and the boom angle theta2 with
+cos(theta2) = 1 - cylinder^2 / 2.
 """
 
 import json

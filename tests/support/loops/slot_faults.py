@@ -21,7 +21,7 @@ def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Co
     """Counts invalid solution slots of ``ik(fk(q))`` and missed configurations.
 
     Args:
-        robot: The robot. The function ``ik`` takes the redundant joints of each configuration.
+        robot: The robot. Redundant joints are fixed at their values in each configuration.
         mechanism: The description of the robot.
         q: (N, n) configurations.
     """

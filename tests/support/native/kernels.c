@@ -1,11 +1,11 @@
 /* Calls every function of a robot without Python, under compiler sanitizers.
  *
- *   kernels bounds    all batch lengths, steps and alignments, in memory blocks of exactly the
- *                     required size, so that the address sanitizer detects access beyond them
- *   kernels pages     the same cases between protected pages, which also detect streaming stores
- *                     that the sanitizer misses
- *   kernels threads   several threads with the same inputs, which write parts of the same results
- *   kernels race      two threads write one variable, which the thread sanitizer must report
+ *   `kernels bounds`:   Tests all batch lengths, steps and alignments. Memory blocks have exactly
+ *                       the required size, so the address sanitizer detects access beyond them.
+ *   `kernels pages`:    Tests the same cases between protected pages. These pages also detect
+ *                       streaming stores that the sanitizer misses.
+ *   `kernels threads`:  Several threads with the same inputs write parts of the same results.
+ *   `kernels race`:     Two threads write one variable, and the thread sanitizer must report this.
  */
 #define _DEFAULT_SOURCE
 #include <math.h>

@@ -96,11 +96,12 @@ static void move(double A[RODS][RODS + 1], double e[4], double p[3])
 /*
  * Finds poses at which six rods have specified lengths, from many start poses.
  *
- * a, b     (6, 3) rod ends on the ground, and on the platform in platform axes
- * lengths  (6,) rod lengths
- * count    number of start poses
- * e, p     (count, 4) unit quaternions and (count, 3) positions: the start poses, then the results
- * closes   length error at which the iteration ends
+ * `a`, `b`:   Rod ends (6, 3) on the ground, and on the platform in platform axes.
+ * `lengths`:  Rod lengths (6,).
+ * `count`:    Number of start poses.
+ * `e`, `p`:   Unit quaternions (count, 4) and positions (count, 3) of the start poses. Results
+ *             overwrite the start poses.
+ * `closes`:   Length error at which the iteration ends.
  *
  * Returns the number of poses found. The found poses are the first rows of e and p.
  */

@@ -1,10 +1,10 @@
 /* Test program without Python: runs the iterative solver and the damped solver for a robot under
  * compiler sanitizers. Prints the number of checked cases.
  *
- *   solvers tool       inverse kinematics of the tool, on one thread and on several threads
- *   solvers link       inverse kinematics of the second-to-last link; standard input contains the
- *                      number of its screws, and 8 numbers for each screw
- *   solvers box        damped steps within bounds along a path that ends at a singularity
+ *   `solvers tool`:  Solves the inverse kinematics of the tool, on one and on several threads.
+ *   `solvers link`:  Solves the inverse kinematics of the second-to-last link. Standard input
+ *                    contains the number of its screws, and 8 numbers for each screw.
+ *   `solvers box`:   Tests damped steps within bounds along a path that ends at a singularity.
  */
 #include <math.h>
 #include <stdio.h>

@@ -100,7 +100,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # Straight extensions at both ends of the curve make differences possible there.
+        # Straight extensions of the curve allow central differences at both of its ends.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)
