@@ -1,7 +1,7 @@
 """Instruction counts by valgrind, which are reproducible on a busy machine.
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
-counts depend only on the generated C and the compiler; replacements of library functions in the
+counts depend only on the generated C and the compiler. Replacements of library functions in the
 generated C are included. The count of a Python call is the difference between a long and a short
 run, divided by the number of additional calls.
 """

@@ -26,9 +26,9 @@ campaign.
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
 fit within the stated noise, without an error and without a warning about the robot. A warning or an
-error must follow measurements of a different robot, exchanged columns, or a wrong angle unit. (A
-complete model without tolerances can fit a different robot and needs no warning.) Too few values
-for the variables may cause an error.
+error must follow measurements of a different robot, exchanged columns, or a wrong angle unit. A
+complete model without tolerances can fit a different robot and needs no warning. Too few values for
+the variables may cause an error.
 """
 
 from collections.abc import Callable

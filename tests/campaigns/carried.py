@@ -1,6 +1,7 @@
 """Inverse of random platforms with joints before and behind them.
 
-``fk`` of every valid slot is the target pose, and one slot is the generating configuration.
+``fk`` of every valid solution slot is the target pose, and one solution slot is the generating
+configuration.
 """
 
 from tests.support.generators.carried_platforms import drawn_platform

@@ -87,8 +87,8 @@ def plugin_difference(
 ) -> tuple[float, int]:
     """Compares all solutions away from singularities, and forward kinematics.
 
-    Returns the largest difference, infinite for a missing or further solution, and the number of
-    compared solutions.
+    Returns the largest difference and the number of compared solutions. The difference is infinite
+    for a missing or additional solution.
     """
     package = moveit.exported(robot.name, folder)
     library = moveit.compiled(package, robot.name, tuple(EXACT.split()))

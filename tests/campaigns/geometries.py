@@ -38,8 +38,8 @@ POSES = 1000
 """Number of random configurations per arm; one third as many are at right angles."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
-"""Maximum joint error (radian or meter) of a recovered configuration, maximum residual (meter or
-radian) of a solution, and minimum singular value of a regular configuration."""
+"""Maximum joint error (radian or meter) of a recovered configuration. Maximum residual (meter or
+radian) of a solution. Minimum singular value of a regular configuration."""
 
 
 class EliminationOrder(ctypes.Structure):

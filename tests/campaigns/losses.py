@@ -4,7 +4,7 @@ The trial derives one random arm. Each of its inverses solves poses at random co
 angles and near right angles. Every pose needs a solution, no solution may be wrong, and regular
 coordinates must be among the solutions. Nothing is compiled, because the equations run in CasADi.
 Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
-closed-form family need compiled C. The campaign ``general`` tests such arms.
+closed-form family need compiled C, so the campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -69,7 +69,7 @@ def trial(number: int) -> Outcome:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
     except TypeError:
-        # SymPy has a known bug in comparisons of such arms.
+        # A known bug in SymPy raises a TypeError in comparisons for some arms.
         return Outcome({"arms that SymPy cannot compare": 1})
     losses = [loss for case in cases for loss in losses_of(case, number)]
     counts = {"arms with an inverse": int(bool(cases)), "inverses": len(cases)}

@@ -4,9 +4,9 @@ Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. At several inpu
 the map from actuators to main-chain joints and of the inverse map are compared. No branch may be
 missing, duplicated or wrong: a valid solution slot closes the loops with positive cylinder lengths.
 If no mode is on the reference branch, a function may return a finite value only if the value does
-not depend on its input. Mechanisms without a closed form are counted. The campaign compares such
-mechanisms only at inputs for which no mode exists. ``fk`` of every valid ``ik`` solution slot is
-the target pose, and one slot is the generating configuration.
+not depend on its input. Mechanisms without a closed form are counted, and compared only at inputs
+for which no mode exists. ``fk`` of every valid ``ik`` solution slot is the target pose, and one
+slot is the generating configuration.
 """
 
 import tempfile

@@ -52,7 +52,7 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether poses are within the stated error, and the structure is kept or explained."""
+        """Whether poses are within the stated error, and a changed structure is explained."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:

@@ -35,8 +35,8 @@ DRAWS = 5
 """Number of random arms per trial."""
 MEASURED, HELD = 36, 200
 ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
-"""Maximum zero offset [rad], axis error [m, rad], periodic drive error [rad], sag of the stretched
-arm [m], and standard deviation of the tracker [m]."""
+"""Maximum zero offset [rad], axis error [m, rad], periodic drive error [rad], and sag of the
+stretched arm [m]. Standard deviation of the tracker [m]."""
 DIGITS = {"points": 0.51e-7, "rad": np.radians(0.51e-5), "m": 0.51e-8}
 """Half a unit in the last digit of the table, for positions [m], revolute joints [rad] and
 prismatic joints [m]."""

@@ -75,8 +75,8 @@ def _count(info) -> int:
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
     """Compares all solutions with the C, away from singularities.
 
-    Returns the largest difference, infinite if the functions disagree on which slots are solutions
-    or a solution misses its pose, and the number of compared solutions.
+    Returns the largest difference and the number of compared solutions. The difference is infinite
+    if different slots are valid, or if a solution misses its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)

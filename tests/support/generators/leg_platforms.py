@@ -1,8 +1,8 @@
 """Random platforms on legs without ball joints, each a serial arm between base and platform.
 
-A tripteron has a slide and three parallel axes per leg. An Exechon has two legs of the type UPR and
-one SPR leg. The legs of a 3-UPU and of a 3-RUU delta have universal joints at both ends; they keep
-the orientation of the platform.
+A tripteron has a prismatic joint and three parallel revolute joints per leg. An Exechon has two
+legs of the type UPR and one SPR leg. The legs of a 3-UPU and of a 3-RUU delta have universal joints
+at both ends; they keep the orientation of the platform.
 """
 
 import numpy as np

@@ -108,7 +108,7 @@ def mutated_json_text(text: bytes, dice: random.Random) -> bytes:
 
 
 def mutated_archive(content: bytes, dice: random.Random) -> bytes:
-    """Returns a NumPy archive in which arrays, facts or members are mutated."""
+    """Returns a NumPy archive with mutated arrays, array names or JSON texts."""
     with np.load(io.BytesIO(content)) as arrays:
         found = {name: arrays[name] for name in arrays.files}
     if "facts" in found and dice.random() < 0.5:

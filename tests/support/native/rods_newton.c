@@ -1,4 +1,4 @@
-/* Newton's iteration for the lengths of six rods, from many start poses; for bench/accuracy. */
+/* Newton's iteration for the lengths of six rods, from many start poses. */
 #include <math.h>
 
 enum { RODS = 6, MAX_STEPS = 60 };

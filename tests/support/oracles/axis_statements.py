@@ -1,4 +1,4 @@
-"""Evaluates printed statements about joint axes, such as "axes 1 and 3 coincide", in numbers.
+"""Evaluates printed statements about joint axes, such as "axes 1 and 3 coincide", numerically.
 
 The axes come from the robot description by screws, without code of the singularity analysis.
 """

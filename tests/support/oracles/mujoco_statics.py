@@ -2,8 +2,8 @@
 
 The model has one MuJoCo body per body of the robot, also per rod, barrel and piston. The model is
 built at one configuration, so that all its coordinates are 0. Loops are cut at the second end of
-each strut and at each closure. MuJoCo's generalized gravity forces and its point Jacobians then
-determine the forces at the cuts and the actuator forces, and its internal forces are the joint
+each strut and at each closure. MuJoCo's generalized gravity forces and point Jacobians then
+determine the forces at the cuts and the actuator forces. MuJoCo's internal forces are the joint
 loads.
 """
 

@@ -57,7 +57,7 @@ def test_collision_shapes_match_drawn_skeleton(name):
                     assert apart.max() < 1e-5 * bones.size
                     checked += 1
                 elif shape.kind in ("barrel", "piston"):
-                    # Each half of the capsule extends from one end of the capsule.
+                    # Barrel and piston extend from opposite ends of the capsule.
                     ends = own[body.span.name][0]
                     end = drawn[0] if shape.kind == "barrel" else drawn[1]
                     assert np.linalg.norm(end - ends[int(shape.kind == "piston")]) < 1e-9
