@@ -293,7 +293,7 @@ def on_the_branch(name, q, back):
         return np.ones(len(q), dtype=bool)
     far = (r.actuator_margin(r.chain(q)) > 1e-3).all(-1)
     if name == "slider_crank":
-        # On the other half of the circle the slider has the same positions.
+        # The slider has the same positions on the other half of the crank circle.
         far &= np.sin(q[:, 0]) * np.sin(r.reference.q[0]) > 0
     return far
 
@@ -331,8 +331,7 @@ def slope(function, step=1e-4):
 # --- one pose, many poses and CasADi ---
 
 COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
-"""Robots: loops with revolute and prismatic joints, with two actuators, with cylinders; and a robot
-without loops."""
+"""Robots with a slider in the loop, with two actuators, with cylinders, and without loops."""
 
 
 def arguments(name, function, n):

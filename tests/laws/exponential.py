@@ -189,7 +189,7 @@ def _rotation_vector_near_half_turn(
 
 
 def _rounding(M: Matrix) -> Expr:
-    """Zero tolerance relative to one: sixteen times the rounding error of the Floats, or zero."""
+    """Tolerance for zero: sixteen times the relative rounding error of the Floats, or exactly 0."""
     if not M.has(Float):
         return S.Zero
     return Rational(1, 2 ** (min(e._prec for e in M.atoms(Float)) - 4))

@@ -72,7 +72,7 @@ def test_planar_ik_matches_law_of_cosines():
     shoulder, elbow, wrist = found.q[0]
     ours = shoulder - found.line, np.pi + elbow, wrist
     assert ours == pytest.approx([angles[name] for name in "ABC"], abs=1e-12)
-    # The other elbow configuration is the mirror image with respect to the line.
+    # The other elbow configuration is mirrored at the line from the shoulder to the wrist.
     mirrored = [2 * found.line - shoulder, -elbow, -wrist]
     assert found.q[1] == pytest.approx(mirrored, abs=1e-12)
     for q in found.q:

@@ -19,7 +19,7 @@ from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 SAMPLES = 2000
-"""The campaign ``exports`` takes 10,000."""
+"""The campaign ``exports`` tests 10,000 samples."""
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,7 @@ def functions_of(name):
 
 
 def cargo(crate, *command):
-    """Runs cargo without a network, and returns what it prints; warnings are errors."""
+    """Runs cargo without a network, and returns its output; warnings are errors."""
     verb, *options = command
     words = ["cargo", verb, "--offline", "--release", "--quiet", *options]
     flags = {"RUSTFLAGS": "-D warnings", "CARGO_TARGET_DIR": str(crate / "target")}

@@ -49,7 +49,10 @@ def test_small_bend_has_no_cancellation(shift):
 
 
 def coupled_pair(plane, sense):
-    """Returns a pair of rotations in a plane (degrees), and its component as a function."""
+    """Returns two coupled rotations, and the component of p along h as a function of the angle.
+
+    ``plane`` contains the angles of h, k1, k2 and p in their common plane (degrees).
+    """
     exact = [
         (sp.sin(a), sp.Integer(0), sp.cos(a)) for a in (sp.pi * sp.Integer(x) / 180 for x in plane)
     ]

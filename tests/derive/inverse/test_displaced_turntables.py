@@ -16,9 +16,9 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 ARM = read(description("so101"))
 SEEDS = range(2)
 TRUE = 1e-8
-"""Above this pose error (meter, or entry of a rotation), a solution is wrong."""
+"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 SAME = 1e-6
-"""Below this difference (radian), two solutions are equal."""
+"""Two solutions count as equal if their difference (radian) is smaller."""
 REGULAR = 1e-5
 """Minimum singular value (meter or radian per radian) of the tested configurations."""
 

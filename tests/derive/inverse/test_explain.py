@@ -173,7 +173,7 @@ def test_deviation_of_nearly_meeting_axes_is_a_length():
 
 
 def test_deviation_of_nearly_parallel_axes_is_the_largest_angle_between_consecutive_axes():
-    """Axes 2 and 3 form an angle of 10 degrees, axes 3 and 4 one of 25 degrees."""
+    """Axes 2 and 3 form an angle of 10 degrees, and axes 3 and 4 an angle of 25 degrees."""
     joints = [f"{{ a = 0.2, d = 0.1, alpha = {alpha} }}," for alpha in (80, 10, 25, 70, 65, 0)]
     head = 'name = "arm"\nconvention = "dh"\nunits = { length = "m", angle = "deg" }\n'
     text = str(explain(read_text("\n".join([f"{head}joints = [", *joints, "]"]))))

@@ -32,8 +32,8 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 61035130000014000017)
-"""Arms whose origin of axis 4 reaches an earlier axis at right angles, where it determines no angle
-of this axis."""
+"""Arms in which the origin of axis 4 is on an earlier axis at some right angles.
+The position of the origin then does not determine the angle of this axis."""
 
 
 def lost_of(cases):

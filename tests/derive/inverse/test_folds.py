@@ -16,9 +16,9 @@ ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
 """Number of start configurations per pose, and of iterations per start, in the reference search."""
 TRUE = 1e-8
-"""Above this pose error (meter, or entry of a rotation), a solution is wrong."""
+"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 KNOWN = 1e-4
-"""The reference search separates solutions from this singular value (meter, radian)."""
+"""The reference search separates solutions above this singular value (meter, radian)."""
 
 
 @pytest.fixture(scope="module")

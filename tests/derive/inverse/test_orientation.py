@@ -1,4 +1,4 @@
-"""The orientation task, and the whole pose of three revolute joints."""
+"""Inverses for the orientation task, and for the whole pose of arms with three revolute joints."""
 
 import random
 

@@ -177,7 +177,7 @@ def test_sp4_sign_selects_rotation_sense(solve4):
 
 
 def test_sp4_on_a_line_through_the_center_has_opposite_solutions():
-    """A line of this kind always meets the circle, so the solutions have no margin."""
+    """A line through the center always meets the circle, so the solutions have no margin."""
     terms, p = Terms({}), sp.symbols("p1:4", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     found = sp4(terms, (one, zero, zero), (zero, zero, one), p, zero, SIGN)

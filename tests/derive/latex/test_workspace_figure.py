@@ -28,7 +28,7 @@ ALMOST = 0.998
 """Minimum fraction of random configurations inside the outline; the outline has rounded corners."""
 MAX_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
-"""Upright and horizontal arms, redundant arms, prismatic joints and odd angles."""
+"""Upright and horizontal arms, redundant arms, and arms with prismatic joints or unusual angles."""
 
 
 @cache

@@ -11,8 +11,8 @@ from tests.support.loops.solved import solved
 from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
-"""Deviation (radian, or relative to the size) above rounding error, but below what a drawing
-shows."""
+"""Deviation (radian, or relative to the size) above rounding error, but too small to
+be visible in a drawing."""
 FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 

@@ -22,7 +22,7 @@ CALLED = {
     "actuators": [],
     "chain_fk": [],
 }
-"""The twist needs one linear system, the Jacobian one system per coordinate."""
+"""The twist needs one linear system, and the Jacobian needs one system per coordinate."""
 COUNTED = {"fk": 25, "jacobian_mixed": 54, "jacobian_space_dot": 379, "twist_mixed": 14}
 """Number of operations after the solver calls; dense products with Jacobians would need 440 and
 983."""

@@ -113,7 +113,7 @@ def test_angle_is_real_if_sympy_cannot_decide():
 
 
 def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
-    # SymPy's limited factor search fails on squares of such a product of two primes.
+    # SymPy's limited factor search fails on the square of a product of two large primes.
     long = sp.Rational("0.9999999999996000000000000011") * 10**7 * sp.Integer(32771 * 32779)
     for made, exact in (
         (root(long**2 * 2), sp.sqrt(2) * long),

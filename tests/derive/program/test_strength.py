@@ -68,12 +68,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements that are all results except the first statement."""
+    """Reduces statements; all statements except the first are results of the program."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements of which only the last is a result."""
+    """Reduces statements; only the last statement is a result of the program."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

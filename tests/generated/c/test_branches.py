@@ -366,8 +366,8 @@ def angles(program):
 def test_shared_branch_angles_are_computed_once():
     made = programs([branched_function("ik")], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
-    # Counts per joint, in order; the angles of joints 3 and 5 do not depend on the signs that
-    # select these angles.
+    # Each term is the number of angles of one joint, in joint order. The angles of joints 3 and
+    # 5 do not depend on the signs that select these angles.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6

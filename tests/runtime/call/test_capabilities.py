@@ -157,7 +157,7 @@ def test_branches_of_loops_have_labels(name, function, method):
 
 
 ALONE = {"swivel"}
-"""Functions of a single family of arms. The error for this missing function suggests no
+"""Functions that only one family of arms has. If such a function is missing, the error suggests no
 substitute."""
 
 

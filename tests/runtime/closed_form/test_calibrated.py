@@ -23,7 +23,7 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 TRUE = 1e-8
-"""Above this pose error (meter, or rotation entry), a solution is wrong."""
+"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""Above this singular value (meter, radian), the inverse must find a configuration."""
+"""The inverse must find each configuration with a larger singular value (meter, radian)."""
 TRUE = 1e-8
-"""Above this pose error (meter, or rotation entry), a solution is wrong."""
+"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 CERTIFIED = """
 int is_certified(const double *T)
 {

@@ -18,7 +18,7 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
-"""Above this pose error (meter, or rotation entry), a solution is wrong."""
+"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
 """Configurations near the wrist singularity whose poses have over twelve solutions.

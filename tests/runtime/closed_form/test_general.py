@@ -24,7 +24,7 @@ NARROW = "-march=x86-64"
 CLOSED = 5e-14
 """Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
-"""Below this angle in radians, two solutions are equal."""
+"""Two solutions count as equal if they differ by a smaller angle (radian)."""
 
 
 @pytest.fixture(scope="module", params=NAMES)

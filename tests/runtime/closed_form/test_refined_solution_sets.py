@@ -10,7 +10,7 @@ from tests.support.oracles.newton_solutions import regular_solutions
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SAME = 1e-5
-"""Below this angle in radians, two configurations are equal."""
+"""Two configurations count as equal if they differ by a smaller angle (radian)."""
 OFFSET_WRIST = """
 name = "offset_wrist"
 convention = "dh"

@@ -46,7 +46,7 @@ SOLVED = 1e-9
 ROUNDED_AS_FAR = 10
 """Largest residual for a rounded pose, relative to its distance from a rigid pose."""
 TILTED = 1e-5
-"""Tolerance for the nearest pose of arms with few joints: the amplified rounding of single
+"""Tolerance for the nearest pose of arms with few joints, which amplify the rounding of single
 precision."""
 
 
@@ -128,8 +128,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Number of poses at right angles (of 1000 near two singularities) that may be missed in single
-precision."""
+"""Maximum number of poses missed in single precision, of 1000 right-angle poses near two
+singularities."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])

@@ -60,7 +60,7 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
 
 
 def distance(task, T, target):
-    """Returns the larger of position distance and chord of the angle, as generated residuals do."""
+    """Returns the larger of position distance and angle chord, like the generated residuals."""
     near = TASKS[task].error(T, target)
     if task == "ik_position":
         return near

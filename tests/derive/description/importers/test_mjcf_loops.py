@@ -22,7 +22,7 @@ from tests.support.mjcf_models import (
 
 POSES, LOOPS = 1, (0, 1)
 LINKAGES = (5, 0, 1, 4)
-"""Seeds of linkages closed at bodies, at sites, by a weld, and by two connects."""
+"""Seeds of linkages whose loops close at bodies, at sites, at a weld, or at two connects."""
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ REACH = {"revolute": 0.3, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
-"""Some platforms, and the redundant joints that their inverse takes after the pose."""
+"""Some platforms, and the redundant joints that are inputs of their inverse after the pose."""
 
 
 def configurations(mechanism, seed):

@@ -65,7 +65,7 @@ def test_slots_contain_the_generating_coordinates(kind):
 
 @pytest.mark.parametrize("kind", LEG_KINDS)
 def test_unreachable_pose_has_a_residual(kind):
-    """These platforms have three freedoms, so that a screw motion leaves their poses."""
+    """These platforms have three degrees of freedom, so a screw motion leaves their workspace."""
     mechanism, ik = legs_of(kind)
     model, z = configurations(mechanism)
     T = model.tip(z)
