@@ -30,7 +30,7 @@ class Plan:
         rounds: Number of alternating repetitions, A B A B.
         calls: Number of Python calls per round.
         batch: Number of poses in a batch and in a C loop.
-        leave_out: Peers to skip because they take too long.
+        leave_out: Other libraries to skip because they take too long.
         robots: Names of the robots to derive, or () for all shipped robots.
         chains: Numbers of joints of the chains to derive.
     """

@@ -1,9 +1,9 @@
 """``python -m bench view``: computing time of a frame of the live view, including ghosts.
 
-For a slider, a frame consists of a configuration, the branches of the inverse with their poses as
-ghosts, and the limit colors. For the tool handle, the inverse determines the configuration. The
-optional ghosts of assembly modes have a separate column without a limit. The time of viser to send
-a frame to the browser is not included.
+If a slider is dragged, a frame consists of a configuration, the branches of the inverse with their
+poses as ghosts, and the limit colors. If the tool handle is dragged, the inverse determines the
+configuration. The optional ghosts of assembly modes have a separate column without a limit. The
+time of viser to send a frame to the browser is not included.
 """
 
 import time

@@ -108,7 +108,7 @@ def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
 
 
 def ratios(task: NumericTask, taken: dict[str, list[np.ndarray]], peer: str) -> list[Ratio]:
-    """Return ratios of medians and means per round, and of a batch to the other library's calls."""
+    """Return the ratios of median and mean call times, and of the time of a batch."""
     robot = task.robot.name
     found = []
     for word, of in (("median", np.median), ("mean", np.mean)):

@@ -50,12 +50,12 @@ def run(count: int, first: int) -> int:
 
 
 def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, ...]:
-    """Return the time cells of an arm's table row.
+    """Return the cells with times in the table row of an arm.
 
     Args:
         robot: The arm.
         number: Seed of the poses.
-        bar: Maximum 99th percentile of a robot that passes the test.
+        bar: Maximum 99th percentile of the call time with which an arm passes.
     """
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))

@@ -11,9 +11,9 @@ import chasles
 from ..report import Limit, Plan, Ratio, alternated, ratio
 
 BATCH_OF_ONE = 1 / 1.5
-"""A batch of one pose may take 1.5 times the time of a single call."""
+"""A batch of one pose may take at most 1.5 times the time of a single call."""
 LOOK_UP = 1 / 1.5
-"""An attribute lookup on a robot may take 1.5 times the time of a lookup on a plain object."""
+"""An attribute lookup on a robot may take at most 1.5 times as long as on a plain object."""
 IMPORT_MS, LOAD_MS = 100, 20
 
 

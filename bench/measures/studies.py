@@ -64,7 +64,7 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """Time a line with joint rates, the time-optimal scaling of the line, and a 49 s process."""
+    """Time the joint rates and time-optimal scaling of a line, and the motion of a 49 s process."""
     path = line(arm.fk(HOME), arm.fk(HOME + AWAY))
     motion = Motion(arm, path, time_scaling("quintic", path.length, duration=1), HOME)
     motion.sample(LINED)

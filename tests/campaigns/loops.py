@@ -3,7 +3,7 @@ loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
 loop equations of the description; otherwise all values must be NaN. For platforms, the actuators
-are solved at random poses instead.
+are solved from random poses of the platform.
 """
 
 import tomllib

@@ -1,7 +1,7 @@
 """Runs the generated C of shipped robots with compiler sanitizers.
 
-Sanitizers detect out-of-bounds access, undefined behavior and data races. Such errors may leave the
-results unchanged.
+Sanitizers detect out-of-bounds access, undefined behavior and data races. Out-of-bounds access and
+data races may leave the results unchanged.
 """
 
 import os

@@ -1,9 +1,9 @@
 """Reads mutated files of every kind that chasles reads.
 
-Each trial mutates the files in `corpus`, results of a robot, and manifests: bytes, words, lines,
-values of JSON, and arrays. A reader must end within the time limit with a value, or with an error
-of chasles that states the file. Most descriptions in XML are read in the process of the trial; some
-are read in a separate process, as in normal use.
+Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
+words, lines, JSON values or arrays. A reader must end within the time limit with a value, or with
+an error of chasles that states the file. Most descriptions in XML are read in the process of the
+trial; some are read in a separate process, as in normal use.
 """
 
 import json

@@ -1,7 +1,7 @@
 """Static loads of the shipped mechanisms against MuJoCo's inverse dynamics at rest.
 
 A trial has random configurations, masses on all bodies, gravity and a wrench on the tool. Forces of
-actuators and struts, and the wrenches of all joints, must be equal.
+actuators and struts, and the wrenches of all joints, must equal MuJoCo's values.
 """
 
 from dataclasses import dataclass

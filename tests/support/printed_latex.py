@@ -1,8 +1,8 @@
 r"""Evaluates the printed inverse of an article from its LaTeX text alone.
 
-The displays of ``inverse.tex`` are definitions ``name &= formula``; ``symbols.tex`` defines the
-short symbols. A recursive-descent parser evaluates a formula numerically; adjacent factors form a
-product.
+The displayed equations of ``inverse.tex`` are definitions ``name &= formula``; ``symbols.tex``
+defines the short symbols. A recursive-descent parser evaluates a formula numerically; adjacent
+factors form a product.
 """
 
 import math

@@ -21,7 +21,7 @@ def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
         found += [displayed] if displayed.closes else []
         if len(found) > steps:
             return found[1:]
-    raise AssertionError(f"{display.robot.name}: no way through its loops")
+    raise AssertionError(f"robot {display.robot.name}: found no path with closed loops")
 
 
 def opened(browser, folder, robot):

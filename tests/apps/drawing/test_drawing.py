@@ -31,7 +31,7 @@ TRUE = 1e-9
 ROBOTS = chasles.robots()
 PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
 CROWDED = ("photo_robot", "excavator", "planar_3rrr", "stewart_gough")
-"""One robot of each kind: a fixed joint, cylinders, planar loops, and spatial struts."""
+"""One robot of each kind: with a fixed joint, cylinders, planar loops, and spatial struts."""
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):

@@ -30,7 +30,7 @@ ROBOTS = chasles.robots()
 
 
 def configurations(robot, n, seed=0):
-    """Returns random coordinates within limits, or near the reference of loops."""
+    """Returns random coordinates within limits, or near the reference of a robot with loops."""
     generator = np.random.default_rng(seed)
     low = np.where(np.isfinite(robot.lower), robot.lower, -1.0)
     high = np.where(np.isfinite(robot.upper), robot.upper, 1.0)

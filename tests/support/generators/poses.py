@@ -262,7 +262,7 @@ def singular(
     while len(found) < count:
         q, below, above = _brackets(case, singularity, rng, case.random(rng, count))
         if not len(q):
-            raise ValueError(f"{case.name}: joint {singularity.joint} meets no singularity")
+            raise ValueError(f"{case.name}: no singularity along joint {singularity.joint}")
         q[:, singularity.joint] = _bisected(case, singularity, q, below, above)
         least = np.linalg.svd(case.square(singularity, q), compute_uv=False)[:, -1]
         found = np.concatenate([found, q[least < SINGULAR]])

@@ -164,7 +164,7 @@ class Model:
         order = [joint for joint in self.mechanism.joints if joint in own]
         turning = next((joint for joint in order if joint.kind == "revolute"), None)
         if turning is None:
-            raise NotImplementedError("a loop whose tree does not turn")
+            raise NotImplementedError("a loop without revolute joints is not supported")
         axis = (T[turning.parent][0] @ self._around[turning.name][0])[:3, 2] * turning.direction
         n = T[strut.a.body][0, :3, :3].T @ axis
         x = next(e for e in np.eye(3) if abs(n @ e) < 1e-9)

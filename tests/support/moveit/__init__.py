@@ -169,7 +169,7 @@ def to_transform(pose: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Plugin:
-    """A plugin over a robot model.
+    """An instance of the plugin for a robot model.
 
     Attributes:
         library: Path of the compiled plugin.
@@ -217,7 +217,7 @@ class Plugin:
         return (theta if done else None), code.value
 
     def all_solutions(self, pose, seed, method=NO_DISCRETIZATION, poses=1):
-        """Returns the solutions, the percentage and the kinematic error."""
+        """Returns the solutions, the reported solution percentage and the kinematic error."""
         theta, percentage, error = (
             np.empty((CAPACITY, self.n)),
             ctypes.c_double(),

@@ -219,7 +219,7 @@ def in_other_mode(robot, z):
             other[passive] -= np.linalg.lstsq(D, robot.constraint(other), rcond=None)[0]
         if np.abs(robot.constraint(other)).max() < 1e-12:
             return other
-    raise AssertionError("no joints of the other mode")
+    raise AssertionError("found no joint values of a different assembly mode")
 
 
 def test_no_free_segment_connects_different_assembly_modes():

@@ -69,7 +69,8 @@ AMONG = {
 
 @pytest.mark.parametrize("name", AMONG)
 def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
-    """Checks a path at ten times the planner's resolution; the straight segment is blocked."""
+    """Checks a path at ten times the planner's resolution. The straight segment from start to goal
+    must be blocked."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
     middle, space = (
