@@ -14,14 +14,14 @@ known, because an identified base frame shifts all axes equally. The confidence 
 arm are correlated, so their coverage has no simple distribution. A trial therefore tests the errors
 z of all axes, divided by their standard deviations. With the correlations R from independent
 derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
-and M surplus measurements. Fisher's method combines the probabilities of all arms, separately for
+and M redundant measurements. Fisher's method combines the probabilities of all arms, separately for
 too narrow and too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
-outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
-with 90 % or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one of four trials, and
-a coverage of 98 % three of four trials. The coverage itself is computed from the counts of a long
-campaign.
+A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This probability is below
+1e-6 even with outliers, for which the F distribution is approximate. On six-axis arms, wrong
+standard deviations with 90 % or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one
+of four trials, and a coverage of 98 % three of four trials. The coverage itself is computed from
+the counts of a long campaign.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
@@ -67,8 +67,8 @@ FALL = 20
 NEAR = 1.1
 """Maximum error of an efficient estimator relative to the error at the bound."""
 LEVEL = 1e-8
-"""Probability that a correct program fails: for the errors of an arm, and for each side of an
-interval."""
+"""Probability that a correct program fails the error test of an arm, or the test of one side of the
+intervals."""
 REACH = 2.5
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 

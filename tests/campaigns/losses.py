@@ -1,9 +1,9 @@
 """Finds poses that inverses of random arms miss.
 
-The trial derives one random arm. Each of its inverses solves poses at random coordinates, at right
-angles and near right angles. Every pose needs a solution, no solution may be wrong, and regular
-coordinates must be among the solutions. Nothing is compiled, because the equations run in CasADi.
-Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
+The trial derives one random arm. Each inverse of this arm solves poses at random coordinates, at
+right angles and near right angles. Every pose needs a solution, no solution may be wrong, and
+regular coordinates must be among the solutions. Nothing is compiled, because the equations run in
+CasADi. Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
 closed-form family need compiled C, so the campaign ``general`` tests them.
 """
 

@@ -135,7 +135,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         moved = theta[::2] + numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::2].shape)
         theta = np.vstack([theta, moved])
     else:
-        # These joint values are not compatible with the loops.
+        # The changed joint values of the main chain are not compatible with the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
@@ -201,8 +201,8 @@ def _reference(
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
     """Checks that a result is reported as valid exactly if the actuators reproduce theta.
 
-    Near a dead point, a wrong mode may be within the tolerance. So the returned chain joints must
-    be closer to theta than half the distance to any other mode.
+    Near a dead point, a wrong mode may be within the tolerance. The returned chain joints must
+    therefore be closer to theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)

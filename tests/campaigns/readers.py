@@ -44,7 +44,7 @@ SECONDS = 20.0
 KEPT = Path(__file__).parents[2] / "build" / "readers"
 """Folder that receives the file of each failure."""
 BYTEWISE = 0.3
-"""Fraction of files with mutated bytes; the other mutations keep words, values or arrays."""
+"""Fraction of files with mutated bytes; the other mutations keep words, values or arrays intact."""
 ARM = """<robot name="drawn"><link name="base"><visual><geometry><mesh filename="{}"/></geometry>
 </visual></link></robot>"""
 Mutation = Callable[[bytes, random.Random], bytes]

@@ -53,8 +53,8 @@ class Verdict:
     def is_answered(self) -> bool:
         """Whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with zero offsets of several degrees. In
-        this case, the warning concerns the number of measurements.
+        A few measurements of a different robot may fit with zero offsets of several degrees. The
+        warning about such a fit concerns the number of measurements.
         """
         return bool(self.accusations or self.warnings)
 

@@ -132,7 +132,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """A complete model fits a 20 mm longer link: the length error is forty tolerances."""
+    """A complete model explains a 20 mm longer link by a length error of forty tolerances."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text

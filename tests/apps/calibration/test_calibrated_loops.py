@@ -288,7 +288,7 @@ def test_identification_rank_matches_paper_formula(parts, rank):
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
     """The option "geometry" selects axes and loops.
 
-    Each group can also be identified together with the base.
+    Each group of parameters can also be identified together with the base.
     """
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)

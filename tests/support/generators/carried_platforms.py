@@ -1,8 +1,8 @@
 """Random platforms with joints before and behind them: a rail, a turntable, axes and a wrist.
 
 Platforms are rotary deltas, which hold the orientation of the platform, and hexapods. With axes
-behind a delta, the tool has as many degrees of freedom as actuators. All other added joints are
-redundant.
+behind a delta, the tool has as many degrees of freedom as actuators. All other joints that this
+module adds to a platform are redundant.
 """
 
 import numpy as np

@@ -207,7 +207,7 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
     for (int k = 0; k < POSES; k++) {
         reported += alone.iterations[k];
     }
-    /* With locked coordinates, the ranking of the start values also evaluates them. */
+    /* With locked coordinates, the ranking of the start values also calls the kernel. */
     if (!task->n_locked && evaluations - before != reported) {
         fail("evaluations beyond the reported number", (int)(evaluations - before - reported));
     }

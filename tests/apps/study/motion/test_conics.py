@@ -94,8 +94,8 @@ def test_points_without_conic_arc_are_rejected():
 def test_teaching_arm_follows_two_parabolas_of_paper():
     """Two conics pass through the five points of the paper's table, each in 50 steps of 0.01 s.
 
-    The points are raised by 0.05 m so that all of them are reachable. If they are raised by the
-    paper's base height of 0.1 m, three of them violate the limits.
+    The points are raised by 0.05 m so that all of them are reachable. If the points are raised by
+    the paper's base height of 0.1 m, three points violate the limits.
     """
     arm = chasles.load("lynxmotion")
     y = np.array([0.2, 0.15, 0.1, 0.05, 0.0])

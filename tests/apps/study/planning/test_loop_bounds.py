@@ -162,7 +162,7 @@ def test_loops_without_computable_bounds_are_rejected():
 
 
 def test_no_bound_exists_at_singular_configuration():
-    """A joint that occurs in no equation is undetermined: no bound exists, without a warning."""
+    """A joint that occurs in no equation has no bound, and causes no warning."""
     robot, bounds, _, _ = made("excavator")
 
     def without_a_joint(robot, z):
