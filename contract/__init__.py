@@ -1,5 +1,6 @@
 """The manifest of a generated robot: plain dataclasses with a reader and a writer."""
 
+from .argument_types import check_type
 from .bodies import Body, BodyJoint, ClosureFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
@@ -79,6 +80,7 @@ __all__ = [
     "UnknownRobotError",
     "Variable",
     "as_path",
+    "check_type",
     "input_folder",
     "is_inside",
     "make_folder",

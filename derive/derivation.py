@@ -4,6 +4,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from chasles.contract import check_type
+
 from .chain.body_shapes import Skeleton, skeleton
 from .chain.coordinates import InProportion
 from .chain.coupling_maps import coupling_maps
@@ -31,6 +33,7 @@ from .loops.solve.solved_loops import SolvedLoops, solved_loops
 from .model.errors import InputValueError
 from .model.geometry import Geometry
 from .model.mechanism import Described, Mechanism
+from .model.robot import SerialRobot
 from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
@@ -132,6 +135,7 @@ def derive(
         LoopError: A loop cannot be closed at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
+    check_type("derive: description", description, SerialRobot, Mechanism)
     if isinstance(description, Mechanism):
         return _of_mechanism(description, functions, families, fixed, parametric=parametric)
     robot = description

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from chasles.contract import check_type
+
 from .derivation import derive
 from .model.errors import InputValueError
-from .model.mechanism import Described
+from .model.mechanism import Described, Mechanism
+from .model.robot import SerialRobot
 from .terms.symbolic_function import SymbolicFunction
 
 _MATRIX = 2
@@ -82,6 +85,7 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
         InputValueError: The robot has no such function, or the function has no expressions because
             an iteration or a solver in C computes it.
     """
+    check_type("expressions: robot", robot, SerialRobot, Mechanism)
     derivation = derive(robot, functions=[function])
     if function in {written.name for written in derivation.written}:
         raise InputValueError(f"{robot.name}.{function}: a solver in C computes this function")

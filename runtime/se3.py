@@ -270,10 +270,10 @@ def project(
     Raises:
         InputValueError: If the deviation of a matrix is larger; the message states its index and
             the reason. The error is also raised if the tolerance is not positive.
-        InputTypeError: If T does not hold real numbers.
+        InputTypeError: If T or the tolerance does not hold real numbers.
     """
-    if not tolerance > 0:
-        raise InputValueError(f"{caller}: tolerance must be positive, got {tolerance!r}")
+    if real_array(caller, "tolerance", tolerance).shape or not tolerance > 0:
+        raise InputValueError(f"{caller}: tolerance must be a positive number, got {tolerance!r}")
     matrices = ending(T, (4, 4), caller, name)
     off = _deviation(matrices)
     _refuse(caller, matrices, off, tolerance, name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from chasles import InputValueError, Robot
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 
 from .differentiable_arm import DifferentiableArm
 
@@ -26,6 +26,7 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
         NotInstalledError: JAX is not installed.
         InputValueError: The robot or the folder has no such function.
     """
+    check_type("for_jax: robot", robot, Robot)
     with requires("chasles[jax]"):
         from . import jax_functions  # noqa: PLC0415
     return jax_functions.arm(checked(robot), folder)
@@ -44,6 +45,7 @@ def for_torch(robot: Robot) -> DifferentiableArm:
         NotInstalledError: PyTorch is not installed.
         InputValueError: The robot has no such function.
     """
+    check_type("for_torch: robot", robot, Robot)
     with requires("chasles[torch]"):
         from . import torch_functions  # noqa: PLC0415
     return torch_functions.arm(checked(robot))

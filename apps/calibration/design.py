@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
 from chasles.arrays import real_array
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 from chasles.summaries import short_repr
 
 from ..study.arguments import finite
@@ -113,6 +113,7 @@ def optimal_design(
         InputValueError: There are fewer allowed candidates than `count`, or `count` configurations
             do not determine the parameters.
     """
+    check_type("optimal_design: robot", robot, Robot)
     at = real_array("optimal_design", "candidates", candidates)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"optimal_design: candidates: expected (M, {robot.n}), got {at.shape}")

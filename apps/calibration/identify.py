@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot, ShapeError
+from chasles.contract import check_type
 
 from ..study.arguments import finite
 from .fitting.noise import OUTLYING
@@ -65,6 +66,7 @@ def identify(
         InputValueError: There are fewer measurements than variables, vary contains an unknown name,
             or the measurements fit only after correcting units, signs or columns.
     """
+    check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)
     at = finite("identify: q", q)
     problem = problem_at(robot, at, start, vary, parameter_std)

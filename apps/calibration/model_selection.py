@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
+from chasles.contract import check_type
 
 from ..study.arguments import finite
 from .fitting.problem import Fit, Problem, in_one_thread, problem_at
@@ -103,6 +104,7 @@ def select_model(
     Raises:
         InputValueError: As for :func:`~chasles.calibration.identify`.
     """
+    check_type("select_model: robot", robot, Robot)
     at, start = finite("select_model: q", q), located(robot, q, measurements)
     found, errors = {}, {}
     for model in models:
@@ -143,6 +145,7 @@ def cross_validate(
     Returns:
         (M,) the errors in the order of the measurements, in standard deviations.
     """
+    check_type("cross_validate: robot", robot, Robot)
     start = located(robot, q, measurements)
     problem = problem_at(robot, finite("cross_validate: q", q), start, vary, parameter_std)
     fitted = problem.solved(problem.x0, robust=robust)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 from chasles.summaries import short_repr
 
 from ..study.arguments import finite, integer_at_least, key_of
@@ -123,6 +123,7 @@ def first_order_errors(
     Raises:
         InputValueError: A key is neither a parameter, a group nor a unit.
     """
+    check_type("first_order_errors: robot", robot, Robot)
     sigma = deviations(robot, parameter_std)
     J = robot.identification_jacobian(q, nominal(robot)) * sigma
     covariance = J @ J.swapaxes(-1, -2)
@@ -155,6 +156,7 @@ def monte_carlo(
     Raises:
         InputValueError: A key is neither a parameter, a group nor a unit.
     """
+    check_type("monte_carlo: robot", robot, Robot)
     sigma, center = deviations(robot, parameter_std), nominal(robot)
     random = rng if isinstance(rng, np.random.Generator) else key_of("monte_carlo", rng)
     random = np.random.default_rng(random)

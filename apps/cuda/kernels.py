@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from chasles import InputValueError, Robot, ShapeError
 from chasles.autodiff.exported import exported
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 
 from . import arrays
 
@@ -40,6 +40,7 @@ class Kernels:
             NotInstalledError: cuda-bindings or NVRTC is not installed.
             InputValueError: The folder holds no CUDA source of this robot.
         """
+        check_type("Kernels: robot", robot, Robot)
         with requires("chasles[cuda]"):
             from . import compiled  # noqa: PLC0415
         self.robot = robot

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
-from chasles.contract import as_path, output_file, requires
+from chasles.contract import as_path, check_type, output_file, requires
 
 from .figure import figure_of, rows_of
 from .lettering import Places
@@ -66,6 +66,7 @@ def animate(
         OutOfReachError: Loops do not close at a configuration.
         NotInstalledError: Matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
     """
+    check_type("animate: robot", robot, Robot)
     target = as_path("animate: file", file)
     if not (isinstance(fps, int | float) and 0 < fps <= _MAX_FPS):
         raise InputValueError(

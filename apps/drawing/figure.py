@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
 from chasles.arrays import real_array
-from chasles.contract import as_path, requires, write_files
+from chasles.contract import as_path, check_type, requires, write_files
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -110,6 +110,7 @@ def draw(
         ShapeError: The number of coordinates in q, ghosts or path is wrong.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
+    check_type("draw: robot", robot, Robot)
     bodies = skeleton(robot)
     chosen = bodies.q_drawn if q is None else _row(robot, q)
     poses = bodies.poses(chosen)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import ManifestError, Robot
-from chasles.contract import Body, BodyJoint, ClosureFrames, Shape, SkeletonFacts, Span
+from chasles.contract import Body, BodyJoint, ClosureFrames, Shape, SkeletonFacts, Span, check_type
 from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
@@ -28,6 +28,7 @@ def skeleton(robot: Robot) -> Skeleton:
     Raises:
         ManifestError: The robot was derived by an earlier version, without bodies.
     """
+    check_type("skeleton: robot", robot, Robot)
     facts: SkeletonFacts | None = robot.manifest.skeleton
     if facts is None:
         raise ManifestError(

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, se3
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 from chasles.tolerances import AT_LIMIT
 
@@ -147,6 +148,7 @@ def reach(
         ShapeError: Targets or orientations have the wrong shape.
         InputValueError: A number is not finite, or `orientations` is passed with poses.
     """
+    check_type("reach: robot", robot, Robot)
     poses, rotations = _poses_and_rotations(targets, orientations)
     work = _ReachJob(robot, poses, rotations, _redundancy_values(robot, redundancy_samples))
     tally = tallied(
@@ -189,6 +191,7 @@ def base_placement(
         ShapeError: Poses or bases have the wrong shape.
         InputValueError: A number is not finite.
     """
+    check_type("base_placement: robot", robot, Robot)
     tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)
     for name, array in (("T_w_ee", tools), ("T_w_0", bases)):
         if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - the rows are matrices

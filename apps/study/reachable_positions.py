@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from .arguments import finite
@@ -118,6 +119,7 @@ def reachable_positions(
         OutOfReachError: No cell near the tool position of q_seed is reached.
         ShapeError: The orientation is not (3, 3), or q_seed not (n,).
     """
+    check_type("reachable_positions: robot", robot, Robot)
     levels = int(resolution // _COARSE).bit_length() - 1
     if resolution != _COARSE * 2 ** max(levels, 0):
         raise InputValueError(

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from ..drawing.skeleton import Skeleton, skeleton
@@ -113,6 +114,7 @@ def gravity_forces(
         InputValueError: A mass is invalid, or the actuators cannot hold the weights at a single
             configuration.
     """
+    check_type("gravity_forces: robot", robot, Robot)
     return -_Solved("gravity_forces", robot, q, masses, None, gravity).actuator_forces()
 
 
@@ -145,6 +147,7 @@ def static_loads(
         InputValueError: A mass is invalid, or a single configuration is statically indeterminate
             or not in equilibrium; the message names the struts and closures, or the coordinates.
     """
+    check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)
     found.refuse_prestress()
     return found.loads()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 from chasles.summaries import summary_repr
 
 from .arguments import Rng, finite, integer_at_least, key_of
@@ -175,6 +175,7 @@ def workspace(
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any
             configuration, or an argument has an unsupported value.
     """
+    check_type("workspace: robot", robot, Robot)
     unknown = set(quality) - set(get_args(Quality))
     if unknown or integer_at_least("workspace: resolution", resolution, 1) < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
 from chasles.arrays import real_array
-from chasles.contract import as_path, requires
+from chasles.contract import as_path, check_type, requires
 
 from .access import Access, checked_by, silent
 from .display import COLOURS, Display, Displayed, Ghosts, quaternions
@@ -86,6 +86,7 @@ class LiveView:
             InputValueError: viser is not installed, or the port is not free.
             ManifestError: The robot was derived by an earlier version, without bodies.
         """
+        check_type("LiveView: robot", robot, Robot)
         viser = _viser()
         self._display = Display(robot)
         self._lock = threading.RLock()

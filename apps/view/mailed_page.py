@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import Robot
-from chasles.contract import output_file
+from chasles.contract import check_type, output_file
 
 from ..drawing import Skeleton
 from .display import Display, Displayed
@@ -52,6 +52,7 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     Raises:
         ManifestError: The robot was derived by an earlier version, without bodies.
     """
+    check_type("write_html: robot", robot, Robot)
     parts = {name: (_HERE / file).read_text(encoding="utf-8") for name, file in _PARTS.items()}
     data = script_json(page_data(robot))
     page = Template((_HERE / "page/page.html").read_text(encoding="utf-8"))

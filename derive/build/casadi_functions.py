@@ -5,12 +5,14 @@ from pathlib import Path
 
 import casadi as ca
 
+from chasles.contract import check_type
 from chasles.contract.errors import MismatchError, MissingFunctionError, UnknownRobotError
 
 from ..derivation import derive
 from ..description.robot_files import read
 from ..emit.casadi_file import joined, output_of
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
+from ..model.robot import SerialRobot
 from .freshness import GENERATED
 
 
@@ -38,6 +40,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     folder = _folder(robot)
     if folder is not None:
         return _of_folder(folder, name)
+    check_type("casadi_function: robot", robot, str, Path, SerialRobot, Mechanism)
     description = read(robot) if isinstance(robot, str | Path) else robot
     everything = joined(derive(description, functions=[name]))
     if everything is None or name not in everything.name_out():

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from chasles.contract import SUPPORT, as_path, is_inside, make_folder, write_files
+from chasles.contract import SUPPORT, as_path, check_type, is_inside, make_folder, write_files
 from chasles.contract.forking import run_in_fork
 
 from ..derivation import Derivation, derive
@@ -15,7 +15,8 @@ from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
 from ..model.errors import InputValueError
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
+from ..model.robot import SerialRobot
 from ..program.programs import NO_PROGRAMS, Programs, programs
 
 MANIFEST = "manifest.json"
@@ -46,6 +47,7 @@ def files(
         DescriptionError: The description is invalid.
         InputValueError: A name is wrong, or two languages write one file.
     """
+    check_type("files: description", description, SerialRobot, Mechanism)
     emitters = emitters_of(languages)
     texts = _texts(description, functions, fixed, emitters, parametric=parametric)
     return {name: text.encode() for name, text in texts.items()}
@@ -127,6 +129,7 @@ def write(
         DescriptionError: The description is invalid.
         InputValueError: A name is wrong, or two languages write one file.
     """
+    check_type("write: description", description, SerialRobot, Mechanism)
     target, emitters = as_path("folder", folder), emitters_of(languages)
     texts = _texts(description, functions, fixed, emitters, parametric=parametric)
     return put(texts, target)

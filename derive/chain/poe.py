@@ -4,6 +4,8 @@ from functools import lru_cache
 
 import sympy as sp
 
+from chasles.contract import check_type
+
 from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.values import shortened
 
@@ -30,6 +32,7 @@ def product_of_exponentials(
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
     """
+    check_type("product_of_exponentials: description", description, SerialRobot)
     T_0_joint = placement_matrix(description.base)
     screws = []
     for joint in description.joints:

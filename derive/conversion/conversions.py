@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from chasles.contract import as_path, output_file
+from chasles.contract import as_path, check_type, output_file
 
 from ..description.cleaned_robot import cleaned
 from ..description.conventions import dh, mdh, poe
@@ -15,7 +15,7 @@ from ..description.robot_files import read_text
 from ..description.urdf import UrdfFile
 from ..model.convention import Convention
 from ..model.errors import DescriptionError, InputValueError
-from ..model.mechanism import Described
+from ..model.mechanism import Described, Mechanism
 from ..model.placements import Placement
 from ..model.robot import SerialRobot
 from .axis_tables import in_table, screw_form
@@ -115,6 +115,7 @@ def convert(robot: Described, to: Format) -> Conversion:
         InputValueError: The format is unknown, the robot has loops, or masses are positioned in
             link frames that a table would move.
     """
+    check_type("convert: robot", robot, SerialRobot, Mechanism)
     if to not in FORMATS:
         raise InputValueError(f"to: expected one of {', '.join(FORMATS)}, found {to!r}")
     if not isinstance(robot, SerialRobot):

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chasles.contract import check_type
+
 from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.closing.loop_model import loop_model
 from ..loops.closing.mobility import mobility_of
@@ -159,6 +161,7 @@ def explain(
         degenerate cases, and the maximum solution count. If no closed form exists, the text lists
         the deviation of the axes from each known structure.
     """
+    check_type("explain: description", description, SerialRobot, Mechanism)
     if not isinstance(description, Mechanism):
         terms = Terms({parameter.symbol: parameter.value for parameter in description.parameters})
         return explanation(

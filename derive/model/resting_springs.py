@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from .errors import InputTypeError
+from chasles.contract import check_type
+
 from .mechanism import Mechanism
 
 
@@ -19,8 +20,7 @@ def springs_at_rest(robot: Mechanism) -> Mechanism:
     Raises:
         InputTypeError: The robot is not a ``Mechanism``.
     """
-    if not isinstance(robot, Mechanism):
-        raise InputTypeError(f"robot: expected a Mechanism, got {type(robot).__name__}")
+    check_type("springs_at_rest: robot", robot, Mechanism)
     rest = dict(robot.springs)
     joints = tuple(
         joint.fixed_at(joint.direction * rest[joint.name]) if joint.name in rest else joint

@@ -17,6 +17,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from chasles.contract import check_type
+
 from ..description.conventions import CONVENTIONS
 from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of, symbols_in
 from ..description.conventions.neighbours import Neighbours, least_singular_value, neighbours
@@ -58,6 +60,7 @@ def model_report(
     Raises:
         DescriptionError: Legs support the tool, so there is no chain of joints to evaluate.
     """
+    check_type("model_report: description", description, SerialRobot, Mechanism)
     chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
     kinds = [joint.kind for joint in chain.moving]

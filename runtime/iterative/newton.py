@@ -1,7 +1,6 @@
 """Loop configurations without a closed form, by Newton's iteration in C.
 
-The generated functions follow the straight line in q from the reference configuration, or start at
-a specified configuration.
+The functions follow the straight line in q from the reference configuration, or start at a seed.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray, real_array
 from ..call.capabilities import needs
+from ..errors import ShapeError
 from ..facts import RobotFacts
 
 
@@ -52,9 +52,8 @@ class NewtonMethods(RobotFacts):
             `z (..., n_z)`, `valid (...,)`, `residual (...,)` and `n_failed`. Missing solutions do
             not raise an error.
         """
-        q = real_array(f"{self.name}.solve_loops", "q", q)
         # The call is a batch of one, because a single q without a solution would raise an error.
-        rows = q[None]
+        rows = real_array(f"{self.name}.solve_loops", "q", q)[None]
         z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
         return self._solution(z[0])
 
@@ -69,9 +68,10 @@ class NewtonMethods(RobotFacts):
         Returns:
             The result of `solve_loops` for all rows; all rows after a failed row also fail.
         """
-        rows = real_array(f"{self.name}.solve_loops_along", "q", q)
-        (size,) = self.configuration.outputs[0].shape
-        z = np.full((len(rows), size), np.nan)
+        rows = real_array(label := f"{self.name}.solve_loops_along", "q", q)
+        if rows.shape[1:] != (self.n,):
+            raise ShapeError(f"{label}: expected q (k, {self.n}), got {rows.shape}")
+        z = np.full((len(rows), *self.configuration.outputs[0].shape), np.nan)
         for k, row in enumerate(rows):
             z[k] = z_seed = self.solve_loops(row, z_seed).z
         return self._solution(z)

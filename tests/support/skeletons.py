@@ -11,6 +11,7 @@ from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
 from chasles.drawing import skeleton
 from tests.support.loops.solved import solved
+from tests.support.robot_stand_in import RobotStandIn
 
 
 def described_skeleton(robot):
@@ -27,7 +28,7 @@ def described_skeleton(robot):
         if hybrid
         else []
     )
-    stand_in = SimpleNamespace(
+    stand_in = RobotStandIn(
         name=robot.name,
         n=len(robot.coordinates),
         coordinates=[SimpleNamespace(name=c.name) for c in robot.coordinates],

@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from chasles import InputValueError, JointPath, OutOfReachError, Robot, ShapeError
 from chasles.arrays import real_array
+from chasles.contract import check_type
 from chasles.fixed import values_at
 
 FloatArray = NDArray[np.float64]
@@ -88,6 +89,7 @@ def resolve_redundancy(
         InputValueError: The robot has no redundancy parameters, or the path has no pose.
         OutOfReachError: No continuous motion within the limits reaches all poses.
     """
+    check_type("resolve_redundancy: robot", robot, Robot)
     label = f"{robot.name}.resolve_redundancy"
     poses, seed = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
     if not len(poses):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
+from chasles.contract import check_type
 
 from ..arguments import real
 from .trajectory import Trajectory
@@ -59,9 +60,17 @@ def limit_violations(
             no check.
 
     Raises:
-        ShapeError: The limits do not have n values.
+        InputTypeError: An argument is not a robot or a trajectory.
+        ShapeError: The limits, or the rows of the trajectory, do not have n values.
         InputValueError: A limit is not positive.
     """
+    check_type("limit_violations: robot", robot, Robot)
+    check_type("limit_violations: trajectory", trajectory, Trajectory)
+    if trajectory.q.shape[1:] != (robot.n,):
+        raise ShapeError(
+            f"limit_violations: trajectory: expected {robot.n} coordinates of {robot.name}, got "
+            f"shape {trajectory.q.shape}"
+        )
     bounds = [("lower", -trajectory.q, -robot.lower), ("upper", trajectory.q, robot.upper)]
     for name, values, limits in (
         ("rate", trajectory.qd, rate_limits),

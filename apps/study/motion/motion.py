@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
+from chasles.contract import check_type
 from chasles.fixed import Fixed, read_fixed
 from chasles.summaries import summary_repr
 
@@ -83,6 +84,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         """Reject arguments that the curve does not support."""
+        check_type("Motion: robot", self.robot, Robot)
         if self.redundancy not in get_args(Redundancy):
             raise InputValueError(
                 f"Motion: expected redundancy as one of {', '.join(get_args(Redundancy))}, got "

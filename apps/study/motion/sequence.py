@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
+from chasles.contract import check_type
 from chasles.fixed import Fixed
 from chasles.summaries import summary_repr
 
@@ -85,6 +86,7 @@ class MotionSequence:
 
     def __post_init__(self) -> None:
         """Check q_start."""
+        check_type("MotionSequence: robot", self.robot, Robot)
         finite(f"MotionSequence of {self.robot.name}: q_start", self.q_start, (self.robot.n,))
 
     @property

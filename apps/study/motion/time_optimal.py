@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 
 from ..arguments import above_0, finite, integer_at_least
 from .limits import per_coordinate
@@ -80,6 +80,7 @@ def time_optimal(
             curve, or no motion from rest to rest exists.
         OutOfReachError: The curve leaves the workspace, the branch or the limits.
     """
+    check_type("time_optimal: motion", motion, Motion)
     robot = motion.robot
     limits = [
         per_coordinate(name, v, robot.n)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError
-from chasles.contract import read_input
+from chasles.contract import check_type, read_input
 from chasles.summaries import summary_repr
 
 from ..arguments import real
@@ -162,8 +162,12 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     The first sample of a trajectory replaces the last sample of the preceding trajectory.
 
     Raises:
+        InputTypeError: The argument is not a list or tuple of trajectories.
         InputValueError: There is no trajectory, or the trajectories belong to different robots.
     """
+    check_type("concatenate: trajectories", trajectories, Sequence)
+    for index, own in enumerate(trajectories):
+        check_type(f"concatenate: trajectories[{index}]", own, Trajectory)
     if not trajectories or len({own.robot for own in trajectories}) > 1:
         raise InputValueError("concatenate: expected one or more trajectories of the same robot")
     begin, parts = 0.0, []

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from ..results import StudyResult, ranges
@@ -148,6 +149,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     Raises:
         InputValueError: The axes of the arm do not have this form.
     """
+    check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:
         raise InputValueError(f"{robot.name}: exact_workspace requires a serial arm, got loops")
     if point not in ("tool", "wrist"):

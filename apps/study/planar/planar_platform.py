@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from ..arguments import finite
@@ -100,6 +101,7 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
     """
+    check_type("constant_orientation_workspace: robot", robot, Robot)
     finite("constant_orientation_workspace: phi", phi, ())
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
@@ -122,6 +124,7 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     Raises:
         InputValueError: The robot is not a planar platform of this kind.
     """
+    check_type("dexterous_workspace: robot", robot, Robot)
     legs = []
     turned = (constant_orientation_workspace(robot, phi).pieces[0] for phi in (0.0, np.pi))
     for at_0, at_half in zip(*turned, strict=True):
@@ -203,6 +206,7 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
     Raises:
         InputValueError: The robot is not a planar platform of this kind, or there is no angle.
     """
+    check_type("orientation_grid: robot", robot, Robot)
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))
     if not len(angles):
         raise InputValueError("orientation_grid: expected at least one angle")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from ..arguments import finite
@@ -89,6 +90,7 @@ def singularity_curves(
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
     """
+    check_type("singularity_curves: robot", robot, Robot)
     finite("singularity_curves: phi", phi, ())
     ik_planar = robot.ik_planar
     if x is None or y is None:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
 from ..grid import SizeEstimate
@@ -101,6 +102,7 @@ def orientation_range_workspace(
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
         the kinds of workspaces.
     """
+    check_type("orientation_range_workspace: robot", robot, Robot)
     if not -math.inf < phi_min < phi_max < math.inf or not tolerance > 0:
         raise InputValueError(
             f"orientation_range_workspace: expected phi_min < phi_max and tolerance > 0, got "

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot, ShapeError
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 from chasles.summaries import summary_repr
 
 from ..arguments import real
@@ -233,6 +233,7 @@ def configuration_space(
             unknown, or the motion of loops cannot be bounded.
         ShapeError: The number of radii differs from the number of bodies.
     """
+    check_type("configuration_space: robot", robot, Robot)
     lower, upper = _box(robot)
     hulls = hulls_of(robot)
     radii, bodies = real("configuration_space: radius", radius), hulls.parts

@@ -13,6 +13,8 @@ from typing import Any
 import mpmath
 import sympy as sp
 
+from chasles.contract import check_type
+
 from ...model.convention import Convention, Fitted
 from ...model.errors import DescriptionError
 from ...model.placements import Placement, Vector
@@ -63,6 +65,7 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     Raises:
         DescriptionError: The robot has masses whose positions depend on the link frames.
     """
+    check_type("with_suitable_conventions: robot", robot, SerialRobot)
     if robot.load is not None:
         raise DescriptionError(
             f"{robot.name}: masses are positioned in link frames, which change with "

@@ -8,6 +8,8 @@ overconstrained, or a rod can rotate about its longitudinal axis.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from chasles.contract import check_type
+
 from ...chain.kinematics import coordinates
 from ...model.errors import InputValueError
 from ...model.mechanism import Mechanism
@@ -126,6 +128,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and the limits of
         counting.
     """
+    check_type("mobility: mechanism", mechanism, Mechanism)
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     z = coordinates("_z", len(configuration_names(mechanism)))
     return mobility_of(ClosedLoops(mechanism), constraints(mechanism, terms, z))

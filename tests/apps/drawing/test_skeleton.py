@@ -4,7 +4,6 @@ import itertools
 import json
 import random
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from chasles.drawing import skeleton
 from tests.support.chains import random_chain
 from tests.support.counting import calls_of
 from tests.support.derivations import MECHANISMS
+from tests.support.robot_stand_in import RobotStandIn
 from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
@@ -179,7 +179,7 @@ def test_manifest_without_skeleton_is_rejected():
     robot = chasles.load("ur5e")
     manifest = replace(robot.manifest, skeleton=None)
     with pytest.raises(ManifestError, match="skeleton: missing"):
-        skeleton(SimpleNamespace(manifest=manifest, folder=robot.folder, name=robot.name))
+        skeleton(RobotStandIn(manifest=manifest, folder=robot.folder, name=robot.name))
 
 
 def test_symbols_of_adjacent_joints_are_separated():

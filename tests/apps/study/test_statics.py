@@ -14,6 +14,7 @@ from chasles.study import PointMass, StaticLoads, gravity_forces, static_loads
 from tests.support.generators.convertible_arms import convertible_arm
 from tests.support.oracles.mujoco_statics import mujoco_loads, random_masses
 from tests.support.pages import run
+from tests.support.robot_stand_in import RobotStandIn
 from tests.support.skeletons import described_skeleton
 
 RIGHT = 1e-9
@@ -77,7 +78,7 @@ def test_legs_of_a_hexapod_share_its_weight():
     np.testing.assert_allclose(loads.strut_forces * up, 60 * 9.81 / 6)
 
 
-class Changed:
+class Changed(RobotStandIn):
     """A hexapod with other struts, at the same configurations."""
 
     def __init__(self, change, skipped=0):

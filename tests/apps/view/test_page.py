@@ -10,6 +10,7 @@ from chasles.derive import read
 from chasles.view import write_html
 from chasles.view.display import Display
 from tests.support.compiling import compiled
+from tests.support.robot_stand_in import RobotStandIn
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
@@ -122,7 +123,7 @@ def test_page_loads_no_external_resources_and_escapes_title(browser, tmp_path):
     assert browser.complaints() == []
 
 
-class Renamed:
+class Renamed(RobotStandIn):
     """A robot whose title contains tags."""
 
     title = "</script><!--<script><b>{x}"

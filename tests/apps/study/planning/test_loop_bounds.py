@@ -12,6 +12,7 @@ from chasles.errors import InputValueError
 from chasles.study.planning import configuration_space, sphere
 from chasles.study.planning.hulls import hulls_of
 from chasles.study.planning.loop_bounds import closed_configurations, loop_bounds
+from tests.support.robot_stand_in import RobotStandIn
 
 ROBOTS = (
     "excavator",
@@ -117,7 +118,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
     assert dead > 5
 
 
-class Changed:
+class Changed(RobotStandIn):
     """A robot with some functions replaced."""
 
     def __init__(self, robot, **changed):
