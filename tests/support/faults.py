@@ -77,7 +77,7 @@ def steps_of(work: Callable[[], object], folder: Path) -> list[str]:
 
 @contextmanager
 def failing(step: int, folder: Path) -> Iterator[None]:
-    """Lets one file operation in a folder fail: there is no space left on the device."""
+    """Lets one file operation in a folder fail, as if no space were left on the device."""
     with _watching(folder, step) as seen:
         yield
     assert len(seen) > step, f"only {len(seen)} file operations"

@@ -25,7 +25,7 @@ def exported(robot, folder: Path) -> Path:
 
 
 def octave(script: str, folder: Path) -> str:
-    """Runs a script in a folder, and returns what it prints; an error fails."""
+    """Runs a script in a folder, and returns the printed text; a script error fails the test."""
     command = ["octave-cli", "--no-history", "--quiet", "--norc", "--eval", script]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

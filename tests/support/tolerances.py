@@ -28,4 +28,4 @@ errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012
-"""Joint limits (radian): descriptions round data-sheet degrees or widen them by up to 0.7."""
+"""Joint limits (radian): descriptions round the data sheet, or widen it by up to 0.7 degrees."""

@@ -1,4 +1,4 @@
-"""Random platforms with more actuators than freedoms: cable robots, and platforms on four cranks.
+"""Random overactuated platforms: cable robots, and platforms on four cranks.
 
 Cables run from random points on a circle or on the edges of a prism to the platform.
 """
