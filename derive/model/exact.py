@@ -239,7 +239,10 @@ class _Reader:
         if not self.names:
             raise NotExact(f"unknown name {name!r}")
         close = difflib.get_close_matches(name, self.names, n=1) or list(self.names)[:MAX_NAMED]
-        raise NotExact(f"unknown parameter {name!r}; expected one of {', '.join(close)}")
+        expected = "the parameter" if len(close) == 1 else "one of the parameters"
+        raise NotExact(
+            f"unknown parameter {name!r}; expected {expected} {', '.join(map(repr, close))}"
+        )
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
         if not exponent.is_Rational or max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:

@@ -55,12 +55,19 @@ class Tilt:
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describes the deviation."""
-        return (
-            f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
-            f" others, and the ends of {self.loop_joint!r} are {1e3 * self.offset:.3g} mm apart"
-            " along the axes"
-        )
+        """Describes the deviation; angles and distances of rounding errors are omitted."""
+        parts = []
+        if self.angle > NUMERICALLY_CLOSED:
+            parts.append(
+                f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with"
+                " the others"
+            )
+        if self.offset > NUMERICALLY_CLOSED * self.span or not parts:
+            parts.append(
+                f"the ends of {self.loop_joint!r} are {1e3 * self.offset:.3g} mm apart along the"
+                " axes"
+            )
+        return ", and ".join(parts)
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:

@@ -175,8 +175,9 @@ def test_expressions_are_never_evaluated_as_code() -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("d2", "unknown parameter 'd2'; expected one of a, b, d1"),
-        ("zz", "unknown parameter 'zz'; expected one of a, b, d1"),
+        ("d2", "unknown parameter 'd2'; expected one of the parameters 'a', 'b', 'd1'"),
+        ("zz", "unknown parameter 'zz'; expected one of the parameters 'a', 'b', 'd1'"),
+        ("d12", "unknown parameter 'd12'; expected the parameter 'd1'"),
         ("a.real", "'a.real' is not understood; expected numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
         ("120 mm", "a number with a unit; the file's field 'units' names it"),
@@ -194,6 +195,7 @@ def test_expressions_are_never_evaluated_as_code() -> None:
     ids=[
         "unknown short name",
         "unknown long name",
+        "misspelt name",
         "attribute",
         "incomplete",
         "unit",
