@@ -68,7 +68,7 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds, seed):
 
 @pytest.mark.parametrize("kinds", ["RPRR", "PRRR", "RRRP", "RRR"])
 def test_position_determines_angles_of_aligned_axes(kinds):
-    """The orientation then determines only the sum of the first and third angles."""
+    """If the axes are aligned, the orientation determines only the sum of two angles."""
     directions = iter([[0, 0, 1], [0, 1, 0], [1, 0, 0]])
     axes = [[0.6, 0, 0.8] if kind == "P" else next(directions) for kind in kinds]
     (case,) = [case for case in cases_of(robot(kinds, axes, 0)) if case.function == "ik"]

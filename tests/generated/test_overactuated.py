@@ -1,4 +1,4 @@
-"""Platforms with more actuators than freedoms: legs, rates, forces and least-squares poses."""
+"""Platforms with redundant actuators: legs, rates, forces and least-squares poses."""
 
 import numpy as np
 import pytest

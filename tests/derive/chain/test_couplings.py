@@ -80,7 +80,10 @@ def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
 
 
 def test_hollow_wrist_on_the_first_axis_reaches_the_pose():
-    """The position of the wrist center leaves joint 1 arbitrary, and the wrist cannot fold."""
+    """The wrist center is on the first axis, so its position does not determine joint 1.
+
+    The wrist cannot fold.
+    """
     text = next(text for text in FILES if "paint_wrist" in text).replace("a = 300, ", "")
     found = derive(read_text(text))
     fk, ik = (Function(found.function(name)) for name in IK)

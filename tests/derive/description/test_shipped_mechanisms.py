@@ -90,7 +90,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """Returns the angle of a strut about z of the body at its first end, or about -y if z is up."""
+    """Returns the angle of a strut in the xy or xz plane of the body at its first end."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -100,7 +100,7 @@ def swing(m, strut, q, u):
 
 WITHOUT_LIMITS = {"planar_3rrr", "planar_3rrr_170"}
 HELD_BOX = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Box of crank angles for platforms without printed limits."""
+"""Lower and upper crank angles for platforms without printed limits."""
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -47,7 +47,7 @@ def compared(robot):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Returns a folder with the results of all functions, of one run of Octave."""
+    """Returns a folder with the results of all functions from one run of Octave."""
     folder, script = tmp_path_factory.mktemp("octave"), []
     for name in NAMES:
         robot = chasles.load(name)

@@ -36,7 +36,7 @@ NAMES = ["ur5e", "panda", "puma560"]
 PAGE = "how-to/moveit.md"
 SAMPLES = 200
 TOLERANCE = 1e-12
-"""Largest difference from the C, away from singularities."""
+"""Largest difference from the results of the C code, away from singularities."""
 Q = {
     "ur5e": [0.3, -1.2, 1.4, -0.5, 0.8, 0.2],
     "panda": [0.3, -0.4, 0.2, -1.9, 0.4, 1.8, 0.6],

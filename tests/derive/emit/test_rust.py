@@ -34,12 +34,12 @@ FUNCTIONS = ["fk", "fk_jacobian_mixed", "twist_mixed", "acceleration_mixed", "ik
 SAMPLES = 10_000
 SOLVED = 1e-9
 TOLERANCE = 1e-12
-"""Largest difference from the C, for an inverse away from singularities."""
+"""Largest difference from the C code, for an inverse away from singularities."""
 POSE_ERROR = 1e-9
 """Largest pose error of a solution."""
 PAGE = "how-to/rust.md"
 CALLED = {"sin", "cos", "sqrt", "atan2", "memcpy", "memset"}
-"""Functions of C that the code without Rust's standard library calls."""
+"""C functions that the code without Rust's standard library calls."""
 CALLER = """\
 use chasles_{name}::*;
 use std::io::{{stdin, stdout, BufReader, BufWriter, Read, Write}};

@@ -227,7 +227,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 def test_family_option_decides_whether_joints_may_be_fixed(given):
     """With a second lift, the arm has one joint more than the family allows.
 
-    The family determines if the second lift may be fixed.
+    The family determines whether the second lift may be fixed.
     """
     text = """
 name = "two_lifts"

@@ -14,7 +14,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 
 def printed(robot):
-    """Returns the part of the article about the inverse."""
+    """Returns the part of the article that describes the inverse."""
     return files(derive(robot, functions=["ik"]), NO_PROGRAMS)["latex/inverse.tex"]
 
 

@@ -36,8 +36,11 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins whose arms have equal constant length: The third pin of an arm on the vector D has
-    the position C = D/2 + k J D, with the constant k and J the quarter turn."""
+    """Three pins in an isosceles triangle, whose two arms have equal constant length.
+
+    The third pin has the position C = D/2 + k J D on the base D, with a factor k and the quarter
+    turn J.
+    """
 
     base: Arm
     arms: tuple[Arm, Arm]
@@ -84,7 +87,7 @@ class Isosceles(PlanarStep):
         d, a, k = length_of("D"), length_of("A"), quantity("k")
         rates = []
         for angle, there, half in zip(self.solved, (C, E), (HALF, -HALF), strict=True):
-            # a^2 phi' = there x there', with k k' = -a^2 D . D' / D^4.
+            # The rate phi' satisfies a^2 phi' = there x there', with k k' = -a^2 dot(D, D') / D^4.
             across = cross(there, (-D[1], D[0]))
             slope = [-(a**2) * part / (d**4 * k) * across for part in D]
             straight = [half * x for x in (-there[1], there[0])]

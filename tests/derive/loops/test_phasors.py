@@ -75,7 +75,7 @@ def test_phasor_sums_add_rotate_and_scale_like_complex_numbers():
 def test_cancelling_phasors_are_removed():
     rod = PhasorSum.of((L, sp.S.Zero), A)
     assert (rod - rod).terms == {}
-    # Equal angle sums merge, and opposite vectors cancel.
+    # Terms with equal angle sums merge, and opposite vectors cancel.
     there = PhasorSum.of((L, sp.S.One), A + B) + PhasorSum.of((-L, -sp.S.One), B + A)
     assert there.terms == {}
     left = PhasorSum.of((L**2 / L - L, sp.sqrt(2) * sp.sqrt(3) - sp.sqrt(6)), A)

@@ -153,7 +153,7 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
         # Rows are selected from the end, so that each row is computed in every lane. The result
-        # does not depend on the lane, except for a single row.
+        # of a row is the same in every lane, but a batch of one row equals a single call.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])

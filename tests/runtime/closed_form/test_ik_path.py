@@ -202,7 +202,7 @@ def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
         arm.loops_close  # noqa: B018
     with pytest.raises(AttributeError, match="'id'") as error:
         arm.id  # noqa: B018
-    # With both attributes, Python suggests the most similar name in dir(arm).
+    # Python needs both attributes of the error to suggest the most similar name in dir(arm).
     assert (error.value.name, error.value.obj) == ("id", arm)
     assert arm.redundancy == ()
     assert not hasattr(arm, "ik")

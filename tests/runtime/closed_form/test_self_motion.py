@@ -38,7 +38,7 @@ FAR_FROM_STARTS = (
     1649,
     1810,
 )
-"""Numbers of poses that Newton's method misses if it starts from isolated solutions with a rotated
+"""Indices of poses that Newton's method misses if it starts from isolated solutions with a rotated
 tool."""
 
 

@@ -469,7 +469,7 @@ def test_seed_rotated_by_half_turn_converges(ur5e, axis):
 
 
 def test_fixed_coordinates_have_the_given_values(ur5e):
-    """Values of a name and of an index broadcast with the poses and the seeds."""
+    """Fixed joint values, keyed by name or index, broadcast with the poses and the seeds."""
     q = np.array([[0.3, -1.2, 1.1, -0.4, 0.7, 0.2], [0.1, -0.9, 0.8, 0.3, -0.6, 1.0]])
     elbow, last = ur5e.coordinate_names[2], 5
     found = ur5e.ik_numeric(ur5e.fk(q), q + 0.05, fixed={elbow: q[:, 2], last: q[:, last]})
