@@ -314,7 +314,9 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
         least = f"residual {found.residual:.3g} ({unit})"
     if not len(found.q):
         # Limits can remove solutions whose residual is small.
-        missed = f"; the least {least}" if found.residual > rounding(arm) and least else ""
+        missed = (
+            f"; the best branch has the {least}" if found.residual > rounding(arm) and least else ""
+        )
         say(f"{arm.name}: no solution ({found.reason}{missed})")
         return
     plural = "" if len(found.q) == 1 else "s"

@@ -168,8 +168,8 @@ class NearestMethods(RobotFacts):
             q_seed: (..., n) coordinates near the solution [rad or m].
 
         Returns:
-            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and the
-            angle times `unit_length`. Limits are ignored. Only reachable poses have residual 0.
+            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and
+            `2 sin(angle/2)` times `unit_length`. Limits are ignored. Reachable poses have 0.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.

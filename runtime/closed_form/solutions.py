@@ -59,7 +59,7 @@ class Solutions(Fields):
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, otherwise the least-squares
             result on that branch, or NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
-            (projected) pose and the angle times `unit_length`. The residual is infinite in a
+            (projected) pose and `2 sin(angle/2)` times `unit_length`. The residual is infinite in a
             different assembly mode, see `other_mode`.
         margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
             boundary, negative outside.
