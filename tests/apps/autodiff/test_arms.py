@@ -73,7 +73,7 @@ def test_jax_derivatives_agree_with_differences_at_a_thousand_poses(name):
     robot, jnp = chasles.load(name), jax().numpy
     arm, q = for_jax(robot), configurations(robot, 1000)
     for function, exact in ((arm.fk, robot.fk), (arm.jacobian, robot.jacobian_mixed)):
-        derivative = jax().vmap(jax().jacrev(function))(q)
+        derivative = jax().jit(jax().vmap(jax().jacrev(function)))(q)
         np.testing.assert_allclose(derivative, differences(exact, q), atol=1e-6)
 
     def itself(q):
@@ -81,11 +81,11 @@ def test_jax_derivatives_agree_with_differences_at_a_thousand_poses(name):
         slot = jnp.argmin(jnp.max(jnp.abs(jnp.nan_to_num(found.q, nan=9.0) - q), axis=-1))
         return found.q[slot]
 
-    derivative = jax().vmap(jax().jacrev(itself))(q)
+    derivative = jax().jit(jax().vmap(jax().jacrev(itself)))(q)
     np.testing.assert_allclose(
         derivative, np.broadcast_to(np.eye(robot.n), derivative.shape), atol=1e-6
     )
-    forward = jax().vmap(jax().jacfwd(itself))(q[:50])
+    forward = jax().jit(jax().vmap(jax().jacfwd(itself)))(q[:50])
     np.testing.assert_allclose(forward, derivative[:50], atol=1e-9)
 
 
