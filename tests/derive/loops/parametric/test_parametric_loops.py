@@ -11,9 +11,12 @@ from numpy.testing import assert_allclose
 from chasles.derive import DescriptionError, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
-from chasles.derive.model.placements import Translation
+from chasles.derive.model.mechanism import Frame
+from chasles.derive.model.placements import Rotation, Translation, inverse
+from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 from tests.support.loops.continued import closed_configuration
+from tests.support.loops.mechanisms import ALONG_X, ALONG_Y, near, slider_crank
 from tests.support.loops.parametric import loops_of, nominal, reference
 from tests.support.loops.solved import solved
 
@@ -21,6 +24,11 @@ RODS = ("five_bar", "delta", "excavator")
 """A planar loop, a spatial loop, and loops with a cylinder."""
 EVERY = ("four_bar", "slider_crank", "delta", "stewart_gough", "excavator")
 """Robots with loops of every kind: a pin, a slider, rods, and actuated cylinders."""
+SLIDERS = {
+    "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
+    "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
+}
+"""Rotation of a slider's axes and a reference, keyed by the axis normal to the plane."""
 
 
 def closed(loops, functions, w, p):
@@ -97,6 +105,31 @@ def test_out_of_plane_parameters_are_omitted():
     names = {item.name for item in loops.geometry.parameters if item.part in ("axis", "loop")}
     assert {"crank_shift_x", "rocker_pin_a_y"} <= names
     assert not {name for name in names if "tilt" in name or name.endswith("_z")}
+
+
+def slider_crank_on(guide, at_reference):
+    """Returns a slider-crank whose piston moves along z of the guide's placement."""
+    crank, elbow, cross = slider_crank().joints
+    (gudgeon,) = slider_crank().closures
+    joints = (crank, elbow, replace(cross, before=guide, after=inverse(guide)))
+    closures = (replace(gudgeon, b=Frame("piston")),)
+    return replace(slider_crank(), joints=joints, closures=closures, reference=at_reference)
+
+
+@pytest.mark.parametrize("normal", SLIDERS)
+def test_slider_of_a_planar_loop_tilts_in_the_plane(normal):
+    guide, at_reference = SLIDERS[normal]
+    loops = ParametricLoops(solved(slider_crank_on((Rotation(*guide),), at_reference)))
+    names = [item.name for item in loops.geometry.parameters]
+    assert [name for name in names if "cross_tilt" in name] == [f"cross_tilt_{normal}"]
+    p, tilt = nominal(loops), sp.Rational(1, 50)
+    p[names.index(f"cross_tilt_{normal}")] = tilt
+    functions = dict(zip(loops.inner, lower([*loops.inner.values()], "tilted"), strict=True))
+    w = closed(loops, functions, reference(loops), p)
+    tilted = slider_crank_on((Rotation(*guide), Rotation(normal, tilt)), at_reference)
+    z = closed_configuration(tilted)
+    wanted = [z[variable.name] for variable in loops.unknown]
+    assert_allclose(w[len(loops.hybrid.q) :], wanted, atol=1e-10)
 
 
 def test_axis_parameters_of_free_bodies_are_omitted():

@@ -13,6 +13,7 @@ from chasles.derive.loops.solve.solved_loops import forward_branches
 from chasles.derive.loops.spatial.turning_leg import TurningLeg
 from chasles.derive.loops.spatial.universal_leg import UniversalLeg
 from chasles.derive.model.mechanism import Closure
+from chasles.derive.model.robot import Rotation, Translation
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
 from tests.support.loops.mechanisms import BASE, at, near, pin, rsur
@@ -36,6 +37,31 @@ def turned_round():
         closures=(Closure("ball", "ball", Frame("rod", at(2)), Frame("output", at(2))),),
         tool_body="output",
         reference=near(("crank", 1), ("rocker", "21/10"), ("yoke", "3/5"), ("swing", "-27/10")),
+    )
+
+
+def spherical():
+    """Returns a spherical four-bar with a crank, which a pin closes away from the center."""
+    crank, coupler, rocker, ground = (sp.pi * sp.Rational(k, 36) for k in (8, 16, 14, 15))
+    outside = Translation((0, 0, 1))
+    return Mechanism(
+        "spherical",
+        (
+            pin("crank", BASE, "input"),
+            pin("elbow", "input", "coupler", 0, 0, 0, ("x", crank)),
+            pin("wrist", "coupler", "output", 0, 0, 0, ("x", coupler)),
+        ),
+        ("crank",),
+        closures=(
+            Closure(
+                "rocker",
+                "pin",
+                Frame("output", (Rotation("x", rocker), outside)),
+                Frame(BASE, (Rotation("x", ground), outside)),
+            ),
+        ),
+        tool_body="output",
+        reference=near(("crank", 1), ("elbow", 2), ("wrist", "3/2")),
     )
 
 
@@ -114,6 +140,18 @@ def test_all_four_branches_close_and_are_distinct():
         assert model.gap(z).max() < CLOSED
         apart = np.exp(1j * theta[:, None]) - np.exp(1j * theta)
         assert np.abs(apart + 9 * np.eye(4)[..., None]).max(-1).min() > 1e-3
+
+
+def test_pin_through_the_center_acts_like_a_ball():
+    mechanism = spherical()
+    h, model = solved(mechanism), Model(mechanism)
+    assert [type(step) for step in h.forward.steps] == [UniversalLeg]
+    assert len(forward_branches(h)) == 2
+    all_values = lower(derive(mechanism, functions=["chain_all"]).functions, "test")[0]
+    for crank in np.linspace(-3, 3, 21):
+        z = np.array(all_values([crank])[0]).reshape(2, 3)
+        assert model.gap(z).max() < CLOSED
+        assert np.abs(np.subtract(*np.exp(1j * z))).max() > 0.1
 
 
 def test_axes_that_do_not_meet_have_no_closed_form():
