@@ -43,15 +43,17 @@ def actuators(
 ) -> None:
     """Compute the actuated coordinates, such as cylinder lengths, from joints of the main chain.
 
-    The exit status is 1 if the loops cannot be closed at the joints.
+    The exit status is 1 if the loops do not close at these joints, or if no actuator follows from
+    them.
     """
     arm = load(robot, base=base, tip=tip, exact=exact)
-    if {"chain", "actuators"} - arm.functions.keys():
+    if "actuators" not in arm.functions:
         raise InputValueError(f"{arm.name}: no actuated coordinates follow from its main chain")
     joints = positions(arm.chain_joints, theta, "--theta")
     q = _determined(arm, joints)
-    is_whole = len(joints) == len(arm.chain_joints) and "chain_closes" in dir(arm)
-    if is_whole and not arm.chain_closes(list(joints.values())):
+    can_check = len(joints) == len(arm.chain_joints) and "chain_closes" in dir(arm)
+    is_open = can_check and not arm.chain_closes(list(joints.values()))
+    if is_open:
         err.print(_OPEN, style="yellow", markup=False)
     found = {one: float(x) for one, x in zip(arm.coordinates, q, strict=True) if np.isfinite(x)}
     if as_json:
@@ -61,12 +63,17 @@ def actuators(
         say(f"{arm.name}: no actuator follows from these joints, or the loops do not close")
     for one, x in () if as_json else found.items():
         say(f"{one.name:<20} {shown(x, one.unit):>12} {shown_unit(one.unit)}")
-    if not found:
+    if is_open or not found:
         raise typer.Exit(1)
 
 
 def _determined(arm: chasles.Robot, joints: dict[str, float]) -> FloatArray:
     """Return the actuated coordinates (n,), NaN if they depend on joints without a value."""
+    if len(joints) == len(arm.chain_joints):
+        return np.ravel(arm.actuators([list(joints.values())]))
+    if "chain" not in arm.functions:
+        names = ", ".join(joint.name for joint in arm.chain_joints)
+        raise InputValueError(f"{arm.name}: --theta requires all joints of the main chain: {names}")
     theta = np.asarray(arm.chain(arm.random_q(_SAMPLES, rng=0)))
     for column, joint in enumerate(arm.chain_joints):
         theta[:, column] = joints.get(joint.name, theta[:, column])

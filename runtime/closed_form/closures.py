@@ -68,7 +68,10 @@ def _can_check_actuators(robot: RobotFacts) -> bool:
 
 
 def _can_check_chain(robot: RobotFacts) -> bool:
-    return not robot.manifest.is_iterated or ("margin", "chain", "") in robot._roles
+    if not robot.manifest.is_iterated or ("margin", "chain", "") in robot._roles:
+        return True
+    has_chain = ("map", "actuators", "chain") in robot._roles
+    return len(robot.chain_joints) > robot.n if has_chain else "actuators_all" in robot.functions
 
 
 class LoopMethods(NewtonMethods):
@@ -82,11 +85,9 @@ class LoopMethods(NewtonMethods):
         everywhere. For loops without a closed form, Newton's iteration must reach q from the
         reference configuration. The result is False if an input is not finite.
         """
-        guard = self._roles.get(("margin", "actuators", ""))
-        if guard is not None:
+        if (guard := self._roles.get(("margin", "actuators", ""))) is not None:
             return _closes(guard(q))
-        is_real = np.isfinite(self.chain(q)).all(-1) & np.isfinite(q).all(-1)
-        return np.asarray(is_real)
+        return np.asarray(np.isfinite(self.chain(q)).all(-1) & np.isfinite(q).all(-1))
 
     @needs("actuators", when=_can_check_chain)
     def chain_closes(self, theta: ArrayLike) -> BoolArray:
@@ -94,22 +95,21 @@ class LoopMethods(NewtonMethods):
 
         `actuators` reads only some of the joints theta (..., n_theta) [rad or m]. The result is
         False if the loops exclude this combination of joints, if theta is on a different branch
-        from the reference configuration, or if an input is not finite. `actuator_branches` returns
-        the actuated coordinates on all branches.
+        from the reference configuration, or if an input is not finite.
         """
         rows = real_array(f"{self.name}.chain_closes", "theta", theta)
-        is_closed = np.asarray(np.isfinite(rows).all(-1))
-        guard = self._roles.get(("margin", "chain", ""))
-        if guard is not None:
-            is_closed = np.asarray(is_closed & _closes(guard(rows)))
+        batch, is_closed = np.atleast_2d(rows), np.isfinite(rows).all(-1)
+        if (guard := self._roles.get(("margin", "chain", ""))) is not None:
+            is_closed = is_closed & _closes(guard(rows))
         # An iteration finds only one of several assembly modes.
         is_free = self.manifest.is_iterated and len(self.chain_joints) == self.n
         if ("map", "actuators", "chain") in self._roles and not is_free:
-            q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))
-            again = self._roles["map", "actuators", "chain"](q)
-            back = self._is_same(again, np.atleast_2d(rows))
-            is_closed = np.asarray(is_closed & back.reshape(rows.shape[:-1]))
-        return is_closed
+            q = self._roles["map", "chain", "actuators"](batch)
+            back = self._is_same(self._roles["map", "actuators", "chain"](q), batch)
+            is_closed = is_closed & back.reshape(rows.shape[:-1])
+        elif "fk" not in self.functions and "actuators_all" in self.functions:
+            is_closed = is_closed & self.actuator_branches(rows).valid[..., 0]
+        return np.asarray(is_closed)
 
     def _is_same(self, theta: FloatArray, other: FloatArray) -> BoolArray:
         """Test whether two sets of main-chain joints (..., n_theta) are equal."""
