@@ -24,6 +24,12 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
     return f"Only in {where}, because of an iterative solver: {names}." if names else ""
 
 
+def coordinate_lines(derivation: Derivation) -> list[str]:
+    """Returns a line for each coordinate: its index, name, kind and unit."""
+    moved = enumerate(derivation.robot.coordinates)
+    return [f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in moved]
+
+
 def example_inverse(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> SymbolicFunction | None:

@@ -14,10 +14,11 @@ from ...program.operations import Program
 from ...program.programs import Programs
 from ...program.strength import reduced
 from ...terms.symbolic_function import NativeSolverFunction, Signature, SymbolicFunction
+from ..seeds import has_nearest
 from .expressions import naming
 from .header import notice, support
 from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
-from .nearest import BATCH, has_nearest
+from .nearest import BATCH
 from .sections import summary
 
 RUN = "chasles_batch.h"

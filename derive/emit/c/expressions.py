@@ -1,5 +1,6 @@
 """Prints operands and operations as C."""
 
+import textwrap
 from collections.abc import Callable
 
 from ...program.operations import Compute, Constant, Input, Operand, Operation, Program
@@ -38,6 +39,18 @@ FUNCTIONS = {
     Operation.MAX: "fmax",
 }
 """Functions of ``math.h``."""
+
+
+def wrapped(line: str, indent: str = "") -> list[str]:
+    """Returns the lines of a statement that may be longer than `WIDTH`."""
+    return textwrap.wrap(
+        line,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=f"{indent}    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def number(value: float) -> str:

@@ -5,13 +5,14 @@
 """
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from ...derivation import Derivation
 from ...model.coupling import Limits
 from ...model.mechanism import Described
 from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Signature, SymbolicFunction
+from ..seeds import counts, inverses, nearest_summary, periodic, seed_inputs, seeded, wraps_of
 from .expressions import WIDTH, number
 from .header import notice, support
 from .lanes import sizes
@@ -21,8 +22,6 @@ from .windings import COUPLINGS, joint_limits, shares_limits, windings
 LANES = "chasles_nearest_lanes.h"
 BATCH = "chasles_nearest_batch.h"
 SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
-MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum numbers of solution slots and of coordinates that the support file allows."""
 
 
 def nearest_file(robot: Described) -> str:
@@ -32,18 +31,18 @@ def nearest_file(robot: Described) -> str:
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
     """Returns the file for nearest solutions and its support files; empty without an inverse."""
-    robot, inverses = derivation.robot, _inverses(derivation)
-    if not inverses:
+    robot, found = derivation.robot, inverses(derivation)
+    if not found:
         return {}
     public = seeded(derivation)
     lines = [notice(robot), f'#include "{SUPPORTS[0]}"']
     is_shared = shares_limits(derivation, wraps_of(derivation))
     if is_shared:
         lines += [f'#include "{COUPLINGS}"', "", *windings(derivation)]
-    elif any(_is_in_lanes(function) for function in inverses):
+    elif any(_is_in_lanes(function) for function in found):
         lines += [f"#if {branches_flag(robot)}", f'#include "{LANES}"', "#endif"]
     lines += ["", *(_limits(robot, is_shared=is_shared) if public else ())]
-    for function in inverses:
+    for function in found:
         in_lanes = _is_in_lanes(function) and not is_shared
         lines += _in_lanes(derivation, function) if in_lanes else []
         lines += _by_moves(derivation, function, in_lanes=in_lanes, is_shared=is_shared)
@@ -59,59 +58,19 @@ def nearest_declarations(derivation: Derivation) -> list[str]:
     return [_declaration(derivation, function) for function in seeded(derivation)]
 
 
-def has_nearest(robot: Described, function: Signature) -> bool:
-    """Whether a function is an inverse within the size limits of the support file."""
-    return (
-        function.role.is_inverse
-        and function.outputs[0].shape[0] <= MAX_SLOTS
-        and len(robot.coordinates) <= MAX_JOINTS
-    )
-
-
-def _inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses that have solution slots."""
-    functions = (*derivation.functions, *derivation.written)
-    return [function for function in functions if has_nearest(derivation.robot, function)]
-
-
-def seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses whose additional inputs can be computed from a seed."""
-    return [f for f in _inverses(derivation) if parameters(derivation, f) is not None]
-
-
-def parameters(derivation: Derivation, function: Signature) -> list[str] | None:
-    """Returns lines that compute additional inputs from the seed, or None if impossible."""
-    names, prefix = [argument.name for argument in function.inputs[1:]], derivation.robot.name
-    available = {f.name: f for f in (*derivation.functions, *derivation.written)}
-    if not names:
-        return []
-    if [available[name].role.name for name in names if name in available] == ["redundancy"]:
-        return [f"  double {names[0]};", f"  {prefix}_{names[0]}(q_seed, &{names[0]});"]
-    robot = derivation.robot
-    if isinstance(robot, SerialRobot) and robot.couplings:
-        return _of_joints(derivation, names, [joint.name for joint in robot.moving])
-    if derivation.hybrid is None:
-        given = function.role.fixed
-        if len(given) != len(names):
-            return None  # the function for the swivel angle is missing
-        return [
-            f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
-        ]
-    joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
-    if "chain" not in available:
-        return None
-    return _of_joints(derivation, names, joints)
-
-
-def _of_joints(
-    derivation: Derivation, names: Sequence[str], joints: Sequence[str]
-) -> list[str] | None:
-    """Returns the lines for inputs that are chain joints, or None if an input is another value."""
-    if not set(names) <= set(joints):
-        return None
-    values = [f"  const double {name} = theta[{joints.index(name)}];" for name in names]
-    chain = f"  {derivation.robot.name}_chain(q_seed, theta);"
-    return [f"  double theta[{len(joints)}];", chain, *values]
+def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
+    """Returns lines that compute additional inputs from the seed."""
+    prefix, own = derivation.robot.name, seed_inputs(derivation, function)
+    assert own is not None
+    if own.function in own.names:
+        name = own.function
+        return [f"  double {name};", f"  {prefix}_{name}(q_seed, &{name});"]
+    pairs = list(zip(own.names, own.entries, strict=True))
+    if own.function is None:
+        return [f"  const double {name} = q_seed[{k}];" for name, k in pairs]
+    values = [f"  const double {name} = theta[{k}];" for name, k in pairs]
+    call = f"  {prefix}_{own.function}(q_seed, theta);"
+    return [f"  double theta[{own.size}];", call, *values]
 
 
 def _limits(robot: Described, *, is_shared: bool) -> list[str]:
@@ -139,29 +98,7 @@ def bounds(limits: Limits) -> tuple[str, str]:
 
 def turns(derivation: Derivation, function: Signature) -> list[str]:
     """Returns the period of each coordinate, or 0 for coordinates without a period."""
-    fixed = {*function.role.fixed, *function.role.free}
-    return [
-        "CHASLES_FULL_TURN" if k not in fixed and wraps else "0"
-        for k, wraps in enumerate(wraps_of(derivation))
-    ]
-
-
-def wraps_of(derivation: Derivation) -> list[bool]:
-    """Whether, for each coordinate, a full turn leaves the pose unchanged."""
-    robot = derivation.robot
-    if isinstance(robot, SerialRobot):
-        return [
-            coordinate.unit == "rad" and (not robot.couplings or _turns_fully(robot, k))
-            for k, coordinate in enumerate(robot.coordinates)
-        ]
-    ratios = (float(derivation.terms.value(c.ratio)) for c in robot.coordinates)
-    return [c.unit == "rad" and abs(r) == 1 for c, r in zip(robot.coordinates, ratios, strict=True)]
-
-
-def _turns_fully(robot: SerialRobot, k: int) -> bool:
-    """Whether a full turn of a coordinate is a full turn of all its joints."""
-    ratios = zip(robot.linear_map.C.col(k), robot.moving, strict=True)
-    return all(ratio == 0 if joint.unit == "m" else ratio.is_Integer for ratio, joint in ratios)
+    return ["CHASLES_FULL_TURN" if wraps else "0" for wraps in periodic(derivation, function)]
 
 
 def _signature(derivation: Derivation, function: Signature) -> str:
@@ -181,9 +118,8 @@ def _definition(derivation: Derivation, function: Signature, *, is_shared: bool)
     """Returns the public function, which reads the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
-    fixed = sorted({*function.role.fixed, *function.role.free})
     target, *more = function.inputs
-    ones = ", ".join("0" if k in fixed else "1" for k in range(n))
+    ones = ", ".join(str(int(is_counted)) for is_counted in counts(derivation, function))
     inputs = ", ".join([target.name, *(f"&{a.name}" for a in more)])
     return [
         *_wrapped(f"static const double {name}_counts[{n}] = {{{ones}}};"),
@@ -194,7 +130,7 @@ def _definition(derivation: Derivation, function: Signature, *, is_shared: bool)
         *_wrapped(_signature(derivation, function)),
         "{",
         f"  double scale[{n}];",
-        *(parameters(derivation, function) or ()),
+        *_own_inputs(derivation, function),
         f"  chasles_moves moves = {{{prefix}_lower, {prefix}_upper, {name}_counts, {name}_turn}};",
         *(_own_limits(prefix, n) if is_shared else _LIMITS),
         f"  for (int j = 0; weights && j < {n}; j++) {{",
@@ -312,13 +248,3 @@ def _declaration(derivation: Derivation, function: Signature) -> str:
     comment = "\n * ".join(lines)
     text = "\n".join(_wrapped(f"{_signature(derivation, function)};"))
     return f"/* {comment} */\n{text}"
-
-
-def nearest_summary(function: Signature) -> list[str]:
-    """Returns two lines: the meaning of the function, and its fixed inputs."""
-    names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
-    kept = ", ".join(names)
-    return [
-        f"The solution of {function.name} nearest to q_seed within limits.",
-        *([f"Fixed at the values in q_seed: {kept}."] if kept else []),
-    ]

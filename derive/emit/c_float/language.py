@@ -11,9 +11,9 @@ from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH
 from ..c.header import description, notice
-from ..precision.errors import SAMPLES, Errors, Measurement, with_error
+from ..precision.errors import SAMPLES, Errors, Measurement, with_errors
 from ..precision.single import single, stack_bytes
-from ..printed import missing_functions, printed_functions
+from ..printed import coordinate_lines, missing_functions, printed_functions
 from ..templates import filled
 from .functions import definition, number, signature
 
@@ -42,11 +42,7 @@ def _header(derivation: Derivation, programs: Programs, printed: Sequence[Symbol
     prefix = f"{robot.name}_float"
     upper = prefix.upper()
     declared = [_declaration(prefix, f, programs, measured.errors(f)) for f in printed]
-    coordinates = [
-        f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
-        for k, joint in enumerate(robot.coordinates)
-    ]
-    lines = [*_conventions(upper), *_missing(derivation), "", *coordinates]
+    lines = [*_conventions(upper), *_missing(derivation), "", *coordinate_lines(derivation)]
     comment = "\n".join(f" * {line}".rstrip() for line in lines).removeprefix(" * ")
     body = "\n\n".join(declared)
     return f"""\
@@ -98,9 +94,7 @@ def _missing(derivation: Derivation) -> list[str]:
 def _declaration(
     prefix: str, function: SymbolicFunction, programs: Programs, errors: Errors
 ) -> str:
-    described = description(function, programs)
-    count = len(function.outputs)
-    lines = [*described[:-count], *map(with_error, described[-count:], errors.bounds)]
+    lines = with_errors(function, description(function, programs), errors)
     if errors.solutions:
         found = errors.solutions - errors.missed
         lines.append(f"Finds {found} of the {errors.solutions} solutions of the random inputs.")

@@ -1,6 +1,5 @@
 """Generates the C++17 header of a robot: constants, and functions over its C functions."""
 
-import textwrap
 from collections.abc import Sequence
 
 from ...derivation import Derivation
@@ -14,9 +13,9 @@ from ...terms.symbolic_function import (
     Signature,
     SymbolicFunction,
 )
-from ..c.expressions import WIDTH, number
+from ..c.expressions import number, wrapped
 from ..c.header import description, notice
-from ..c.nearest import nearest_summary, seeded
+from ..seeds import nearest_summary, seeded
 
 _KEYWORDS = (
     "alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t class compl concept "
@@ -84,10 +83,10 @@ def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
     return "\n".join(
         [
             f"inline constexpr std::size_t coordinate_count = {n};",
-            *_wrapped(f"{texts} coordinate_names = {{{names}}};"),
-            *_wrapped(f"{texts} coordinate_units = {{{units}}};"),
+            *wrapped(f"{texts} coordinate_names = {{{names}}};"),
+            *wrapped(f"{texts} coordinate_units = {{{units}}};"),
             "/** Lowest and highest coordinates of the robot. */",
-            *_wrapped(
+            *wrapped(
                 f"inline constexpr Limits<{n}> coordinate_limits = {{{{{lower}}}, {{{upper}}}}};"
             ),
         ]
@@ -106,9 +105,9 @@ def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
     return "\n".join(
         [
             _comment(lines),
-            *_wrapped(f"inline {kind} {safe(function.name)}({', '.join(arguments)}) noexcept {{"),
+            *wrapped(f"inline {kind} {safe(function.name)}({', '.join(arguments)}) noexcept {{"),
             f"  {kind} result;",
-            *_wrapped(f"{prefix}_{function.name}({passed});", "  "),
+            *wrapped(f"{prefix}_{function.name}({passed});", "  "),
             "  return result;",
             "}",
         ]
@@ -194,9 +193,9 @@ def _nearest(derivation: Derivation, function: Signature) -> str:
     return "\n".join(
         [
             _comment(lines),
-            *_wrapped(f"inline Nearest<{n}> {name}({', '.join(arguments)}) noexcept {{"),
+            *wrapped(f"inline Nearest<{n}> {name}({', '.join(arguments)}) noexcept {{"),
             f"  Nearest<{n}> result;",
-            *_wrapped(f"result.slot = {derivation.robot.name}_{name}({', '.join(passed)});", "  "),
+            *wrapped(f"result.slot = {derivation.robot.name}_{name}({', '.join(passed)});", "  "),
             "  return result;",
             "}",
         ]
@@ -205,14 +204,3 @@ def _nearest(derivation: Derivation, function: Signature) -> str:
 
 def _comment(lines: Sequence[str]) -> str:
     return "/** " + "\n * ".join(lines) + " */"
-
-
-def _wrapped(line: str, indent: str = "") -> list[str]:
-    return textwrap.wrap(
-        line,
-        WIDTH,
-        initial_indent=indent,
-        subsequent_indent=f"{indent}    ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )

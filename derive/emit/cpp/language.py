@@ -11,7 +11,7 @@ from ...model.robot import Joint, Motor
 from ...program.programs import Programs
 from ...terms.symbolic_function import Signature
 from ..c import language as c
-from ..c.nearest import seeded
+from ..seeds import seeded
 from ..templates import filled
 from .header import header, safe
 

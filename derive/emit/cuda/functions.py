@@ -1,6 +1,5 @@
 """Prints the functions of a robot as device functions and kernels for CUDA."""
 
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -8,16 +7,17 @@ from ...derivation import Derivation
 from ...program.operations import Program
 from ...terms.symbolic_function import Argument, Result, Signature, SymbolicFunction
 from ..c import expressions
-from ..c.expressions import WIDTH
-from ..c.nearest import bounds, parameters, seeded, turns, wraps_of
-from ..c.windings import shares_limits
+from ..c.expressions import wrapped
+from ..c.nearest import bounds, turns
 from ..c_float.functions import SINGLE, Precision, statements
-from ..cpp.header import RESERVED, safe
+from ..cpp.header import RESERVED
 from ..precision.single import single
+from ..seeds import SeedInputs, counts
 
 DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
-OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own_residual", "own_margin"])
+POSE = "  const size_t pose = (size_t)blockIdx.x * blockDim.x + threadIdx.x;"
+OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own", "own_residual", "own_margin"])
 """Names of the local variables in the printed functions. An argument with one of these names, or
 with a reserved name of C++, gets a trailing underscore."""
 
@@ -41,7 +41,7 @@ def device_function(function: SymbolicFunction, program: Program, precision: Pre
     used = {program.arguments[entry.argument] for entry in program.inputs}
     unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
     lines = [*unused, *statements(function, program, precision)]
-    return "\n".join([*_wrapped(head), "{", *lines, "}\n"])
+    return "\n".join([*wrapped(head), "{", *lines, "}\n"])
 
 
 def _columns(function: Signature, kind: str) -> list[str]:
@@ -64,10 +64,10 @@ def _column(value: Argument | Result) -> str:
 
 def _kernel(name: str, arguments: Sequence[str], body: Sequence[str]) -> str:
     head = f"__global__ void __launch_bounds__(CHASLES_THREADS) {name}_kernel(size_t poses, "
-    lines = [line for statement in body for line in _wrapped(statement, "    ")]
-    start = ["{", "  const size_t pose = own_pose();", "  if (pose < poses) {"]
-    wrapped = _wrapped(f"{head}{', '.join(arguments)})")
-    return "\n".join(["template <typename Real>", *wrapped, *start, *lines, "  }", "}\n"])
+    lines = [line for statement in body for line in wrapped(statement, "    ")]
+    start = ["{", POSE, "  if (pose < poses) {"]
+    heads = ["template <typename Real>", *wrapped(f"{head}{', '.join(arguments)})")]
+    return "\n".join([*heads, *start, *lines, "  }", "}\n"])
 
 
 @dataclass(frozen=True)
@@ -76,21 +76,23 @@ class Nearest:
 
     Attributes:
         derivation: The derivation of the robot.
-        function: The inverse, with names that are valid in CUDA.
+        inverse: The inverse.
+        inputs: The further inputs of the inverse.
     """
 
     derivation: Derivation
-    function: SymbolicFunction
+    inverse: SymbolicFunction
+    inputs: SeedInputs
 
     @property
     def name(self) -> str:
         """The name of the printed function."""
-        return f"{self.function.name}_nearest"
+        return f"{self.inverse.name}_nearest"
 
     def device_function(self, precision: Precision) -> str:
         """Returns the device function for one pose in one precision."""
         kind, n = precision.kind, len(self.derivation.robot.coordinates)
-        of, (target, *more) = f"<{kind}, {n}", self.function.inputs
+        of, (target, *more) = f"<{kind}, {n}", renamed(self.inverse).inputs
         tables = ", ".join(f"{{{', '.join(row)}}}" for row in self._tables())
         inputs = ", ".join([target.name, *(f"&{a.name}" for a in more)])
         arguments = [f"column<const {kind}> {name}" for name in (target.name, "q_seed")]
@@ -98,13 +100,13 @@ class Nearest:
         arguments += [f"{kind} *{name}" for name in ("q", "residual", "margin")]
         return "\n".join(
             [
-                *_wrapped(f"CHASLES_INLINE int {self.name}({', '.join(arguments)})"),
+                *wrapped(f"CHASLES_INLINE int {self.name}({', '.join(arguments)})"),
                 "{",
-                f"  slots{of}, {self.function.outputs[0].shape[0]}> of;",
-                *_wrapped(f"moves{of}> by = {{{tables}}};", "  "),
+                f"  slots{of}, {self.inverse.branches}> of;",
+                *wrapped(f"moves{of}> by = {{{tables}}};", "  "),
                 "  by.replace(lower, upper, weights);",
-                *self._own_inputs(kind),
-                f"  {self.function.name}({inputs}, of.q, of.residual, of.margin);",
+                *self._own_inputs(kind, [a.name for a in more]),
+                f"  {self.inverse.name}({inputs}, of.q, of.residual, of.margin);",
                 "#pragma unroll",
                 f"  for (int j = 0; j < {n}; j++) {{",
                 "    of.seed[j] = q_seed[j];",
@@ -116,23 +118,22 @@ class Nearest:
 
     def _tables(self) -> list[Sequence[str]]:
         """Returns the limits, the weights and the periods of the coordinates."""
-        coordinates, role = self.derivation.robot.coordinates, self.function.role
-        lower, upper = zip(*(bounds(c.limits) for c in coordinates), strict=True)
-        fixed = {*role.fixed, *role.free}
-        ones = ["0" if k in fixed else "1" for k in range(len(coordinates))]
-        return [lower, upper, ones, turns(self.derivation, self.function)]
+        limits = [bounds(c.limits) for c in self.derivation.robot.coordinates]
+        ones = [str(int(is_one)) for is_one in counts(self.derivation, self.inverse)]
+        return [*zip(*limits, strict=True), ones, turns(self.derivation, self.inverse)]
 
-    def _own_inputs(self, kind: str) -> list[str]:
+    def _own_inputs(self, kind: str, names: Sequence[str]) -> list[str]:
         """Returns the lines that compute the further inputs of the inverse from the seed."""
-        name = self.derivation.robot.name
-        lines = parameters(self.derivation, self.function) or []
-        # The namespace distinguishes a function from a variable of the same name.
-        called = (line.replace(f"  {name}_", f"  {safe(name)}::") for line in lines)
-        return [line.replace("double ", f"{kind} ") for line in called]
+        own = self.inputs
+        source = "own" if own.function else "q_seed"
+        call = [f"  {kind} own[{own.size}];", f"  {own.function}(q_seed, own);"]
+        pairs = zip(names, own.entries, strict=True)
+        values = [f"  const {kind} {name} = {source}[{k}];" for name, k in pairs]
+        return [*(call if own.function else ()), *values]
 
     def kernel(self) -> str:
         """Returns the kernel, with the same limits and weights for all poses."""
-        n, target = len(self.derivation.robot.coordinates), self.function.inputs[0]
+        n, target = len(self.derivation.robot.coordinates), renamed(self.inverse).inputs[0]
         arguments = [f"const Real *{name}" for name in (target.name, "q_seed")]
         arguments += [f"const Real *{name}" for name in ("lower", "upper", "weights")]
         arguments += [f"Real *{name}" for name in ("q", "residual", "margin")] + ["int *slot"]
@@ -147,27 +148,3 @@ class Nearest:
             "margin[pose] = own_margin;",
         ]
         return _kernel(self.name, arguments, body)
-
-
-def nearest_of(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> list[Nearest]:
-    """Returns the functions for the nearest solutions of the printed inverses.
-
-    A robot has no such function if couplings require a search over windings, or if an input of its
-    inverse is computed by a function that is not printed.
-    """
-    printed, inverses = {f.name for f in functions}, {f.name for f in seeded(derivation)}
-    if shares_limits(derivation, wraps_of(derivation)):
-        return []
-    found = [Nearest(derivation, f) for f in map(renamed, functions) if f.name in inverses]
-    return [nearest for nearest in found if _called(nearest) <= printed]
-
-
-def _called(nearest: Nearest) -> set[str]:
-    """Returns the names of functions that compute further inputs of the inverse from the seed."""
-    prefix = f"  {nearest.derivation.robot.name}_"
-    lines = parameters(nearest.derivation, nearest.function) or []
-    return {line.removeprefix(prefix).split("(")[0] for line in lines if line.startswith(prefix)}
-
-
-def _wrapped(line: str, indent: str = "") -> list[str]:
-    return textwrap.wrap(line, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}    ")

@@ -10,32 +10,44 @@ from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH
 from ..c.header import description, notice
-from ..c.nearest import nearest_summary
 from ..c_float import language as c_float
 from ..c_float.functions import number
 from ..cpp.header import safe
-from ..precision.errors import SAMPLES, Measurement, with_error
-from ..printed import example_inverse, missing_functions, printed_functions
+from ..precision.errors import SAMPLES, Measurement, with_errors
+from ..printed import coordinate_lines, example_inverse, missing_functions, printed_functions
+from ..seeds import missing_nearest, nearest_summary, printed_nearest
 from ..templates import filled
-from .functions import PRECISIONS, Nearest, device_function, kernel, nearest_of, renamed
+from .functions import PRECISIONS, Nearest, device_function, kernel, renamed
 
 SUPPORT = Path(__file__).parent / "support"
 COMMON = "chasles_cuda.cuh"
 """Support file that all robots share."""
+CONVENTIONS = f"""\
+Meters, radians, seconds. Matrices are row-major. Twists are (v, omega), linear first.
+
+NAME_kernel<float> and NAME_kernel<double> compute `poses` poses, one per thread, in blocks of at
+most CHASLES_THREADS threads. Entry k of pose i is at [k * poses + i] of an array, so that threads
+access adjacent numbers. NAME computes one pose in a thread of another kernel; a plain array is a
+column. A slot of an inverse is a solution if its residual is at most precision<Real>::solved. An
+output may overwrite an input of the same pose.
+
+Errors: of single precision, twice the largest difference from double precision at {SAMPLES} random
+inputs. For an inverse, only solutions count whose Jacobian has a smallest singular value above
+{REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}.""".split(
+    "\n"
+)
+"""The lines at the top of the header."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the header with the kernels, the support files, the README and the example."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
-    nearest = nearest_of(derivation, printed)
-    values = {
-        "robot": name,
-        "title": derivation.robot.title,
-        "missing": _missing(derivation, nearest),
-    }
+    absent = (missing_functions(derivation), missing_nearest(derivation, printed))
+    missing = " ".join(filter(None, absent))
+    values = {"robot": name, "title": derivation.robot.title, "missing": missing}
     found = {
-        f"{name}.cuh": _header(derivation, programs, printed, nearest),
+        f"{name}.cuh": _header(derivation, programs, printed, missing),
         COMMON: (SUPPORT / COMMON).read_text(encoding="utf-8"),
         c_float.COMMON: (c_float.SUPPORT / c_float.COMMON).read_text(encoding="utf-8"),
         "README.md": f"{filled(SUPPORT / 'README.md', values).rstrip()}\n",
@@ -43,31 +55,18 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     return found | _example(derivation, printed, values)
 
 
-def _missing(derivation: Derivation, nearest: Sequence[Nearest]) -> str:
-    """Names the functions that exist only in C, or returns an empty text."""
-    printed = {item.function.name for item in nearest}
-    inverses = [f.name for f in derivation.functions if f.role.is_inverse and not f.calls]
-    absent = [f"{name}_nearest" for name in inverses if name not in printed]
-    shifted = f"Only in C, because of its seed: {', '.join(absent)}." if absent else ""
-    return " ".join(filter(None, [missing_functions(derivation), shifted]))
-
-
 def _header(
-    derivation: Derivation,
-    programs: Programs,
-    printed: Sequence[SymbolicFunction],
-    nearest: Sequence[Nearest],
+    derivation: Derivation, programs: Programs, printed: Sequence[SymbolicFunction], absent: str
 ) -> str:
     robot, measured = derivation.robot, Measurement(derivation, programs)
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_CUH"
     parts = [_printed(f, programs, measured) for f in printed]
-    parts += ["\n".join([_comment(_described(n)), *_definitions(n)]) for n in nearest]
-    coordinates = [
-        f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
-        for k, joint in enumerate(robot.coordinates)
+    parts += [
+        _nearest(Nearest(derivation, inverse, inputs))
+        for inverse, inputs in printed_nearest(derivation, printed)
     ]
-    missing = textwrap.wrap(_missing(derivation, nearest), WIDTH - 3)
-    lines = [*_conventions(), *(["", *missing] if missing else []), "", *coordinates]
+    missing = textwrap.wrap(absent, WIDTH - 3)
+    lines = [*CONVENTIONS, *(["", *missing] if missing else []), "", *coordinate_lines(derivation)]
     body = "\n".join(parts)
     return f"""\
 {notice(robot)}
@@ -91,23 +90,6 @@ namespace {safe(robot.name)}
 """
 
 
-def _conventions() -> list[str]:
-    """Returns the lines at the top of the header."""
-    text = f"""\
-Meters, radians, seconds. Matrices are row-major. Twists are (v, omega), linear first.
-
-NAME_kernel<float> and NAME_kernel<double> compute `poses` poses, one per thread, in blocks of at
-most CHASLES_THREADS threads. Entry k of pose i is at [k * poses + i] of an array, so that threads
-access adjacent numbers. NAME computes one pose in a thread of another kernel; a plain array is a
-column. A slot of an inverse is a solution if its residual is at most precision<Real>::solved. An
-output may overwrite an input of the same pose.
-
-Errors: of single precision, twice the largest difference from double precision at {SAMPLES} random
-inputs. For an inverse, only solutions count whose Jacobian has a smallest singular value above
-{REGULAR}. For a robot with loops, only inputs count whose margins are above {REGULAR}."""
-    return text.split("\n")
-
-
 def _comment(lines: Sequence[str]) -> str:
     text = "\n".join(f" * {line}".rstrip() for line in lines).removeprefix(" * ")
     return f"/* {text}\n */" if len(lines) > 1 else f"/* {text} */"
@@ -116,24 +98,21 @@ def _comment(lines: Sequence[str]) -> str:
 def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
     """Returns a function in both precisions, and the kernel of the function."""
     own, program = renamed(function), programs.whole[function.name]
-    described, count = description(own, programs), len(own.outputs)
-    bounds = measured.errors(function).bounds
-    lines = [*described[:-count], *map(with_error, described[-count:], bounds)]
+    lines = with_errors(function, description(own, programs), measured.errors(function))
     definitions = [device_function(own, program, precision) for precision in PRECISIONS]
     return "\n".join([_comment(lines), *definitions, kernel(own)])
 
 
-def _described(nearest: Nearest) -> list[str]:
-    return [
-        *nearest_summary(nearest.function),
+def _nearest(nearest: Nearest) -> str:
+    """Returns the functions of a nearest solution in both precisions, and their kernel."""
+    described = [
+        *nearest_summary(nearest.inverse),
         "Its slot, or -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
         "lower, upper and weights have a number per coordinate, the same for all poses. NULL means",
         "the limits of the robot, and the weights 1.",
     ]
-
-
-def _definitions(nearest: Nearest) -> list[str]:
-    return [*map(nearest.device_function, PRECISIONS), nearest.kernel()]
+    device_functions = map(nearest.device_function, PRECISIONS)
+    return "\n".join([_comment(described), *device_functions, nearest.kernel()])
 
 
 def _example(
@@ -144,7 +123,7 @@ def _example(
     if inverse is None or not any(function.name == "fk" for function in printed):
         return {}
     inputs = ["T", *(f"q + {k} * poses" for k in inverse.role.fixed)]
-    values = values | {
+    values |= {
         "namespace": safe(derivation.robot.name),
         "inverse": inverse.name,
         "inputs": ", ".join(inputs),

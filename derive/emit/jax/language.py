@@ -8,8 +8,8 @@ from ...derivation import Derivation
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction
 from ..c.header import description
-from ..precision.errors import Measurement, with_error
-from ..printed import missing_functions, printed_functions
+from ..precision.errors import Measurement, with_errors
+from ..printed import coordinate_lines, missing_functions, printed_functions
 from ..templates import filled
 from .functions import WIDTH, definition
 
@@ -25,10 +25,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         "title": robot.title.replace("\\", "/").replace('"', "'"),
         "version": version("chasles"),
         "missing": f"{textwrap.fill(missing, WIDTH)}\n\n" if missing else "",
-        "coordinates": "\n".join(
-            f"    q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
-            for k, joint in enumerate(robot.coordinates)
-        ),
+        "coordinates": textwrap.indent("\n".join(coordinate_lines(derivation)), "  "),
     }
     measured = Measurement(derivation, programs)
     bodies = [_printed(f, programs, measured) for f in printed]
@@ -37,7 +34,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
     """Returns a function; its docstring states the errors of float32."""
-    lines, count = description(function, programs), len(function.outputs)
-    bounds = measured.errors(function).bounds
-    described = [*lines[:-count], *map(with_error, lines[-count:], bounds)]
+    errors = measured.errors(function)
+    described = with_errors(function, description(function, programs), errors)
     return definition(function, described, programs.alone(function))

@@ -9,7 +9,7 @@ from ...derivation import Derivation
 from ...terms.symbolic_function import Argument, Result, Signature
 from ..c.expressions import WIDTH
 from ..c.header import notice
-from ..c.nearest import nearest_summary, seeded
+from ..seeds import nearest_summary, seeded
 
 _KEYWORDS = (
     "break case catch classdef continue else elseif end for function global if otherwise parfor "

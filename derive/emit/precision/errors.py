@@ -181,7 +181,13 @@ class Measurement:
         return np.asarray(np.linalg.svd(J[:, kept][:, :, columns], compute_uv=False)[:, -1])
 
 
-def with_error(line: str, bound: float | None) -> str:
+def with_errors(function: SymbolicFunction, lines: Sequence[str], errors: Errors) -> list[str]:
+    """Adds the error bounds to the comment of a function, whose last lines describe the results."""
+    count = len(function.outputs)
+    return [*lines[:-count], *map(_with_error, lines[-count:], errors.bounds)]
+
+
+def _with_error(line: str, bound: float | None) -> str:
     """Adds the error bound of a result to a comment line."""
     return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
 

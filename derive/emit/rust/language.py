@@ -13,7 +13,7 @@ from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH, number
 from ..c.header import description
 from ..precision.errors import SOLVED
-from ..printed import example_inverse, missing_functions, printed_functions
+from ..printed import coordinate_lines, example_inverse, missing_functions, printed_functions
 from ..templates import filled
 from .functions import definition
 
@@ -46,13 +46,9 @@ def _library(
     programs: Programs,
     values: dict[str, str],
 ) -> str:
-    coordinates = [
-        f"//!   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
-        for k, joint in enumerate(derivation.robot.coordinates)
-    ]
     comment = [f"//! {line}".rstrip() for line in textwrap.wrap(values["missing"], WIDTH - 4)]
     filled_in = values | {
-        "coordinates": "\n".join(coordinates),
+        "coordinates": "\n".join(f"//! {line}" for line in coordinate_lines(derivation)),
         "missing": "\n".join([*comment, "//!"] if comment else ["//!"]),
         "constants": _constants(derivation),
     }

@@ -32,20 +32,14 @@ template <typename T> struct column {
     T *first;
     size_t step;
 
-    __device__ __forceinline__ column(T *first, size_t step = 1) : first(first), step(step)
+    CHASLES_INLINE column(T *first, size_t step = 1) : first(first), step(step)
     {
     }
-    __device__ __forceinline__ T &operator[](int entry) const
+    CHASLES_INLINE T &operator[](int entry) const
     {
         return first[entry * step];
     }
 };
-
-/* Returns the number of the pose of a thread. */
-CHASLES_INLINE size_t own_pose()
-{
-    return (size_t)blockIdx.x * blockDim.x + threadIdx.x;
-}
 
 /* Constants of a kind of number. */
 template <typename Real> struct precision;
@@ -68,8 +62,7 @@ template <typename Real, int n> struct moves {
     Real lower[n], upper[n], scale[n], turn[n];
 
     /* Replaces the limits of the robot and the weights 1, unless an argument is NULL. */
-    __device__ __forceinline__ void replace(const Real *own_lower, const Real *own_upper,
-                                            const Real *weights)
+    CHASLES_INLINE void replace(const Real *own_lower, const Real *own_upper, const Real *weights)
     {
 #pragma unroll
         for (int j = 0; j < n; j++) {
@@ -91,7 +84,7 @@ template <typename Real, int n, int k> struct slots {
 
     /* Returns the bits of a distance without the low bits that rounding may change. As integers,
      * they have the order of the distances; NaN is last. */
-    static __device__ __forceinline__ integer rounded(Real distance)
+    static CHASLES_INLINE integer rounded(Real distance)
     {
         integer bits;
         memcpy(&bits, &distance, sizeof bits);
@@ -99,7 +92,7 @@ template <typename Real, int n, int k> struct slots {
     }
 
     /* Returns the distance of a slot from the seed without limits. */
-    __device__ __forceinline__ Real distance(int slot, const moves<Real, n> &by) const
+    CHASLES_INLINE Real distance(int slot, const moves<Real, n> &by) const
     {
         Real largest = 0;
 #pragma unroll
@@ -113,7 +106,7 @@ template <typename Real, int n, int k> struct slots {
 
     /* Returns the slot with the smallest distance, the lowest slot if distances differ only by
      * rounding, or -1 if all distances are infinite. */
-    static __device__ __forceinline__ int least(const Real *distance)
+    static CHASLES_INLINE int least(const Real *distance)
     {
         integer smallest = ~(integer)0;
 #pragma unroll
@@ -124,18 +117,18 @@ template <typename Real, int n, int k> struct slots {
         return smallest < rounded((Real)INFINITY) ? (int)(smallest & rounding) : -1;
     }
 
-    /* Writes the coordinates of a slot. */
-    __device__ __forceinline__ void copy(int best, Real *at) const
+    /* Writes the m numbers that belong to a slot. */
+    template <int m> static CHASLES_INLINE void copy(int best, const Real *from, Real *at)
     {
 #pragma unroll
-        for (int entry = 0; entry < n * k; entry++) {
-            at[entry % n] = entry / n == best || entry < n ? q[entry] : at[entry % n];
+        for (int entry = 0; entry < m * k; entry++) {
+            at[entry % m] = entry / m == best || entry < m ? from[entry] : at[entry % m];
         }
     }
 
     /* Shifts coordinates by full turns to the values nearest to the seed. Returns whether they are
      * within the limits. */
-    __device__ __forceinline__ bool is_inside(const moves<Real, n> &by, Real *at) const
+    CHASLES_INLINE bool is_inside(const moves<Real, n> &by, Real *at) const
     {
         bool inside = true;
 #pragma unroll
@@ -149,7 +142,7 @@ template <typename Real, int n, int k> struct slots {
     /* Shifts coordinates by full turns to the values nearest to the seed within the limits. Returns
      * their distance, or INFINITY if a coordinate has no value within its limits. A coordinate that
      * violates a limit only by rounding is set to the limit. */
-    __device__ __forceinline__ Real limited(const moves<Real, n> &by, Real *at) const
+    CHASLES_INLINE Real limited(const moves<Real, n> &by, Real *at) const
     {
         Real largest = 0;
         bool inside = true;
@@ -175,7 +168,7 @@ template <typename Real, int n, int k> struct slots {
 
     /* Returns the reason for a missing solution: -1 out of reach, -2 outside the limits, -3 NaN.
      * Writes NaN, and the smallest residual with its margin. */
-    __device__ __forceinline__ int none(Real *at, Real *own_residual, Real *own_margin) const
+    CHASLES_INLINE int none(Real *at, Real *own_residual, Real *own_margin) const
     {
         Real sum = 0;
 #pragma unroll
@@ -201,8 +194,8 @@ template <typename Real, int n, int k> struct slots {
     /* Writes the solution nearest to the seed within the limits, its residual and its margin.
      * Returns its slot, or the reason for the missing solution. The distance is the largest
      * weighted displacement of a coordinate. */
-    __device__ __forceinline__ int nearest(const moves<Real, n> &by, Real *at, Real *own_residual,
-                                           Real *own_margin) const
+    CHASLES_INLINE int nearest(const moves<Real, n> &by, Real *at, Real *own_residual,
+                               Real *own_margin) const
     {
         Real distances[k];
 #pragma unroll
@@ -210,14 +203,14 @@ template <typename Real, int n, int k> struct slots {
             distances[slot] = distance(slot, by);
         }
         int best = least(distances);
-        copy(best, at);
+        copy<n>(best, q, at);
         bool found = best >= 0 && is_inside(by, at);
         while (!found) { /* no later solution can be nearer once `found` is true */
             best = least(distances);
             if (best < 0) {
                 return none(at, own_residual, own_margin);
             }
-            copy(best, at);
+            copy<n>(best, q, at);
             const Real own = limited(by, at);
             found = true;
 #pragma unroll
@@ -226,11 +219,8 @@ template <typename Real, int n, int k> struct slots {
                 distances[slot] = slot == best ? own : distances[slot];
             }
         }
-#pragma unroll
-        for (int slot = 0; slot < k; slot++) {
-            *own_residual = slot == best || slot == 0 ? residual[slot] : *own_residual;
-            *own_margin = slot == best || slot == 0 ? margin[slot] : *own_margin;
-        }
+        copy<1>(best, residual, own_residual);
+        copy<1>(best, margin, own_margin);
         return best;
     }
 };

@@ -1,0 +1,138 @@
+"""Inverses whose solution nearest to a seed is printed; their inputs that the seed determines."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..derivation import Derivation
+from ..model.mechanism import Described
+from ..model.robot import SerialRobot
+from ..terms.symbolic_function import Signature, SymbolicFunction
+from .c.windings import shares_limits
+
+MAX_SLOTS = MAX_JOINTS = 64
+"""Maximum numbers of solution slots and of coordinates that the support files allow."""
+
+
+@dataclass(frozen=True)
+class SeedInputs:
+    """The inputs of an inverse after the target, as values that follow from a seed.
+
+    Attributes:
+        names: Names of the inputs.
+        entries: Index of each input in the seed, or in the result of ``function``.
+        function: The function that computes the inputs from the seed, or None.
+        size: Number of results of this function.
+    """
+
+    names: tuple[str, ...]
+    entries: tuple[int, ...]
+    function: str | None = None
+    size: int = 0
+
+
+def has_nearest(robot: Described, function: Signature) -> bool:
+    """Whether a function is an inverse within the size limits of the support files."""
+    return (
+        function.role.is_inverse
+        and function.outputs[0].shape[0] <= MAX_SLOTS
+        and len(robot.coordinates) <= MAX_JOINTS
+    )
+
+
+def inverses(derivation: Derivation) -> list[Signature]:
+    """Returns the inverses that have solution slots."""
+    functions = (*derivation.functions, *derivation.written)
+    return [function for function in functions if has_nearest(derivation.robot, function)]
+
+
+def seeded(derivation: Derivation) -> list[Signature]:
+    """Returns the inverses whose additional inputs can be computed from a seed."""
+    return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
+
+
+def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
+    """Returns the additional inputs of an inverse, or None if a seed does not determine them."""
+    names, robot = tuple(argument.name for argument in function.inputs[1:]), derivation.robot
+    available = {f.name: f for f in (*derivation.functions, *derivation.written)}
+    if not names:
+        return SeedInputs((), ())
+    if [available[name].role.name for name in names if name in available] == ["redundancy"]:
+        return SeedInputs(names, (0,), names[0], 1)
+    if isinstance(robot, SerialRobot) and robot.couplings:
+        return _of_joints(names, [joint.name for joint in robot.moving])
+    if derivation.hybrid is None:
+        fixed = function.role.fixed
+        # Without its function, a swivel angle is not determined.
+        return SeedInputs(names, tuple(fixed)) if len(fixed) == len(names) else None
+    joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
+    return _of_joints(names, joints) if "chain" in available else None
+
+
+def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | None:
+    """Returns the inputs that are chain joints, or None if an input is another value."""
+    if not set(names) <= set(joints):
+        return None
+    return SeedInputs(names, tuple(map(joints.index, names)), "chain", len(joints))
+
+
+def printed_nearest(
+    derivation: Derivation, printed: Sequence[SymbolicFunction]
+) -> list[tuple[SymbolicFunction, SeedInputs]]:
+    """Returns the inverses whose nearest solution other languages than C print, and their inputs.
+
+    A robot has no such inverse if couplings require a search over windings, or if an input of its
+    inverse is computed by a function that is not printed.
+    """
+    if shares_limits(derivation, wraps_of(derivation)):
+        return []
+    names = {None, *(function.name for function in printed)}
+    found = [f for f in printed if has_nearest(derivation.robot, f)]
+    inputs = [seed_inputs(derivation, function) for function in found]
+    pairs = zip(found, inputs, strict=True)
+    return [(function, own) for function, own in pairs if own and own.function in names]
+
+
+def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
+    """Returns a sentence that names the nearest solutions that only C selects, or an empty text."""
+    found = [function for function, _ in printed_nearest(derivation, printed)]
+    missing = [f"{f.name}_nearest" for f in printed if f.role.is_inverse and f not in found]
+    return f"Only in C, because of its seed: {', '.join(missing)}." if missing else ""
+
+
+def counts(derivation: Derivation, function: Signature) -> list[bool]:
+    """Whether each coordinate counts in the distance from a seed: fixed coordinates do not."""
+    fixed = {*function.role.fixed, *function.role.free}
+    return [k not in fixed for k in range(len(derivation.robot.coordinates))]
+
+
+def periodic(derivation: Derivation, function: Signature) -> list[bool]:
+    """Whether each coordinate may be shifted by full turns to the value nearest to a seed."""
+    pairs = zip(counts(derivation, function), wraps_of(derivation), strict=True)
+    return [is_counted and wraps for is_counted, wraps in pairs]
+
+
+def wraps_of(derivation: Derivation) -> list[bool]:
+    """Whether, for each coordinate, a full turn leaves the pose unchanged."""
+    robot = derivation.robot
+    if isinstance(robot, SerialRobot):
+        return [
+            coordinate.unit == "rad" and (not robot.couplings or _turns_fully(robot, k))
+            for k, coordinate in enumerate(robot.coordinates)
+        ]
+    ratios = (float(derivation.terms.value(c.ratio)) for c in robot.coordinates)
+    return [c.unit == "rad" and abs(r) == 1 for c, r in zip(robot.coordinates, ratios, strict=True)]
+
+
+def _turns_fully(robot: SerialRobot, k: int) -> bool:
+    """Whether a full turn of a coordinate is a full turn of all its joints."""
+    ratios = zip(robot.linear_map.C.col(k), robot.moving, strict=True)
+    return all(ratio == 0 if joint.unit == "m" else ratio.is_Integer for ratio, joint in ratios)
+
+
+def nearest_summary(function: Signature) -> list[str]:
+    """Returns two lines: the meaning of the function, and its fixed inputs."""
+    kept = ", ".join(argument.name for argument in function.inputs[1:])
+    return [
+        f"The solution of {function.name} nearest to q_seed within limits.",
+        *([f"Fixed at the values in q_seed: {kept}."] if kept else []),
+    ]
