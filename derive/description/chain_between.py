@@ -17,7 +17,7 @@ from ..model.errors import DescriptionError
 from ..model.kinds import JointKind
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import inverse
-from ..model.robot import Joint, SerialRobot
+from ..model.robot import Joint, SerialRobot, joints_to_root
 from .suggestions import hint
 from .toml_file import file_error, listed
 
@@ -131,15 +131,7 @@ def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
 def _path(joints: Sequence[Joint], start: str, end: str) -> list[Joint]:
     """Returns the joints from a body up to the common ancestor, then down to another body."""
     carrying = {joint.link: joint for joint in joints}
-
-    def to_root(body: str) -> list[Joint]:
-        found = []
-        while body in carrying:
-            found.append(carrying[body])
-            body = found[-1].parent
-        return found
-
-    up, down = to_root(start), to_root(end)
+    up, down = joints_to_root(carrying, start), joints_to_root(carrying, end)
     while up and down and up[-1] is down[-1]:
         up.pop()
         down.pop()
@@ -222,11 +214,7 @@ def _with_loops(
     moving = {joint.name for joint in joints if joint.kind != "fixed"}
 
     def path(body: str) -> set[str]:
-        names = set()
-        while body in carrying:
-            names.add(carrying[body].name)
-            body = carrying[body].parent
-        return names
+        return {joint.name for joint in joints_to_root(carrying, body)}
 
     kept, left = path(tool_body), list(loop_joints)
     paths = {

@@ -24,6 +24,7 @@ from .robot import (
     SerialRobot,
     Transmission,
     check_transmissions,
+    joints_to_root,
     symbols_of,
 )
 
@@ -302,11 +303,7 @@ class Mechanism:
 
     def path_to(self, body: str) -> list[Joint]:
         """Returns the joints from the base to a body."""
-        path: list[Joint] = []
-        while body != self.base_frame:
-            path.append(self.joint_of[body])
-            body = path[-1].parent
-        return path[::-1]
+        return joints_to_root(self.joint_of, body)[::-1]
 
     @cached_property
     def main_chain(self) -> SerialRobot:

@@ -9,7 +9,7 @@ and ``after`` are products of elementary motions. All numbers are exact; lengths
 angles in radians.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import get_args
@@ -128,6 +128,20 @@ class Joint:
         motion = Rotation("z", value) if self.kind == "revolute" else along
         before = self.before if value == 0 else (*self.before, motion)
         return replace(self, kind="fixed", before=before, limits=(None, None), direction=1)
+
+
+def joints_to_root(joint_of: Mapping[str, Joint], body: str) -> list[Joint]:
+    """Returns the joints between a body and the root of its tree, the outermost joint first.
+
+    Args:
+        joint_of: The joint that carries each body; the root has none.
+        body: Name of the body.
+    """
+    found: list[Joint] = []
+    while body in joint_of:
+        found.append(joint_of[body])
+        body = found[-1].parent
+    return found
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def chain_inverse(
         give: Indices of the chain joints to fix; () to select suitable joints automatically.
     """
     robot, count = hybrid.robot, len(hybrid.robot.moving)
-    if hybrid.forward.open or hybrid.backward.open or len(hybrid.q) != count or unfit(robot):
+    if not hybrid.has_closed_form or len(hybrid.q) != count or unfit(robot):
         return None
     found = inverses(robot, hybrid.terms, families=families, give=give, methods=WRITTEN)
     if not found.written:

@@ -266,67 +266,51 @@ def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None
     """
     pose = _on_chain(hybrid, chain, Work(hybrid.terms))
     settled = settled_choices(hybrid, pose, chain.given)
-    if built is None:
-        return _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled))
-    if built.forward.open or built.backward.open:
-        return _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled), built)
-    settled -= choices_of_loops(pose.work)
-    start = _start_on_chain(hybrid, built, chain, Work(hybrid.terms, settled=settled))
-    settled |= unused_sides(built, start, chain.given)
-    return _start_on_chain(hybrid, built, chain, Work(hybrid.terms, settled=settled))
+    if built is not None and built.has_closed_form:
+        settled -= choices_of_loops(pose.work)
+        start = _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled), built)
+        settled |= unused_sides(built, start, chain.given)
+    return _on_chain(hybrid, chain, Work(hybrid.terms, settled=settled), built)
 
 
 def _on_chain(
-    hybrid: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
+    design: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
     """Solves for the chain and the actuators without the redundant branch signs.
 
-    Newton's method does not change the coordinates of fixed joints, so they are computed from the
-    as-built robot.
-    """
-    terms = hybrid.terms
-    arguments, joints = chain.coordinates(work)
-    theta = dict(zip(hybrid.theta, joints, strict=True))
-    solution = solved_on_sides(hybrid, work)
-    margins = [margin for _, margin in solution.margins]
-    fixed = moving_coordinates(hybrid, chain.given)
-    entries = list(hybrid.actuators_in(solution))
-    if built is not None:
-        entries = list(beyond_dead_points(terms, entries))
-        for k in fixed:
-            entries[k] = _actuator(built, k)
-    values = substituted(terms, [*entries, *margins], theta)
-    q, closing = values[: len(entries)], values[len(entries) :]
-    residual = _residual(hybrid, q)
-    if built is None:
-        residual = _while_closed(hybrid, residual, closing)
-    names = tuple(hybrid.robot.moving[k].name for k in chain.given)
-    inputs = chain.found.family.inputs
-    return _solved(hybrid, work, arguments, inputs, q, residual, names, fixed, closing)
-
-
-def _start_on_chain(
-    design: SolvedLoops, built: SolvedLoops, chain: MovingChain, work: Work
-) -> Solved:
-    """Solves for the main-chain joints of the design, then the actuators of the as-built robot.
-
-    The residual compares only the pose of the design's main chain, not its loops.
+    Newton's method starts from the result if there is an as-built robot. It does not change the
+    coordinates of fixed joints, so they are computed from the as-built robot.
     """
     terms = design.terms
+    loops = built if built is not None and built.has_closed_form else design
     arguments, joints = chain.coordinates(work)
+    fixed = moving_coordinates(design, chain.given)
+    # Only the pose of the design's chain is compared: the loops of the as-built robot differ.
+    of_pose_alone = _chain_residual(design, joints) if loops is built else None
+    solution = solved_on_sides(loops, work)
+    entries = list(loops.actuators_in(solution))
+    if built is not None:
+        entries = list(beyond_dead_points(terms, entries))
+    if built is not None and loops is design:
+        for k in fixed:
+            entries[k] = _actuator(built, k)
+    margins = [margin for _, margin in solution.margins]
+    values = substituted(terms, [*entries, *margins], dict(zip(loops.theta, joints, strict=True)))
+    q, closing = values[: len(entries)], values[len(entries) :]
+    residual = of_pose_alone or _residual(design, q)
+    if built is None:
+        residual = _while_closed(design, residual, closing)
+    names = tuple(loops.robot.moving[k].name for k in chain.given)
+    inputs = chain.found.family.inputs
+    return _solved(loops, work, arguments, inputs, q, residual, names, fixed, closing)
+
+
+def _chain_residual(design: SolvedLoops, joints: Sequence[sp.Expr]) -> sp.Expr:
+    """Compares the tool pose of the main chain with the target pose."""
     moving = zip(design.robot.moving, joints, strict=True)
     turned = [joint.direction * coordinate for joint, coordinate in moving]
-    residual = pose_residual(terms, tool_of(terms, design.robot, turned), POSE_SYMBOLS)
-    solution = solved_on_sides(built, work)
-    actuators = built.actuators_in(solution)
-    margins = [margin for _, margin in solution.margins]
-    theta = dict(zip(built.theta, joints, strict=True))
-    values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
-    q, closing = values[: len(actuators)], values[len(actuators) :]
-    fixed = moving_coordinates(design, chain.given)
-    names = tuple(built.robot.moving[k].name for k in chain.given)
-    inputs = chain.found.family.inputs
-    return _solved(built, work, arguments, inputs, q, residual, names, fixed, closing)
+    pose = tool_of(design.terms, design.robot, turned)
+    return pose_residual(design.terms, pose, POSE_SYMBOLS)
 
 
 def _by_translation(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...chain.poe import placement_matrix
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
-from ...model.robot import Joint, Placement
+from ...model.robot import Joint, Placement, joints_to_root
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
 from .phasors import ONE, REAL, ZERO, Complex
@@ -395,11 +395,8 @@ class _Plane:
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
         """Returns a body-fixed direction in the root's frame, with all joints at zero."""
-        by_link = {joint.link: joint for joint in order}
-        while body in by_link:
-            joint = by_link[body]
+        for joint in joints_to_root({joint.link: joint for joint in order}, body):
             direction = _rotation(joint.before) * _rotation(joint.after) * direction
-            body = joint.parent
         return direction
 
     def _chosen(self, n: sp.Matrix) -> Axes:

@@ -62,6 +62,11 @@ class SolvedLoops(LoopModel):
         return bool(self.spare) and self.least_squares_closure is None
 
     @property
+    def has_closed_form(self) -> bool:
+        """Whether all loops are solved in closed form, from the actuators and from the chain."""
+        return not (self.forward.open or self.backward.open)
+
+    @property
     def may_have_inverse(self) -> bool:
         """Whether the tool pose can have an inverse, either exact or refined from a nominal robot.
 
