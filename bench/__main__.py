@@ -26,7 +26,7 @@ COMMANDS = {
     "exports": ("measures.exports", "compare exported C++ with the generated C"),
     "view": ("measures.frames", "time the computation of a frame of the live view"),
 }
-"""Commands by name: the module with the function ``run``, and a help text."""
+"""Maps each command to its module, which has a function ``run``, and to its help text."""
 
 
 def main() -> int:
@@ -46,7 +46,7 @@ def main() -> int:
 
 
 def measure(plan: Plan, only: str | None, keep: bool) -> None:
-    """Run all benchmarks or a single one; print the results, and save them if requested."""
+    """Run all benchmarks or a single benchmark; print the results, and save them if requested."""
     for name, install in absent().items():
         out.print(f"{name} is not installed and not compared: pip install {install}", markup=False)
     for name in plan.leave_out - absent().keys():

@@ -16,20 +16,22 @@ class DisagreementError(Exception):
 
 
 def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[ArrayLike]) -> None:
-    """Raise an error that names the other library unless its results equal those of chasles.
+    """Check that another library computes the same results as chasles.
 
     Args:
-        name: The other library, and the robot or function that it computes.
-        found: Result arrays of the other library; NaN is required in every entry in which chasles
-            returns NaN.
+        name: Name of the other library, and of the robot or function that it computes.
+        found: Result arrays of the other library. An entry must be NaN if chasles returns NaN
+            there.
         expected: Result arrays of chasles, with the same shapes.
     """
     for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):
         if peer.shape != own.shape:
-            raise DisagreementError(f"{name}: shape {peer.shape}, but chasles has {own.shape}")
+            raise DisagreementError(
+                f"results of {name} have shape {peer.shape}, but expected {own.shape}"
+            )
         if not np.allclose(peer, own, rtol=0, atol=AGREEMENT, equal_nan=True):
             error = np.abs(peer - own).max()
             raise DisagreementError(
-                f"{name}: results differ from chasles by {error:.2g}, "
-                f"which is more than {AGREEMENT:g}; the benchmark must not time it"
+                f"results of {name} deviate by {error:.2g} from chasles, more than {AGREEMENT:g}; "
+                "the benchmark only times libraries that compute the same results as chasles"
             )

@@ -1,8 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 Time ratios to other libraries in the same run hardly depend on the machine; a margin allows for the
-remaining dependence. If a ratio is below the margin, the program measures all ratios again. A ratio
-fails if it is below the margin in both measurements.
+remaining dependence. If a ratio has decreased by more than the margin, the program measures all
+ratios again. A ratio fails if it decreased by more than the margin in both measurements.
 """
 
 import json
@@ -25,7 +25,7 @@ MARGIN_ELSEWHERE = 0.5
 
 
 def run(write: bool) -> int:
-    """Measure, then write the baseline or compare with it; return the exit status."""
+    """Measure time ratios, and write or check the baseline; return the exit status."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}
@@ -52,7 +52,7 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the margin: larger if this machine is not the machine of the baseline."""
+    """Return the margin, which is larger if the baseline was measured on another machine."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 

@@ -1,8 +1,9 @@
 """Instruction counts by valgrind, which are reproducible on a busy machine.
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
-counts depend only on the generated C and the compiler. Replacements of library functions in the
-generated C are included. The count of a Python call is the difference between a long and a short
+counts depend only on the generated C and the compiler. Functions of the generated C that replace
+library functions are counted. The count of a Python call is the difference between a long and a
+short
 run, divided by the number of additional calls.
 """
 
@@ -60,16 +61,16 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The counted C program: at each getppid call, valgrind writes the counts and restarts at 0."""
+"""The counted Python program; valgrind writes and resets its counts at each getppid call."""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C code that starts counting after the slow imports."""
+"""C code that starts the counting; Python calls it after its slow imports."""
 
 
 def run(write: bool) -> int:
-    """Count, then write the expected counts or compare with them; return the exit status."""
+    """Count instructions, then write or check the expected counts; return the exit status."""
     reason = impossible()
     if reason:
         out.print(f"cannot count instructions: {reason}")
@@ -117,9 +118,9 @@ def compare(
 
     Args:
         kind: "kernels" or "python".
-        expected: Versions and counts of bench/instructions.json.
+        expected: Expected versions and counts, from bench/instructions.json.
         found: Versions and counts of the current machine.
-        same: Names of the versions that affect the counts; if they differ, nothing fails.
+        same: Names of the versions that affect the counts; if a version differs, no count fails.
         exactly: Whether each difference or missing function is treated as a failure.
 
     Returns:
@@ -135,7 +136,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return functions with different counts, and functions in only one of the results."""
+    """Return the functions whose counts differ, or which only one of the results contains."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
@@ -231,14 +232,14 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Return first value and step of the inputs; the loops of the robot close at all inputs."""
+    """Return the first input vector and the step between inputs, at which the loops close."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01
 
 
 def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
-    """Sum the instructions of functions with a name prefix, without the functions they call."""
+    """Sum the instructions of functions with a name prefix, excluding called functions."""
     total, ours, called = 0, False, False
     for line in profile.splitlines():
         if line.startswith("fn="):
@@ -246,7 +247,8 @@ def own_instructions(profile: str, prefixes: tuple[str, ...]) -> int:
         elif line.startswith("calls="):
             called = True
         elif re.match(r"[+\-*\d]", line):
-            # The line after "calls=" contains the instructions of the callee.
+            # In the profile, the line after "calls=" contains the instructions of the called
+            # function.
             total += int(line.split()[1]) if ours and not called else 0
             called = False
     return total

@@ -14,7 +14,7 @@ HEAD = """\
 
 
 def write() -> None:
-    """Replace the text of docs/performance.md between both marker comments."""
+    """Replace the text of docs/performance.md between its two marker comments."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + figures() + END + after, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The benchmarks and the durations of benchmark runs."""
+"""The sections of the benchmarks, and plans for full, short and quick runs."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def _draw(robot: chasles.Robot, file: Path) -> None:
-    """Draws the robot in its plane, or obliquely from above."""
+    """Draws a planar robot in its plane, and any other robot obliquely from above."""
     try:
         figure = chasles.draw(robot, views=("plane",), file=file)
     except chasles.InputValueError:

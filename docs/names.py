@@ -1,4 +1,4 @@
-"""Writes the page of all public names: ``python docs/names.py`` writes docs/reference/names.md."""
+"""``python docs/names.py`` writes docs/reference/names.md, the page of all public names."""
 
 import inspect
 import textwrap

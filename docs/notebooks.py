@@ -1,4 +1,4 @@
-"""Runs the notebooks in docs/notebooks and stores their output: ``python docs/notebooks.py``."""
+"""The command ``python docs/notebooks.py`` runs the notebooks and stores their output."""
 
 import ast
 import contextlib

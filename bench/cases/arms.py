@@ -1,4 +1,4 @@
-"""The arms of all benchmarks: products of elementary motions, exact at right angles."""
+"""The arms of all benchmarks, as products of elementary motions; right angles are exact."""
 
 import math
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ class Motion:
 
     Attributes:
         kind: "turn" (rotation) or "shift" (translation).
-        axis: 0, 1, 2 for x, y, z.
-        value: Angle [deg] or length [m], or None if the row describes a joint.
+        axis: 0, 1 or 2 for the axis x, y or z.
+        value: Angle [deg] or length [m] of a fixed motion, or None for a joint.
     """
 
     kind: str
@@ -19,7 +19,7 @@ class Motion:
     value: float | None
 
     def cos_sin(self) -> tuple[float, float]:
-        """Return cosine and sine of a fixed rotation, exact at right angles."""
+        """Return the cosine and sine of a fixed rotation; right angles give exactly 0, 1 or -1."""
         assert self.value is not None
         quarters, rest = divmod(self.value, 90)
         if rest == 0:

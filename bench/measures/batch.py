@@ -22,13 +22,12 @@ PEER = "Pinocchio C++"
 BARS = {PEER: 10.0, LOOP: 4.0}
 MEMSET_BAR = 0.6
 NOT_ZERO = 7
-"""The byte that memset writes, because some machines write zeros several times faster than other
-values."""
+"""Byte that memset writes; some machines write zeros several times faster than other values."""
 THREADS_BAR = 1.8
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Compare batches with all other libraries and memory bandwidth, and two threads with one."""
+    """Compare batches with other libraries and memory bandwidth, and one thread with two."""
     with one_core():
         found = [
             row for measure in (there, new, roofline) for arm in ARMS for row in measure(plan, arm)
@@ -37,7 +36,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def there(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk into an existing array, compared with compiled loops that do the same."""
+    """Compare a batch of fk into an existing array with compiled loops over the same array."""
     q = _vectors(plan, arm)
     T = np.zeros((len(q), 4, 4))
     own = chasles.load(arm.name).fk
@@ -78,7 +77,7 @@ def _name(loop: Loop) -> str:
 
 
 def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
-    """A batch of fk with Jacobian into existing memory, compared with memset of the same size."""
+    """Compare a batch of fk with Jacobian into existing memory with memset of the same size."""
     q = _vectors(plan, arm)
     results = np.zeros((len(q), 4, 4)), np.zeros((len(q), 6, arm.joints))
     function = chasles.load(arm.name).fk_jacobian_mixed

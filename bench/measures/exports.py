@@ -1,7 +1,7 @@
 """Time of functions in the exported languages, compared with the same functions in generated C.
 
-Both loops call the same compiled C code. The two loops run
-alternately, and each time is the minimum of several short runs.
+A loop in C and a loop in C++ call the same compiled C code. The two loops run alternately, and each
+time is the minimum of several short runs.
 """
 
 import ctypes

@@ -25,7 +25,7 @@ BAR = 1 / 1.2
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Cost per joint of each chain compared with the shortest, for poses and a batch."""
+    """Compare the cost per joint of each chain with the shortest chain, for poses and a batch."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:

@@ -1,4 +1,4 @@
-"""Inverse kinematics with all solutions: Python calls, batches, C, and derivation time."""
+"""Times of the inverse kinematics with all solutions, in Python, in batches and in C."""
 
 import tempfile
 from collections.abc import Callable
@@ -25,8 +25,7 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Library without a required ratio: on unsuitable arms, it is ten times slower than other
-libraries."""
+"""Library without a required ratio, because it is ten times slower on arms that do not suit it."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0

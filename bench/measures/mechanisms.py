@@ -48,7 +48,7 @@ FOLLOWED = (
 )
 """Functions that iterate in C, with their maximum time [us]."""
 FREE = 0.3
-"""Range to both sides of the reference for coordinates without limits [rad or m]."""
+"""Range on both sides of the reference, for coordinates without limits [rad or m]."""
 STEP = 1e-3
 """Distance between a seed and the solution [rad or m]: the motion in one step of a controller."""
 

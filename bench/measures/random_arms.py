@@ -1,4 +1,4 @@
-"""Time the inverses of random arms: ``python -m bench arms``.
+"""The command ``python -m bench arms`` times the inverses of random arms.
 
 The arms have geometry errors or no closed-form structure. ``tests/campaigns/displaced.py`` and
 ``tests/campaigns/general.py`` check the solutions of these arms.

@@ -33,7 +33,7 @@ class Loop:
     context: int | None = None
 
     def fk(self, q: np.ndarray, T: np.ndarray) -> None:
-        """Compute the poses of all rows of q, into all rows of T or into its single row."""
+        """Compute the pose of each row of q; if T has a single row, each pose overwrites it."""
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
@@ -84,7 +84,7 @@ def headers(package: str, ending: str) -> Path:
     try:
         found = [file for file in files(package) or () if str(file).endswith(ending)]
     except PackageNotFoundError as error:
-        raise ImportError(f"{package} is not installed") from error
+        raise ImportError(f"package {package} is not installed") from error
     if not found:
-        raise ImportError(f"{package} has no {ending}")
+        raise ImportError(f"package {package} has no file that ends with {ending}")
     return Path(str(found[0].locate())).parents[ending.strip("/").count("/")]

@@ -78,7 +78,7 @@ def animation(
 
     Args:
         robot: The arm.
-        q: (m, n) coordinates at equal times.
+        q: (m, n) coordinates at equal time intervals.
         height: Height of the picture [inch].
         extra: Draws the stationary objects.
         view: Elevation and azimuth [deg].

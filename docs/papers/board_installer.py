@@ -106,10 +106,10 @@ def configurations(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The mobility is six; the counting formula ignores that planar loops are redundant."""
+    """Compares the mobility, which is six; the counting formula misses redundant planar loops."""
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
-        raise TypeError("the board installer has loops")
+        raise TypeError("expected a board installer with loops")
     counted = mobility(mechanism)
     n, j = counted.bodies, counted.joints
     return [
@@ -154,7 +154,7 @@ def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
     return M[:3], N[:3]
 
 
-# Three configurations, and equation (27)
+# Poses at three configurations, and equation (27)
 
 
 def case_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -176,7 +176,7 @@ def case_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def screw_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The arm only translates; the tool position depends on active variables."""
+    """Checks that the arm only translates, and equation (27) for the tool position."""
     q = configurations(300)
     arm, shift = arm_exponentials(q), arm_shift(q)
     turned = np.abs(arm[:, :3, :3] - np.eye(3)).max()
@@ -198,7 +198,7 @@ def screw_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def arm_exponentials(q: FloatArray) -> FloatArray:
-    """Returns the product (m, 4, 4) of the exponentials of slider, shoulder, elbow and wrist."""
+    """Returns the product (m, 4, 4) of the exponentials of the slider and the three arm joints."""
     value = parameters()
     z_G, g0 = value["z_G"], value["g0"]
     z_W, x_W = z_G + value["L1"], g0 + value["L2"]
@@ -216,7 +216,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
 
 
 def arm_shift(q: FloatArray) -> FloatArray:
-    """Returns the translation (m, 3) to which the exponentials of the arm reduce [m]."""
+    """Returns the translation (m, 3) to which the product of the exponentials simplifies [m]."""
     value = parameters()
     k, r = value["k"], value["r"]
     along = k * r * (np.cos(q[:, 2]) - 1) - (k - 1) * q[:, 1]

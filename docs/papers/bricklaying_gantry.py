@@ -1,9 +1,10 @@
 """Bricklaying gantry: forward tables, the 7-5-5 chain, and a wall.
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
-bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`.
-In equations (3) to (6), a link of length r at the angle theta replaces the gantry; the
-file `robots/bricklaying_polar.toml` in this folder describes this arm. The chain of section 2.3 is
+bricklaying gantry-based parallel robot manipulator. The robot `bricklaying_gantry` is the gantry.
+In equations (3) to (6), a link of length r at the angle theta replaces the gantry; the file
+`robots/bricklaying_polar.toml` in this folder describes this link as a polar arm. The chain of
+section 2.3 is
 the robot `bricklaying_planar`.
 """
 
@@ -59,7 +60,7 @@ def exchanged(value: float) -> str:
 
 
 def rounded_twice(value: float, digits: int) -> float:
-    """Rounds a number to one digit more than wanted, and then again, halves upward."""
+    """Rounds a number to one extra digit, and then to the requested digit, halves upward."""
     unit = 10.0**-digits
     return float(np.floor(round(value, digits + 1) / unit + 0.5 + 1e-9) * unit)
 
@@ -124,10 +125,10 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Endings of the keys of printed items whose values are inputs."""
+"""Printed items whose keys have one of these endings are inputs."""
 PARTS = "counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""Drop spots of each set-up whose r is correct except for its unit."""
+"""Numbers of the drop spots whose printed r is correct except for its unit, for each set-up."""
 
 
 def rows() -> list[Row]:
@@ -159,10 +160,10 @@ def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Section 2.1: the mobility formula with the printed counts, and the mechanism's own counts."""
+    """Compares section 2.1: the mobility formula, and the printed numbers of links and joints."""
     mechanism = chasles.derive.read(ROBOT_FILES / "bricklaying_gantry.toml")
     if not isinstance(mechanism, Mechanism):
-        raise TypeError("the gantry has loops")
+        raise TypeError("expected a gantry with loops")
     counted = mobility(mechanism)
     by_numbers = kutzbach(links=14, joints=15, freedom=15)
     note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops: {counted.true}"
@@ -236,7 +237,7 @@ def spot(xy: FloatArray) -> Spot:
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates (3) to (6) at the first drop spot; ours is the gantry, or the polar arm in 20 s."""
+    """Compares equations (3) to (6) at the first drop spot with the gantry and the polar arm."""
     own = spots(1)[0]
     x, y = own.xy
     values = {"x": x, "y": y, "r": own.r, "theta": own.theta}
@@ -251,7 +252,7 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Tables 1, 2, 4 and 5, the text of section 2.2, and the ranges of the abstract."""
+    """Compares tables 1, 2, 4 and 5, the text of section 2.2, and the ranges in the abstract."""
     found = []
     for setup in (1, 2):
         for k, own in enumerate(spots(setup), 1):
@@ -287,7 +288,7 @@ def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
 
 
 def unit_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Tables 4 and 5 and the abstract label inches as mm."""
+    """Shows that tables 4 and 5 and the abstract label inches as mm."""
     chain = chasles.load("bricklaying_planar")
     lengths = {"lengths_mm": [chain.parameters[name].value for name in ("l3", "l1")]}
     for setup, right in IN_INCHES.items():
@@ -309,7 +310,7 @@ def in_inches(item: Printed, ours: FloatArray) -> Row:
 
 @dataclass(frozen=True)
 class Triangle:
-    """The chain at the target; its last link lies on the line from the origin to the target.
+    """The 7-5-5 chain at the target; its last link lies on the line from the origin to the target.
 
     Attributes:
         q: (2, 3) both solutions, elbow above the line first [rad].
@@ -363,9 +364,9 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """(12) to (17): intersections of the circle around the target with the line through it [in].
+    """Compares equations (12) to (17): the circle around the target intersects the line [in].
 
-    Both roots, the x coordinates that chasles finds, determine the quadratic equation.
+    The x coordinates that chasles finds are the roots of the quadratic equation and determine it.
     """
     slope = np.tan(line)
     a = 1 + slope**2

@@ -87,11 +87,11 @@ def over(laying: MotionSequence, place: FloatArray, height: float, name: str) ->
 
 
 def wall_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The wall, with bricks and speeds of our choice."""
+    """Lists the bricks and the speeds that we chose for the wall, and the errors of the motion."""
     built = wall()
     beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
     if beyond:
-        raise ValueError(f"the wall leaves the strokes: {beyond[0]}")
+        raise ValueError(f"the motion exceeds the strokes: {beyond[0]}")
     missed = np.linalg.norm(built.released - built.places, axis=1).max()
     speeds = "limits of 0.12 m/s, 0.4 m/s² and 4 m/s³; within all strokes"
     return [

@@ -97,7 +97,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def model(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (1.2) at generic values, table 1.1 evaluated with (1.2), and the lengths."""
+    """Compares equation (1.2) at generic values, the rows of table 1.1, and the lengths."""
     robot, q = arm(), np.array([0.3, 0.7, -0.4, 0.5, -0.6])
     joint = chasles.load(HERE / "robots" / "mdh_row.toml")
     row = {name: own.value for name, own in joint.parameters.items()} | {"theta": 0.7}
@@ -186,7 +186,7 @@ def few_samples() -> Any:
 
 
 def reach(printed: dict[str, Printed]) -> list[Row]:
-    """The workspace: extents, volume, and the fraction that 5000 samples cover."""
+    """Compares the extents and volume of the workspace, and the fraction that samples cover."""
     robot, whole, p = arm(), found_workspace(), few_samples()
     cells = np.unique(indices(whole.grid, p))
     share = len(cells) / np.count_nonzero(whole.hits)
@@ -214,7 +214,7 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
 
 
 def solutions(robot: Any, points: Any) -> Any:
-    """Returns configurations (m, 2, 5): level tool, base facing the point, elbow up first."""
+    """Returns both configurations (m, 2, 5) with a level tool, elbow up first."""
     x = np.column_stack([points, np.zeros(len(points))])
     found = robot.ik_position_pitch(x)
     facing = np.abs(found.q[..., 0]) <= np.pi / 2
@@ -223,7 +223,7 @@ def solutions(robot: Any, points: Any) -> Any:
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (1.11) to (1.14) at generic lengths, and the configurations at the via points."""
+    """Compares equations (1.11) to (1.14), and the configurations at the via points."""
     q = solutions(arm(), VIA)
     found = []
     for name, k in {1: 0, 3: 2, 5: 4}.items():
@@ -249,7 +249,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates (1.11) to (1.14) with four different lengths at point 2."""
+    """Evaluates equations (1.11) to (1.14) with four different lengths at point 2."""
     robot = generic()
     q = solutions(robot, VIA[1:2])[0]
     T = robot.link_poses(q[0])
@@ -285,7 +285,7 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
 
 
 def limits(printed: dict[str, Printed]) -> list[Row]:
-    """The range of shoulder heights for which all via points are within the limits."""
+    """Finds the range of shoulder heights for which all via points are within the limits."""
     count = reached(0.1).sum()
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
@@ -371,7 +371,7 @@ def polynomials() -> Trajectory:
 
 
 def free_motion(printed: dict[str, Printed]) -> list[Row]:
-    """The steps of the free motion, and its distance from the via points."""
+    """Compares the time steps of the free motion, and its distance from the via points."""
     made = free()
     p = made.T[:, :3, 3]
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()
@@ -397,7 +397,7 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
 
 
 def straight_lines(printed: dict[str, Printed]) -> list[Row]:
-    """Straight lines in three phases: speeds, rates, and straightness."""
+    """Compares the straight lines in three phases: tool speeds, joint rates and straightness."""
     made = lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
     peaks = [speed[made.stage == k].max() for k in range(4)]
@@ -439,7 +439,7 @@ def off_lines(made: Trajectory) -> float:
 
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
-    """The sphere between points 3 and 4, and the motion around it."""
+    """States the sphere between points 3 and 4, and the clearance of the motion around it."""
     reason = "the figure is lost; ours is a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
@@ -467,7 +467,7 @@ def clearance(made: Trajectory) -> float:
 
 
 def quintics(printed: dict[str, Printed]) -> list[Row]:
-    """Quintic polynomials: durations, rest at the ends, and peaks."""
+    """Compares the quintic polynomials: durations, rates at the ends, and peak rates."""
     made = polynomials()
     ends = np.isin(made.t.round(6), range(5))
     step = np.abs(np.diff(made.q[ends], axis=0))[:, :4]

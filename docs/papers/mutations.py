@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from report import Row
 
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
-"""Matches a number in an equation, but not the 2 of the symbol t2."""
+"""Matches a number in an equation, but not the digit in a symbol such as t2."""
 NOTHING = "the paper prints no value"
 WORDS = "words, or an equation without digits"
 WRONG = "the printed value is wrong, and its cause is unknown"
@@ -86,22 +86,23 @@ def _is_expression(text: str) -> bool:
 def survives(row: Row, digit: Digit) -> bool:
     """Tests whether the verdict of a row holds although a digit is wrong.
 
-    The number changes by units of the digit, in two tests: away from ours just beyond the
-    tolerance, and in both directions just beyond twice the tolerance.
+    The test changes the number in multiples of the digit's unit. The verdict must fail for a change
+    just beyond the tolerance in one of both directions, and for a change just beyond twice the
+    tolerance in both directions.
     """
     if row.source is None or row.judge is None:
-        raise ValueError(f"{row.item} has no stored source and judge")
+        raise ValueError(f"item {row.item} stores no verdict function")
     near, far = _changes(row.source, digit)
     return all(_holds(row, change) for change in near) or any(_holds(row, c) for c in far)
 
 
 def _holds(row: Row, changed: Printed) -> bool:
     if row.judge is None:
-        raise ValueError(f"{row.item} has no stored source and judge")
+        raise ValueError(f"item {row.item} stores no verdict function")
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):
-        return False  # refuted, or an equation without a value
+        return False  # the changed digit refutes the verdict, or the equation has no value
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
@@ -123,7 +124,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """Returns the exponent of the power of ten that a digit counts."""
+    """Returns the exponent k of a digit, which counts multiples of 10^k."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

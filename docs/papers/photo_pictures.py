@@ -49,7 +49,7 @@ def axis_moved(robot: Any, made: Trajectory) -> Any:
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
     drawn(axes, lines[-1], COLOURS[0], label="end state")
     axes.plot(*lines[:, -1].T, "--", color=COLOURS[3], linewidth=1.4, label="path of the tool")
-    # Rotations about the wrist leave both frames at one point: the first is longer and dotted.
+    # If the tool only rotates, both frames are at one point; the start frame is longer and dotted.
     frame(axes, robot.fk(made.q[0]), START * LENGTH, linestyle=":", linewidth=1.6)
     frame(axes, robot.fk(made.q[-1]), LENGTH)
     boxed(axes, np.vstack([lines.reshape(-1, 3), lines[0] + START * LENGTH]))

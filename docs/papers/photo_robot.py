@@ -44,7 +44,7 @@ AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
 """The moving axis of each panel of figure 3; the caption lists the ring top first."""
 SLIDES = (0, 3)
 ROUNDING = 1e-12
-"""Below this distance [m], points coincide."""
+"""Points coincide if their distance is smaller than this length [m]."""
 
 
 def rows() -> list[Row]:
@@ -62,7 +62,7 @@ def rows() -> list[Row]:
 
 
 def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Number and types of the axes; S stands for three axes that intersect in a point."""
+    """Compares the number and the types of the axes, where S means three axes through one point."""
     letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
     wrist = robot.link_poses(CONFIGURATION)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
@@ -85,7 +85,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares the lengths below (12), which prints r1 = 0 twice."""
+    """Compares the lengths that the paper prints below equation (12); r1 = 0 occurs twice there."""
     names = ("r10", "r2", "l3", "r40", "r6")
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
@@ -103,7 +103,7 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Compares (1) at generic values, and table 1 and (3) to (11) at a configuration."""
+    """Compares equation (1) at generic values, and table 1 and equations (3) to (11)."""
     joint, theta = chasles.load(HERE / "robots" / "dh_row.toml"), 0.7
     T, own = joint.fk([theta]), steps(robot, CONFIGURATION)
     values, symbols = lengths(joint) | {"theta": theta}, at_configuration(robot)
@@ -142,7 +142,7 @@ def by_corrected_dh(table: Printed, symbols: dict[str, float]) -> Any:
 
 
 def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
-    """Returns the matrix of (1) with its erratum corrected."""
+    """Returns the matrix of equation (1), with the erratum of the paper corrected."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return [
         [c, -ca * s, s * sa, length * c],
@@ -158,7 +158,7 @@ def lengths(robot: Any) -> dict[str, float]:
 
 
 def at_configuration(robot: Any) -> dict[str, float]:
-    """Returns the symbols of table 1 and of (3) to (11) at the configuration."""
+    """Returns the values of the symbols in table 1 and equations (3) to (11)."""
     symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
     return dict(zip(symbols, map(float, CONFIGURATION), strict=True)) | lengths(robot)
 
@@ -170,7 +170,7 @@ def steps(robot: Any, q: Any) -> Any:
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (2) with the transform of a joint with six nonzero parameters, and (11) with (2)."""
+    """Compares equation (2) with a joint with six nonzero parameters, and with equation (11)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)
@@ -283,7 +283,7 @@ def quality(joint: Any, convention: str) -> Any:
 
 
 def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Tool path lengths while one axis moves from zero to an end state of our choice."""
+    """Measures the tool's path while one axis moves from zero to an end state of our choice."""
     found = []
     for part in AXES:
         p = moved(robot, part).T[:, :3, 3]

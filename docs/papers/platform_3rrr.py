@@ -26,15 +26,15 @@ from chasles.study import PlanarRegion, constant_orientation_workspace
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
-"""The poses of figures 2.3 and 2.4; equations are evaluated at the second."""
+"""The poses of figures 2.3 and 2.4; equations are evaluated at the pose of figure 2.4."""
 ANGLES = (15, 30, 45, 60)
-"""Orientations of figures 2.6 and 2.7 [deg]."""
+"""Orientations of the platform in figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)
 """Indices of our legs in the order of table 2.2, which starts at 90 deg."""
 AHEAD = np.array([0.0, 0.3, 0.0])
 """Straight displacement along which singularities are searched [m]."""
 INWARDS = 1e-10
-"""Relative displacement that moves a boundary point inside, where the legs reach it."""
+"""Relative displacement that moves a point of the workspace boundary inward, within reach."""
 BISECTIONS = 50
 LEG = "the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
@@ -98,7 +98,7 @@ def base_and_platform() -> tuple[Any, Any]:
 
 
 def joints(printed: dict[str, Printed]) -> list[Row]:
-    """Compares table 2.2 and (B.1.1) to (B.1.4)."""
+    """Compares table 2.2 and equations (B.1.1) to (B.1.4)."""
     b, p = base_and_platform()
     found = []
     for name, points, words in (("PB", b, "base"), ("PP", p, "platform")):
@@ -149,7 +149,7 @@ def on_platform() -> Any:
 
 
 def leg(k: int) -> dict[str, float]:
-    """Returns the symbols of leg k at the pose of figure 2.4, first branch."""
+    """Returns the symbol values of leg k at the pose of figure 2.4, on the first branch."""
     robot = platform()
     b, _ = base_and_platform()
     q = robot.ik_planar(TURNED).q[0]
@@ -165,7 +165,7 @@ def in_mm(values: dict[str, float]) -> dict[str, float]:
 
 
 def legs(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (B.1.5) to (B.2.8) for the lower left leg at the pose of figure 2.4."""
+    """Compares equations (B.1.5) to (B.2.8) for the lower left leg at the pose of figure 2.4."""
     values = leg(0)
     X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
     square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
@@ -266,7 +266,7 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
 
 
 def areas(printed: dict[str, Printed]) -> list[Row]:
-    """The areas of the workspaces of figures 2.6 and 2.7, bounded by circles."""
+    """States the areas of the workspaces in figures 2.6 and 2.7, which circles bound."""
     found = [consistent(printed["area_0"], region(0).area, TWICE)]
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
@@ -278,7 +278,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
 
 
 def singularities(printed: dict[str, Printed]) -> list[Row]:
-    """The three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
+    """States the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
     words = "not part of the paper"
@@ -313,11 +313,11 @@ def third_kind() -> Any:
                 same = np.sign(determinant(on(arc, middle))) == sign[k]
                 low, high = (middle, high) if same else (low, middle)
             return on(arc, low)
-    raise ValueError("no singularity of type 2 reaches the border")
+    raise ValueError("no singularity of type 2 reaches the boundary of the workspace")
 
 
 def on(arc: Any, part: float) -> Any:
-    """Returns the pose at a fraction of a boundary arc, moved inside by rounding."""
+    """Returns the pose at a fraction of a boundary arc, moved slightly inward."""
     points = arc.points()
     at = np.linspace(0, 1, len(points))
     p = np.array([np.interp(part, at, column) for column in points.T])

@@ -18,8 +18,8 @@ from chasles.study.planning import Plan, prm
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
-"""Random numbers of figures 3.2 to 3.4: the first with which 100 points fail at step 10,
-as in the report, while a larger step or more points succeed."""
+"""Seed of the random numbers in figures 3.2 to 3.4. As in the report, 100 points fail at step 10,
+while a larger step or more points succeed."""
 MM = 1000.0
 
 

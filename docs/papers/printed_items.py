@@ -1,20 +1,27 @@
 """Printed items of a paper with their digits, units and words, and evaluation of its equations.
 
-The items of a paper are in `printed/<paper>.toml`, one table per item:
+The items of a paper are in `printed/<paper>.toml`, one TOML table per item, with these fields:
 
-    [theta_of_row_5]
-    item = "angle of row 5"         # name in the tables; default: the key
-    value = "0.97"                  # copied from the paper, as a string to preserve its digits; a
-                                    # (nested) list of strings; words or an equation; omitted if
-                                    # the paper prints no value, or if the value is lost
-    evaluated = "0.7854"            # instead of value: a number that the paper does not print,
-                                    # evaluated from its equations independently of chasles
-    unit = "rad"                    # a unit of UNITS; default: none
-    where = "table 4, row 5"
-    digits = 4                      # decimals of ours; default: one more than printed, and more
-                                    # if ours would fall on the limit of agreement
-    about = "0.1"                   # the paper's "about" as a tolerance in the unit
-    text = "an angle of about 1"    # the paper's words; required with "about"
+`item` is the name of the item in the tables, by default the key of the TOML table.
+
+`value` is the value in the paper, as a string such as "0.97" that preserves the printed digits. It
+may also be a nested list of strings, words or an equation. The field is omitted if the paper prints
+no value, or if the value is lost.
+
+`evaluated` replaces `value` for a number that the paper does not print. Such a number is evaluated
+from the equations of the paper, independently of chasles.
+
+`unit` is a unit of `UNITS`, by default none.
+
+`where` is the position in the paper, such as "table 4, row 5".
+
+`digits` is the number of decimals with which the value of chasles is printed. The default is one
+decimal more than in the paper, and more decimals if the value would be at the limit of agreement.
+
+`about` is a tolerance in the unit, for numbers that the paper introduces by the word "about".
+
+`text` is the sentence of the paper that contains "about".
+
 """
 
 from __future__ import annotations
@@ -80,11 +87,10 @@ class Printed:
             print the value, or if the printed value is lost.
         unit: The unit, one of `UNITS`.
         where: Position in the paper.
-        about: The tolerance [unit] implied by the paper's words, where None means half a unit of
-            the last printed digit.
+        about: The tolerance [unit] that the paper's words imply; None means half a unit of the last
+            digit.
         text: The paper's words.
-        digits: Decimals of our value in the table, where None means one decimal more than the paper
-            prints.
+        digits: Decimals of our value in the table; None means one decimal more than in the paper.
         is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
 
@@ -114,9 +120,9 @@ def read(paper: str) -> dict[str, Printed]:
 def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
     unit, about = table.get("unit", ""), table.get("about")
     if unit not in UNITS:
-        raise ValueError(f"{place}: expected a unit of {', '.join(UNITS)}, got {unit}")
+        raise ValueError(f"{place}: expected one of {', '.join(UNITS)}; got the unit {unit}")
     if about is not None and "about" not in table.get("text", ""):
-        raise ValueError(f"{place}: about = {about} needs the paper's words in text")
+        raise ValueError(f"{place}: field `text` must quote the paper's words for about = {about}")
     if "value" in table and "evaluated" in table:
         raise ValueError(f"{place}: expected value or evaluated, got both")
     found = table.get("value", table.get("evaluated"))
@@ -175,7 +181,7 @@ def half_unit(number: Decimal) -> Decimal:
 
 
 def tolerance(printed: Printed, number: Decimal) -> Decimal:
-    """Returns how far ours may be from a printed number [unit]."""
+    """Returns the allowed difference between our value and a printed number [unit]."""
     return half_unit(number) if printed.about is None else Decimal(printed.about)
 
 

@@ -1,12 +1,13 @@
-"""Tables of printed numbers next to ours, with a verdict that is asserted.
+"""Tables that compare the printed numbers of papers with our numbers, and assert a verdict.
 
 The script of each paper has two functions. `rows()` returns a list of `Row`. `figures()` returns a
 dict from caption to matplotlib figure, or to a function that writes an animation to a GIF path.
 `printed_items.py` reads the printed values of a paper.
 
-    $ python docs/papers/photo_robot.py       # the table of one paper
-    $ python docs/papers/report.py            # all tables and pictures in build/reproduce
-    $ python docs/papers/report.py --write    # the same, and writes the pages in docs
+    The command ``python docs/papers/photo_robot.py`` prints the table of one paper. The command
+``python docs/papers/report.py`` writes all tables and pictures to build/reproduce, and with
+``--write`` also the pages in docs.
+
 """
 
 from __future__ import annotations
@@ -66,15 +67,15 @@ Verdict = Literal[
 Equation = Callable[[Printed], Value]
 """Evaluates the equations of an item."""
 ECHO = "an input, copied from the paper"
-"""Note on rows that only repeat an input of the paper."""
+"""Note on table rows that only repeat an input of the paper."""
 TWICE = "the same model, computed twice"
 """Note on values that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9
 """Relative rounding error that an equation may have."""
 EDGE = 1e-12
-"""Relative widening of the agreement interval: a printed 0.65 stands for numbers up to 0.655, which
-has no exact float."""
+"""Relative widening of the agreement interval, because the bound 0.655 of a printed 0.65 has no
+exact float."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
 """Maximum number of equation entries that the tables show."""
@@ -129,7 +130,7 @@ class Row:
 
     @property
     def shown(self) -> tuple[str, str]:
-        """Formats the printed value and ours for the tables."""
+        """Formats the printed value and our value for the tables."""
         printed = _number(self.printed, self.digits) if self.printed is not None else "-"
         return printed, _number(self.ours, self.digits) if self.ours is not None else "-"
 
@@ -149,20 +150,20 @@ def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
 def agrees(
     printed: Printed, ours: Value, note: str = "", *, evaluated: Equation | None = None
 ) -> Row:
-    """Asserts that ours agrees to half a unit of the last printed digit, or to its "about".
+    """Asserts that our value agrees to half a unit of the last printed digit, or to `about`.
 
     Args:
-        printed: The item; its value is a number, words or rows of them.
+        printed: The item; its value is a number, words, or rows of numbers or words.
         ours: The value of chasles in meters, radians and seconds, with the shape of the printed
-            value; a `Finding` for a statement.
+            value, or a `Finding` for a statement in words.
         note: Information that a reader needs to interpret the row.
-        evaluated: Evaluates the item if it is an equation; ours must agree to rounding.
+        evaluated: Evaluates a printed equation; our value must agree except for rounding errors.
 
     Raises:
         Refuted: The values differ, or the paper does not print the value.
     """
     if printed.is_evaluated:
-        raise Refuted(f"{printed.item}: the paper does not print the value; use `consistent`")
+        raise Refuted(f"item {printed.item} has no printed value; use `consistent`")
     return _agreeing(printed, ours, "agrees", note, evaluated)
 
 
@@ -170,13 +171,13 @@ def agrees(
 def consistent(
     printed: Printed, ours: Value, reason: str = ECHO, *, evaluated: Equation | None = None
 ) -> Row:
-    """Asserts an agreement that proves nothing: an input, or one model computed twice.
+    """Asserts an agreement that proves nothing: an input, or two results of the same model.
 
     Raises:
         Refuted: The values differ, or the reason is empty.
     """
     if not reason:
-        raise Refuted(f"{printed.item}: the reason is missing")
+        raise Refuted(f"item {printed.item} has no reason")
     return _agreeing(printed, ours, "consistency", reason, evaluated)
 
 
@@ -188,7 +189,7 @@ def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
         Refuted: The values differ, or the interpretation is not stated.
     """
     if not reading:
-        raise Refuted(f"{printed.item}: the interpretation is not stated")
+        raise Refuted(f"item {printed.item} states no interpretation of the paper")
     return _agreeing(printed, ours, "one reading", reading, None)
 
 
@@ -196,10 +197,10 @@ def _agreeing(
     printed: Printed, ours: Value, verdict: Verdict, note: str, evaluated: Equation | None
 ) -> Row:
     if printed.value is None:
-        raise Refuted(f"{printed.item}: the paper prints no value")
+        raise Refuted(f"item {printed.item} has no printed value")
     value = _equation_value(printed, evaluated)
     if not _same(printed.value if value is None else value, ours, printed):
-        raise _refuted(printed, ours, "does not agree with")
+        raise _refuted(printed, ours, "differs from")
     if np.size(value) > _MAX_SHOWN:
         equations = f"{np.size(value)} entries"
         return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
@@ -218,19 +219,19 @@ def erratum(
     evaluated: Equation | None = None,
     cause: tuple[str, Value] | None = None,
 ) -> Row:
-    """Asserts that the printed value is wrong, and a corrected value right.
+    """Asserts that the printed value is wrong and that a corrected value is right.
 
     Args:
         printed: The item.
         ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
             words.
-        corrected: The correct value: a string in the item's unit, accurate to half a unit of its
-            last digit; or a number or array in meters, radians and seconds from a corrected
-            equation, accurate to rounding; or a `Finding` for the corrected statement.
+        corrected: The correct value. A string is in the item's unit and accurate to half a unit of
+            its last digit. A number or an array is in meters, radians and seconds, from a corrected
+            equation, and accurate to rounding errors. A `Finding` is the corrected statement.
         note: What is wrong.
-        evaluated: Evaluates the printed equation in the units of `ours`, if the item is one.
-        cause: Cause of the wrong printed value in words, and the value that this cause gives, like
-            `ours` or as a string.
+        evaluated: Evaluates a printed equation in the units of `ours`.
+        cause: Cause of the wrong printed value in words, and the value that results from this
+            cause.
 
     Raises:
         Refuted: The printed value agrees with ours, or the corrected value does not, or the cause
@@ -239,15 +240,15 @@ def erratum(
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
     if wrong is None or _same(wrong, ours, printed):
-        raise _refuted(printed, ours, "is not an erratum, compared with")
+        raise _refuted(printed, ours, "agrees with")
     if isinstance(corrected, Finding):
         is_right = corrected.holds
     else:
         is_right = _same(corrected, ours, replace(printed, about=None))
     if not is_right:
-        raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
+        raise _refuted(printed, ours, f"corrected to {corrected} differs from")
     if cause is not None and not _same(wrong, cause[1], printed):
-        raise _refuted(printed, cause[1], f"does not follow from {cause[0]},")
+        raise _refuted(printed, cause[1], f"has another cause than {cause[0]}:")
     right = corrected.evidence if isinstance(corrected, Finding) else corrected
     right = right if isinstance(right, str) else ""
     read_instead = f"correct: {right} {printed.unit}".strip() if right else ""
@@ -300,7 +301,7 @@ def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
 
 def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str) -> Row:
     if printed.value is not None or not reason:
-        raise Refuted(f"{printed.item}: {printed.value} is printed, or the reason is missing")
+        raise Refuted(f"item {printed.item} has a printed value, or its reason is missing")
     return _row(printed, ours, verdict, reason)
 
 
@@ -322,7 +323,7 @@ def not_reproducible(
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
-        raise _refuted(printed, ours, "lists no tried interpretation, compared with")
+        raise _refuted(printed, ours, "has no tried interpretation; ours is")
     for value in (ours, *readings.values()):
         if _same(printed.value, value, printed):
             raise _refuted(printed, value, "is reproducible by")
@@ -336,10 +337,10 @@ def not_reproducible(
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:
-    """Tests whether ours agrees with a printed text, or with a computed value to rounding."""
+    """Tests whether our value agrees with a printed text, or with a computed value."""
     if isinstance(ours, Finding):
         if not isinstance(value, str) or decimal(value) is not None:
-            raise Refuted(f"{printed.item}: expected words for a finding, got {value}")
+            raise Refuted(f"item {printed.item} compares a finding with {value} instead of words")
         return ours.holds
     if isinstance(value, tuple):
         return len(value) == len(ours) and all(
@@ -350,7 +351,7 @@ def _same(value: Value, ours: Value, printed: Printed) -> bool:
         if isinstance(ours, str):
             return value == ours
         if number is None:
-            raise Refuted(f"{printed.item}: the words “{value}” are compared with a number")
+            raise Refuted(f"item {printed.item} compares words with a number")
         half = float(tolerance(printed, number))
         room = half + EDGE * max(half, abs(float(number)))
         return bool(abs(float(ours) / UNITS[printed.unit] - float(number)) <= room)
@@ -395,7 +396,7 @@ def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int)
 
 
 def _decimals(value: Text | None) -> int:
-    """Returns the largest number of printed decimals; 3 without a value, 5 for equations."""
+    """Returns the largest number of printed decimals, 3 without a value, or 5 for an equation."""
     if value is None:
         return 3
     if isinstance(value, tuple):

@@ -38,7 +38,7 @@ FEW = 25
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9
-"""Above this fraction of successful runs, the number of points is enough."""
+"""A number of points is enough if more than this fraction of the runs succeed."""
 SMALL, LARGE = 10, 20
 """Steps of the figures, in cells."""
 LINK = 0.012

@@ -1,8 +1,9 @@
 """Well manipulator: a working process of 49 s, and the quality of two models.
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-Engineering. The robot is `well_manipulator`; `robots/well_first_cylinder.toml` in this
-folder is its first cylinder, with pin B as printed in (64). The motion of the paper fixes
+Engineering. The robot `well_manipulator` is the manipulator. The file
+`robots/well_first_cylinder.toml` in this folder describes its first cylinder, with pin B as printed
+in equation (64). The motion of the paper fixes
 theta2 and both telescopes; without `fixed=`, `ik` fixes theta7 instead of theta2.
 """
 
@@ -55,9 +56,9 @@ FloatArray = NDArray[np.float64]
 BY_LAW = "with our assumption for 39-49 s"
 """Note on values of the last stage; the paper does not define its motion."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
-"""Shifts of theta2, 3, 5 and 7 of (63), within half a unit of its last digit [rad]."""
+"""Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
 HALF_UNIT = np.radians(0.005)
-"""Half a unit of the last digit of (63) [rad]."""
+"""Half a unit of the last digit of the start angles in equation (63) [rad]."""
 JUMP = 0.2
 """Time step for which a rate jump would give the printed angular acceleration [s]."""
 
@@ -80,7 +81,7 @@ def rows() -> list[Row]:
 
 
 def constant_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares every constant of (64); B is correct as r_AB."""
+    """Compares every constant of equation (64); pin B is misprinted there, but r_AB is correct."""
     value = {name: parameter.value for name, parameter in robot().parameters.items()}
     vectors = {
         "p_AD": (0, 0, value["l_AD"]),
@@ -151,9 +152,9 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def at_the_object() -> FloatArray:
-    """Returns R (3,) after 5 s from a start that rounds to the digits of (63) [m]."""
+    """Returns point R (3,) after 5 s [m], from start angles that round to the printed digits."""
     if np.abs(SHIFT).max() >= HALF_UNIT:
-        raise ValueError("the shifted start leaves the digits of (63)")
+        raise ValueError("the shifted start angles do not round to the printed digits")
     theta = initial()
     theta[ARMS] += SHIFT
     theta[0] = np.radians(30)
@@ -166,14 +167,14 @@ def shown_mm(p: FloatArray) -> str:
 
 
 def digits_of_start() -> float:
-    """Returns the largest shift of R along an axis for half-unit changes of (63) [m]."""
+    """Returns the largest shift [m] of point R along an axis if angles change by half a unit."""
     well, start = robot(), initial()
     J = well.jacobian_mixed(well.actuators(start)) @ well.actuators_D_chain(start)
     return float(np.abs(J[:3, ARMS]).sum(1).max() * HALF_UNIT)
 
 
 def state_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Configurations and rates, evaluated from the paper's equations independently of chasles."""
+    """Compares configurations and rates with independent evaluations of the paper's equations."""
     well, found = robot(), process()
     first = well.chain(well.actuators(initial()))
     values = {"upright": elevation(found.sampled.T[0])}
@@ -203,11 +204,11 @@ LAWS = {
     "minimum-norm joint rates": joint_norm,
     "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""Further assumptions for the last stage, integrated from 39 s."""
+"""Further assumptions for the last stage, whose rates are integrated from 39 s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Amplitudes: largest minus smallest value over the 49 s."""
+    """Compares the amplitudes, which are the largest minus the smallest value over the 49 s."""
     found = process()
     return [
         *angle_rows(printed, found),
@@ -313,7 +314,7 @@ def cylinder_speed_rows(
 
 
 def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Rates jump between stages, so no acceleration at 39 s is finite."""
+    """Compares accelerations at 39 s, which are infinite because rates jump between stages."""
     k = found.at(39)
     theta3, l2 = abs(found.rates[k, 2]), abs(found.sampled.qd[k, 2])
     return [

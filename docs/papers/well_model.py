@@ -1,4 +1,4 @@
-"""The well manipulator: Lie groups, quality of its two models, and errors in its equations."""
+"""Lie groups, the quality of two models, and errors in equations of the well manipulator paper."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
 AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
 """A screw with a unit vector omega, and an angle [rad]."""
 EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
-"""Change of the joints from (63) for tests of (36), with both telescopes extended [rad, m]."""
+"""Joint displacement from the start, with extended telescopes, to test equation (36) [rad, m]."""
 TILT = 1e-6
 """The tilt of a parallel axis [rad]."""
 STEP = 1e-5
@@ -36,7 +36,7 @@ SMALL = 1e-9
 
 
 def hat(a: FloatArray) -> FloatArray:
-    """Returns the cross-product matrix (3, 3) of (3)."""
+    """Returns the cross-product matrix (3, 3) of equation (3)."""
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
@@ -46,7 +46,7 @@ def exp(theta: float) -> FloatArray:
 
 
 def by_equation_5(theta: float) -> FloatArray:
-    """Returns the pose (4, 4) of the screw by (5), with the rotation of chasles."""
+    """Returns the pose (4, 4) of the screw by equation (5), with the rotation of chasles."""
     T = exp(theta)
     R = T[:3, :3]
     T[:3, 3] = (np.eye(3) - R) @ np.cross(AXIS, V) + np.outer(AXIS, AXIS) @ V * theta
@@ -54,7 +54,7 @@ def by_equation_5(theta: float) -> FloatArray:
 
 
 def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Evaluates section 2 at generic values."""
+    """Evaluates the equations of section 2 at generic values."""
     first, other = exp(THETA), exp(-2 * THETA) @ exp(0.3)
     values = {f"a{k}": value for k, value in enumerate(A, 1)}
     slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
@@ -117,13 +117,13 @@ def quality() -> ModelReport:
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
-    """Returns the quality of a convention between two axes; joint 0 is the first pair."""
+    """Returns the quality of a convention for a pair of consecutive axes; pair 0 is the first."""
     (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
     return found
 
 
 def model_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares section 3: model (6) is `mdh5`, and model (8) is `hayati5`."""
+    """Compares section 3; model (6) is the convention `mdh5`, and model (8) is `hayati5`."""
     report = quality()
     numbers = {"r": report.revolute, "t": report.prismatic}
     six, whole = convention("mdh5").determinant, convention("mdh5").completed
@@ -188,7 +188,7 @@ def jump_of_theta() -> float:
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Compares (25), (33) and (36) with the link poses."""
+    """Compares equations (25), (33) and (36) with the link poses."""
     well = robot()
     poses = well.link_poses(well.actuators(initial() + EXTENDED))
     T = dict(zip(well.link_names, poses, strict=True))

@@ -98,7 +98,7 @@ def configurations(process: Process) -> Any:
 
 
 def working(process: Process) -> Callable[[Path], None]:
-    """Returns a function that writes the 49 s as GIF: the arm in its plane, with R in place."""
+    """Returns a function that writes a GIF of the process, with the arm drawn in its own plane."""
 
     def write(path: Path) -> None:
         import matplotlib.pyplot as plt  # noqa: PLC0415

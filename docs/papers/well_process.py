@@ -22,13 +22,13 @@ CYLINDERS = [1, 2, 4, 6]
 """Indices of the four cylinders among the coordinates."""
 TELESCOPES = ["l_HI", "l_MN"]
 OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
-"""Pose of R after 25 s [m], (4) of section 5."""
+"""Pose of the tool point R after 25 s [m], from step (4) of section 5."""
 DESCENT = 2.166
 """Downward distance in each of the last two stages [m]: 216.6 mm/s for 10 s."""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
-"""Indices of x, z and pitch of R, which four joints move."""
+"""Indices of the position x, the position z and the pitch of point R, which four joints move."""
 
 
 @cache
@@ -39,10 +39,10 @@ def robot() -> Any:
 
 @dataclass(frozen=True)
 class Process:
-    """The 49 s of section 5.
+    """The working process of 49 s in section 5 of the paper.
 
     Attributes:
-        sampled: The motion of the coordinates and of R.
+        sampled: The motion of the coordinates and of the tool point R.
         theta: (m, 7) joints of the main chain [rad or m].
         rates: (m, 7) joint rates of the main chain [rad/s or m/s].
         swings: (m, 4) angles theta8 to theta11 of the cylinders [rad].
@@ -59,14 +59,14 @@ class Process:
 
 
 def initial() -> FloatArray:
-    """Returns the main-chain joints (7,) at the start, (63), telescopes retracted [rad or m]."""
+    """Returns the main-chain joints (7,) at the start, with retracted telescopes [rad or m]."""
     theta = np.zeros(7)
     theta[TURNING] = np.radians([0, 88.79, -49.2, -86.76, -40.62])
     return theta
 
 
 def over_the_well(down: float) -> FloatArray:
-    """Returns the pose of R on its vertical line, a distance [m] below its pose after 25 s."""
+    """Returns a pose of point R on its vertical line, a distance [m] below its pose after 25 s."""
     pose = OVER_THE_WELL.copy()
     pose[2, 3] -= down
     return pose
@@ -74,9 +74,10 @@ def over_the_well(down: float) -> FloatArray:
 
 @cache
 def process() -> Process:
-    """Returns all eight stages; in the last stage four joints satisfy three conditions.
+    """Returns all eight stages of the process.
 
-    There each pose is solved from the configuration at 37 s by minimum-norm steps.
+    In the last stage, four joints satisfy three conditions. They move by minimum-norm steps from
+    the configuration at 37 s.
     """
     well, start = robot(), initial()
     q_start = well.actuators(start)

@@ -48,7 +48,7 @@ class Call:
         fk: The timed function, from q (n,) to a pose of the type that the other library uses.
         fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the other
             library's types.
-        read: Function that converts these results to (T,) or (T, J), shapes (4, 4) and (6, n).
+        read: Converts results of the library to (T,) or (T, J), with shapes (4, 4) and (6, n).
     """
 
     name: str
@@ -92,7 +92,7 @@ def setups(
     """Return all interfaces of a kind ("calls", "loops", "batches") for an arm, chasles first.
 
     Raises:
-        DisagreementError: Poses or Jacobians of another library differ from chasles.
+        DisagreementError: Poses or Jacobians of another library differ from the results of chasles.
     """
     modules = [_imported(name) for name in only if name not in leave_out]
     makers = [getattr(module, kind) for module in modules if hasattr(module, kind)]
