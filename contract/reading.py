@@ -79,7 +79,7 @@ def _check_format(entries: object, place: Place) -> None:
     if not isinstance(entries, dict):
         place.fail(entries, "an object")
     if "chasles" not in entries:
-        raise ManifestError(f"{place.file}: has no 'chasles'")
+        raise ManifestError(f"{place.file}: has no field 'chasles'")
     if (found := entries["chasles"]) != FORMAT:
         raise ManifestError(
             f"{place.file}: chasles: the robot was generated in format {found!r} of the contract, "

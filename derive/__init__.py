@@ -58,9 +58,9 @@ if TYPE_CHECKING:
     from .sympy_expressions import Expressions as Expressions
     from .sympy_expressions import expressions as expressions
 
-# SymPy reads the size of its cache when it is imported. The cache of SymPy, by default a thousand
-# results, is too small for a robot with loops; with this size, SymPy would rebuild the same
-# expressions repeatedly.
+# SymPy reads the size of its cache when it is imported. The default cache of SymPy holds a thousand
+# results, which is too few for a robot with loops. SymPy would then rebuild the same expressions
+# repeatedly.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {
@@ -135,7 +135,7 @@ __all__ = [*_ROOM_OF]  # noqa: PLE0604
 def __getattr__(name: str) -> object:
     if name not in _ROOM_OF:
         raise AttributeError(
-            f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}"
+            f"chasles.derive has no name {name!r}; its names are {', '.join(sorted(_ROOM_OF))}"
         )
     with requires("chasles[derive]"):
         room = import_module(f".{_ROOM_OF[name]}", __name__)

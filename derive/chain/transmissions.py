@@ -88,7 +88,7 @@ class _Sag:
             if abs(float(row.compliance)) * most > MAX_SAG:
                 raise DescriptionError(
                     f"spring of {row.coordinate!r}: expected a compliance of at most "
-                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
+                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; with more, the joint "
                     "may deflect faster than its load moves"
                 )
         return cls(springs, chain)

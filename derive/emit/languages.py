@@ -52,7 +52,9 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
     found = []
     for language in languages:
         if isinstance(language, str) and language not in known:
-            raise InputValueError(f"no language {language!r}; the languages are {', '.join(known)}")
+            raise InputValueError(
+                f"unknown language {language!r}; the languages are {', '.join(known)}"
+            )
         found.append(known[language] if isinstance(language, str) else language)
     return tuple(found)
 

@@ -1,4 +1,4 @@
-"""Inverses with chosen fixed joints, and the error if no closed-form inverse is left for them."""
+"""Inverses with fixed joints that the caller chooses; errors list the joints that can be fixed."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -72,8 +72,8 @@ def hybrid_inverses_for_fixed(
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):
         raise InputValueError(
-            f"{hybrid.robot.name}: no joint can be fixed: loops couple the joints of its main "
-            "chain; ik_numeric with fixed= finds one solution by iteration"
+            f"{hybrid.robot.name}: no joint can be fixed, because loops couple the joints of its "
+            "main chain; ik_numeric with fixed= finds one solution by iteration"
         )
     found = hybrid_inverses(hybrid, families, chosen, closure)
     if chosen and not (found.solved or found.written):

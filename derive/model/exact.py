@@ -194,7 +194,9 @@ class _Reader:
             tree = ast.parse(self.text, mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             if _WITH_UNIT.fullmatch(self.text):
-                raise NotExact("a number with a unit; the file's field 'units' names it") from error
+                raise NotExact(
+                    "a number with a unit; state it in the file's field 'units'"
+                ) from error
             raise NotExact(f"not {EXPECTED}") from error
         if _nesting(tree.body) > MAX_NESTED:
             raise NotExact(f"more than {MAX_NESTED} nested functions and powers")

@@ -196,7 +196,7 @@ class Mechanism:
         springs: Passive joints with springs in the description, and their values at rest (radian
             or meter). The mobility analysis treats them as free joints.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
-            effect are added when the loops are solved.
+            resulting tool displacement are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
 
     Raises:
@@ -417,7 +417,9 @@ class Mechanism:
         for name in names:
             if name not in known:
                 there = ", ".join(sorted(known))
-                raise DescriptionError(f"robot {self.name!r}: {role} {name!r} is none of {there}")
+                raise DescriptionError(
+                    f"robot {self.name!r}: {role} {name!r} is not one of {there}"
+                )
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}

@@ -369,5 +369,5 @@ def test_languages_and_detail_are_selected_on_the_command_line(tmp_path):
     assert (to / "scara" / "latex").is_dir()
     wrong = run("derive", *words, "--languages", "c,fortran")
     assert wrong.exit_code == 1
-    assert "no language 'fortran'; the languages are c, casadi, python, latex" in wrong.output
+    assert "unknown language 'fortran'; the languages are c, casadi, python, latex" in wrong.output
     assert "--to FOLDER is required" in run("derive", "scara", "--languages", "c").output

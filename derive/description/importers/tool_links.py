@@ -122,7 +122,7 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
     root = base or tree.root_of(tip)
     path = tree.path(root, tip)
     if path is None:
-        raise NoChain("tip", tip, f"a link that joints connect to {root}")
+        raise NoChain("tip", tip, f"a link that is connected to {root} by joints")
     if not path:
         raise NoChain("tip", tip, "a link other than the base")
     return (_ends(path, base, root, tip),)

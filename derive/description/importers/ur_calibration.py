@@ -98,7 +98,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
     if max(distance, float(mp.norm(apart[:3, :3]))) > CALIBRATED_TOOL:
         expected = f"the calibration of a {arm.title or arm.name}"
         raise DescriptionError(
-            f"{file}: expected {expected}; at zero, its tool is {distance:.3f} m away"
+            f"{file}: expected {expected}; at zero, the tool differs by {distance:.3f} m"
         )
     return measured
 
@@ -114,7 +114,7 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
     raise DescriptionError(
-        f"{file}: the calibration belongs to a UR arm, of {expected}; {robot.name} is not "
+        f"{file}: the calibration belongs to a UR arm with {expected}; {robot.name} is not "
         "a UR arm; chasles has ur5, ur5e and others"
     )
 

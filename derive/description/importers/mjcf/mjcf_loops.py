@@ -89,7 +89,7 @@ class ModelLoops:
         """Raises an error for unsupported joint couplings.
 
         Raises:
-            DescriptionError: If an unsupported coupling affects joints of the robot.
+            DescriptionError: An unsupported coupling affects joints of the robot.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -178,7 +178,7 @@ class ModelLoops:
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
-        """Whether the link of a ball joint is a rod, without moving child and other equality."""
+        """Whether the link of a ball joint is a rod, without child joints and other equalities."""
         links = set(self.bodies.tree.rigid(ball.child))
         attached = [e for e in others if {e.a.link, e.b.link} & links]
         return (
@@ -271,8 +271,8 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     """Returns the pin joint of two ``connect`` equalities; its axis passes through both points."""
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
-            f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one "
-            "connect, two connects for a hinge, or a weld"
+            f"{len(others) + 1} connect equalities join {first.a.link!r} and {first.b.link!r}; "
+            "expected one connect, two connects for a hinge, or a weld"
         )
     second = others[0]
     ends = (second.a, second.b) if second.a.link == first.a.link else (second.b, second.a)

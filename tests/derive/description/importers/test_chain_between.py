@@ -218,7 +218,7 @@ def test_unknown_or_equal_ends_are_errors(cell, base, tip, words):
 
 def test_links_of_separate_trees_have_no_chain(cell):
     cell.write_text(CELL.replace("</robot>", '<link name="camera"/></robot>'))
-    with pytest.raises(DescriptionError, match="a link that joints connect to table"):
+    with pytest.raises(DescriptionError, match="a link that is connected to table by joints"):
         read(cell, base="table", tip="camera")
 
 

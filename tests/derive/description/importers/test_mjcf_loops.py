@@ -158,7 +158,7 @@ def test_three_connects_between_two_bodies_are_rejected(path):
     closure = linkage[linkage.index("<equality>") : linkage.index("</equality>")]
     frames = [f'body1="rocker" body2="coupler" anchor="0 0 {k / 10}"' for k in range(3)]
     three = "<equality>" + "".join(f"<connect {frame}/>" for frame in frames)
-    assert "3 connects join" in wrong(path, linkage.replace(closure, three), tip="tool")
+    assert "3 connect equalities join" in wrong(path, linkage.replace(closure, three), tip="tool")
 
 
 def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):

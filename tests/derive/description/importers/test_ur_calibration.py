@@ -285,7 +285,7 @@ def test_invalid_conf_calibration_raises_specific_error(tmp_path, old, new, word
 
 def test_calibration_of_unsuitable_robot_or_file_is_rejected(factory, tmp_path):
     panda = read(ROBOTS / "panda.toml")
-    assert "belongs to a UR arm, of six consecutive revolute joints" in refused(
+    assert "belongs to a UR arm with six consecutive revolute joints" in refused(
         factory, FACTORY, panda
     )
     four_bar = read(ROBOTS / "four_bar.toml")
