@@ -143,7 +143,8 @@ class SkeletonFacts:
         size: The diagonal of the robot's bounding box at the reference [m].
         tip: The tip frame of the robot.
         bodies: The bodies.
-        q_drawn: The default q of drawings of a serial robot, or () for a robot with loops.
+        q_drawn: The default configuration q for drawings of a serial robot, or () for a robot with
+            loops.
         closures: The joints that close loops, in addition to struts.
     """
 
@@ -163,7 +164,7 @@ def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
         place: The field of the manifest that contains the bodies.
 
     Raises:
-        ManifestError: If an index or a reference between bodies is invalid.
+        ManifestError: An index or a reference between bodies is invalid.
     """
     bodies, at = found.bodies, place["bodies"]
     if not bodies or bodies[0].joint or bodies[0].span:

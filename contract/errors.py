@@ -44,7 +44,7 @@ class DescriptionError(ChaslesError, ValueError):
         value: object = None,
         expected: str = "",
     ) -> None:
-        # Pickle keeps the message and these attributes; keyword arguments are not in `args`.
+        # Pickle restores the message from `args` and the other attributes from `__dict__`.
         super().__init__(message)
         self.file, self.line, self.field = file, line, field
         self.value, self.expected = value, expected

@@ -31,8 +31,8 @@ class Coordinate:
         name: Name in the robot's description.
         kind: "revolute" or "prismatic".
         unit: "rad" or "m".
-        lower: Lower limit in that unit, or None if unlimited.
-        upper: Upper limit in that unit, or None if unlimited.
+        lower: Lower limit (rad or m), or None if unlimited.
+        upper: Upper limit (rad or m), or None if unlimited.
         assumed: Whether the limits are assumed rather than published.
     """
 
@@ -87,7 +87,7 @@ class ActuatedVariable:
 def full_turns(
     coordinates: Sequence[Coordinate], joints: Sequence[Coordinate], C: Sequence[Sequence[float]]
 ) -> tuple[bool, ...]:
-    """Returns for each coordinate whether its full turn changes theta = C q only by full turns."""
+    """Returns, for each coordinate, whether its full turn rotates every joint by full turns."""
     return tuple(
         coordinate.unit == "rad"
         and all(

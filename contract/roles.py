@@ -154,7 +154,7 @@ class Role:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Name, domain and codomain. By this key, the runtime finds a function."""
+        """The key by which the runtime finds a function: name, domain and codomain."""
         return self.name, self.domain, self.codomain
 
     @property

@@ -34,9 +34,8 @@ def check(
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The findings, which are errors sorted by line or, for a valid robot, warnings and notes.
-        Notes state limits at which the loops cannot be closed. The last note states whether the
-        check ended early.
+        The errors, sorted by line; for a valid robot, the warnings and notes. Notes state limits at
+        which the loops cannot be closed. The last note states whether the check ended early.
 
     Raises:
         UnknownRobotError: No robot has this name.

@@ -38,10 +38,10 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Name of the function for the loop margin, keyed by the input domain of the functions that it
+"""Name of the function that computes the loop margin, keyed by the inputs of the functions that it
 guards."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions that need no function for the loop margin."""
+"""Roles of the functions that are not guarded by a loop margin."""
 
 
 @dataclass(frozen=True)

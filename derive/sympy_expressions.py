@@ -82,8 +82,8 @@ def expressions(robot: Described, function: str, *, expand: bool = False) -> Exp
             very long.
 
     Raises:
-        InputValueError: The robot has no such function, or the function has no expressions because
-            an iteration or a solver in C computes it.
+        InputValueError: The robot has no function of this name, or the function has no expressions
+            because an iteration or a solver in C computes it.
     """
     check_type("expressions: robot", robot, SerialRobot, Mechanism)
     derivation = derive(robot, functions=[function])

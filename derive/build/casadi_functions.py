@@ -33,7 +33,7 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     Raises:
         UnknownRobotError: The folder has no ``.casadi`` file.
         MismatchError: CasADi cannot read the file in the folder.
-        MissingFunctionError: The robot has no such function of positions.
+        MissingFunctionError: The function does not compute positions.
         DescriptionError: The description is invalid.
         InputValueError: The robot has no function of that name.
     """

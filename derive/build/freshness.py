@@ -115,7 +115,7 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """Returns the bytes of a description, with its extended, included and nominal files."""
+    """Returns the bytes of a description and of the files that it extends, includes or names."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":

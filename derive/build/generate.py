@@ -36,7 +36,7 @@ def files(
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         functions: The functions to derive; all by default.
         fixed: The joints with fixed values in ``ik``, or () for the default choice.
-        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
+        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
         languages: The languages to write, see :func:`write`.
 
     Returns:
@@ -45,7 +45,7 @@ def files(
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A name is wrong, or two languages write one file.
+        InputValueError: A function, joint or language is unknown, or two languages write one file.
     """
     check_type("files: description", description, SerialRobot, Mechanism)
     emitters = emitters_of(languages)
@@ -118,7 +118,7 @@ def write(
             name.
         functions: The functions to derive; all by default.
         fixed: The joints with fixed values in ``ik``, or () for the default choice.
-        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
+        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
             :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.
 
@@ -127,7 +127,7 @@ def write(
 
     Raises:
         DescriptionError: The description is invalid.
-        InputValueError: A name is wrong, or two languages write one file.
+        InputValueError: A function, joint or language is unknown, or two languages write one file.
     """
     check_type("write: description", description, SerialRobot, Mechanism)
     target, emitters = as_path("folder", folder), emitters_of(languages)
@@ -164,7 +164,7 @@ def _remove(file: Path) -> None:
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
-    """The path of each generated file; see :func:`put` for `shares`."""
+    """Returns the path of each generated file; `shares` puts support files into a shared folder."""
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 

@@ -72,7 +72,8 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     """Returns groups of consecutive passive joints without an extended body between them.
 
-    A prismatic joint with limits has a separate guide and does not belong to such a group.
+    A prismatic joint with limits has a separate guide and does not belong to a group of passive
+    joints.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):

@@ -2,13 +2,9 @@
 
 Column j of a Jacobian is (v_j; omega_j): omega_j is the axis of joint j, and v_j is the velocity of
 the observed point at unit velocity of joint j. The three Jacobians differ in the observed point and
-in the frame whose axes express the columns:
-
-| Jacobian | observed point        | axes        |
-|----------|-----------------------|-------------|
-| `space`  | at the base's origin  | base frame  |
-| `mixed`  | the tool's origin     | base frame  |
-| `body`   | the tool's origin     | tool frame  |
+in the frame whose axes express the columns. The Jacobian `space` observes the point at the base
+origin, in base axes. The Jacobian `mixed` observes the tool origin, in base axes. The Jacobian
+`body` observes the tool origin, in tool axes.
 
 A revolute joint moves a point at position r (in joint axes) with velocity z x r = (-r_y, r_x, 0)
 per unit joint velocity.

@@ -108,7 +108,7 @@ class Group:
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z; factoring may produce an angle at 40-digit precision."""
+    """A constant rotation about x or z; the angle is exact or has 40 digits."""
 
     axis: str
     angle: sp.Expr
@@ -252,7 +252,7 @@ class _Builder:
         turned: Signed sum of the joint values in the incomplete group; opposite axes count
             negative.
         offset: Sum of the constant angles in the incomplete group.
-        unsettled: Part of the offset that the axes of the last station do not include yet.
+        unsettled: Constant angle by which the axes of the last station still must be rotated.
         sign: -1 while the axes are opposite to the group axes, otherwise 1.
     """
 
@@ -275,7 +275,7 @@ class _Builder:
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """Adds the constant section after a joint; ends the group if the axes are not parallel."""
+        """Adds the constant transform after a joint; a tilt ends the group."""
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
             if rotation.axis == "z":
@@ -318,9 +318,9 @@ class _Builder:
         self.stations[-1] = filled.mapped(partial(_flipped, self.sign))
 
     def _settle(self) -> None:
-        """Rotates the axes of the last station to the end of its section.
+        """Rotates the axes of the last station by the constant angles that follow its joint.
 
-        The end of the group, and the translation before this end, then use the same angle.
+        One angle then describes both the end of the group and the translation before this end.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

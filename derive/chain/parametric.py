@@ -1,12 +1,12 @@
 """Parametric functions of a serial robot, with geometry and coordinates as inputs.
 
 Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain.
-Therefore, the Jacobian of the extended chain contains the screw of every motion. With v_m the value
-of motion m and S_m its screw,
+Therefore, the Jacobian of the extended chain contains the screw of every motion. If motion m has
+the value v_m and the screw S_m, the Jacobians are
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 
-which is exact for any function v_m(q, p).
+The formulas are exact for any function v_m(q, p).
 
 Source:
     I.-W. Park, B.-J. Lee, S.-H. Cho, Y.-D. Hong, J.-H. Kim, Laser-based kinematic calibration of
@@ -163,7 +163,7 @@ class Parametric:
         return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """Returns dv_m/dx; if x is a coordinate, the result includes the gravity torques."""
+        """Returns dv_m/dx; for a coordinate x, the change of the gravity torques is included."""
         rate = sp.diff(value, variable)
         if self.torques is None:
             return rate

@@ -1,10 +1,10 @@
 """Numeric tree of a robot's rigid bodies: joints, struts and tip frame.
 
-The pose of a body on a joint is
+A body on a joint has the following pose in the base frame:
 
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
-where z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
+Here, z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
 about or translates along the joint axis in the body frame. A joint that several coordinates move is
 a series of such motions about one axis, each on a separate body. A strut connects two bodies; the z
 axes of its sections are along the strut.
@@ -171,7 +171,7 @@ class RigidBodies:
         return ClosureFrames(closure.name, closure.kind, (a, b), (pose_rows(A), pose_rows(B)))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
-        """Returns the end points of a strut; pins align the y axis of the strut with their axis."""
+        """Returns the end points of a strut; at a pin, the y axis of the strut is the pin axis."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)

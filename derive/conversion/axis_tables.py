@@ -89,7 +89,7 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 
 
 def screw_form(robot: SerialRobot) -> SerialRobot:
-    """Returns a form of a robot that does not depend on its convention and link frames.
+    """Returns the robot as screw axes, which do not depend on its conventions and link frames.
 
     Each axis is stored as its direction of positive motion, and its point nearest to the origin of
     the base frame.
@@ -193,7 +193,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Returns the steps from the base axis to the tool axis, and the rest along the tool axis."""
+    """Returns the steps from base axis to tool axis, and the remaining motion on the tool axis."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:
@@ -236,7 +236,7 @@ def _turned(turn: sp.Expr) -> sp.Expr:
 
 
 def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
-    """Returns a pose that differs from the identity only by rounding errors."""
+    """Returns the pose of a small rotation about x and y and a small shift along x and y."""
     T = mpmath.eye(4)
     T[0, 2], T[2, 0], T[1, 2], T[2, 1] = tilt_x, -tilt_x, tilt_y, -tilt_y
     T[0, 3], T[1, 3] = x, y

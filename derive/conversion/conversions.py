@@ -43,9 +43,8 @@ class Conversion:
         text: The robot file or the URDF.
         robot: The robot with the numbers as written in the text, before the reader replaces some of
             them by exact values.
-        error: Bounds of the distance (meter) and of the angle (radian) between the tools of both
-            robots, at all coordinates within the limits, if the text is read with
-            :func:`~chasles.derive.read`.
+        error: Maximum distance (meter) and maximum angle (radian) between the tool of the original
+            robot and the tool of the robot in the text, at all coordinates within the limits.
         notes: Sentences on facts that the format cannot express, and on changes by the conversion.
     """
 
@@ -220,7 +219,7 @@ def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
 
 
 def _long_rows(written: SerialRobot) -> Iterator[str]:
-    """Yields the joints whose rows are long because consecutive axes are nearly parallel."""
+    """Yields a sentence on each joint whose row has long lengths due to nearly parallel axes."""
     size = max(robot_size(screw_form(written)), 1e-3)
     values = {parameter.symbol: parameter.value for parameter in written.parameters}
     for joint in written.moving:

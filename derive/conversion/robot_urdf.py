@@ -21,8 +21,7 @@ from .origins import fields_of, placed
 from .urdf_drives import Mimic, urdf_drives, write_gears
 
 _EFFORT = "1000"
-"""Effort and velocity limits; URDF requires these limits, but robot descriptions do not contain
-them."""
+"""URDF requires effort and velocity limits, but robot descriptions do not contain them."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Returns the decimal places of a point, or None if it cannot belong to an arrangement."""
+    """Returns the decimal places of a point, or None for the origin and for inexact components."""
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
         return None

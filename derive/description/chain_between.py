@@ -24,7 +24,7 @@ from .toml_file import file_error, listed
 
 @dataclass(frozen=True)
 class _InversePlacements:
-    """The placements that a convention gives an inverted joint, from its link to its parent."""
+    """The placements of an inverted joint, from its link to its parent, in one convention."""
 
     convention: Convention
 
@@ -35,7 +35,7 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Returns the convention with the same fields for joints from link to parent."""
+    """Returns a convention with the same fields that describes joints from link to parent."""
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(

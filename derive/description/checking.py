@@ -73,7 +73,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # The robot lists the changed numbers, so this warning would repeat the list.
+            # The note on changed numbers already has this content, so the warning is omitted.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:

@@ -184,7 +184,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """Returns the assumed fields of a table: all fields for ``true``, else a list of names."""
+        """Returns the fields of a table that are marked as assumed; ``true`` marks all fields."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -266,7 +266,7 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether a length scales with all lengths, and an angle depends only on length ratios."""
+        """Whether an expression is consistent in units if all lengths are scaled by one factor."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True

@@ -20,8 +20,8 @@ _TOKEN = re.compile(
 MAX_PARTS = 20
 """Maximum number of parts in a key with dots.
 
-The parser copies every beginning of such a key, so a key of 200 kB would need more than 10 GB of
-memory.
+The parser copies every beginning of a key with dots, so a key of 200 kB would need more than 10 GB
+of memory.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -79,7 +79,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails for a number, a long key or nested brackets, not for the syntax."""
+    """Whether parsing fails because of a number, a long key or nested brackets, not the syntax."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

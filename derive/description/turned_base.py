@@ -1,8 +1,8 @@
 """Restores exact angles of a robot whose base frames are rotated together and then rounded.
 
 If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
-rounded numbers. Therefore, the base frames are expressed in axes whose orientation is that of one
-of these frames. Relative angles that are close to multiples of 15 degrees become exact. Within the
+rounded numbers. Therefore, the base frames are expressed in axes that are parallel to the axes of
+one base frame. Relative angles that are close to multiples of 15 degrees become exact. Within the
 rounding of angles and positions, any other number becomes a number of another body or the shortest
 decimal. The rotation of the base itself does not change.
 """
@@ -29,7 +29,8 @@ _ROUNDED_ANGLES = 3
 """Rounding of a relative rotation in units of the last place, which is half a unit for each of six
 angles."""
 _FINE = 10**20
-"""Resolution (1/radian) of an angle in rotated axes before its simplification."""
+"""Number of steps per radian to which an angle in rotated axes is rounded before its
+simplification."""
 _UPRIGHT = 1e-3
 """If the cosine of the pitch is below this value, roll and yaw count as rotations about the same
 axis."""

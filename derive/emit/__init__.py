@@ -1,1 +1,1 @@
-"""Writes the files of a derivation: C, CasADi, Python and the manifest."""
+"""Writes the files of a derivation, which are C, CasADi, Python and the manifest."""

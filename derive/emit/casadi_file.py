@@ -26,8 +26,8 @@ OF_GEOMETRY = "parametric pose"
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the file for ``casadi.Function.load``, keyed by its name.
 
-    The file contains :func:`joined`. CasADi prints its own graph, so the typed programs are not
-    needed.
+    The file contains the function that :func:`joined` returns. CasADi prints its own graph, so the
+    typed programs are not needed.
     """
     function = joined(derivation)
     if function is None:
@@ -42,8 +42,8 @@ def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
     The outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if this
-    function was derived. CasADi can differentiate these outputs. The result is None if no such
-    function was derived.
+    function was derived. CasADi can differentiate these outputs. The result is None if no function
+    of positions was derived.
     """
     kept = [
         f

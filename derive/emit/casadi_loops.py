@@ -66,7 +66,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether each solver call of a function computes loop positions from q, or from q and p."""
+    """Whether every call of a loop solver in a function computes positions, not velocities."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls

@@ -248,7 +248,7 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: NativeSolverFunction) -> FunctionInfo:
-    """Returns the manifest entry of a handwritten function. Operation kinds vary with the pose."""
+    """Returns the manifest entry of a handwritten function, without the kinds of its operations."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 

@@ -1,4 +1,4 @@
-"""The functions that languages other than C print: those without an iterative solver."""
+"""The functions without an iterative solver; languages other than C print only these functions."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
 
     Args:
         derivation: The derivation of the robot.
-        where: The name of the language that alone has these functions.
+        where: The only language that contains functions with a solver.
     """
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)

@@ -80,7 +80,7 @@ def printed_nearest(
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
     """Returns the inverses whose nearest solution other languages than C print, and their inputs.
 
-    A robot has no such inverse if couplings require a search over windings, or if an input of its
+    A robot has no such inverse if couplings require a search over full turns, or if an input of its
     inverse is computed by a function that is not printed.
     """
     if shares_limits(derivation, wraps_of(derivation)):

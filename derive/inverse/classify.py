@@ -164,7 +164,7 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields further structures that fit the chain exactly, possibly with other fixed joints.
+    """Yields further structures that fit the chain exactly; they may fix other joints.
 
     Args:
         lines: The chain.

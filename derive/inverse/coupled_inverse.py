@@ -122,9 +122,9 @@ def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argu
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only these joints.
+    """Returns the coordinates that move only the listed joints.
 
-    The result is None if other coordinates also move these joints.
+    The result is None if other coordinates also move the listed joints.
     """
     rows = range(chain.C.rows)
     found = [

@@ -1,4 +1,4 @@
-"""Nominal mechanism of an as-built robot with loops: its design, or one with rounded lengths.
+"""Nominal mechanism of an as-built robot with loops: the design, or a robot with round lengths.
 
 The lengths and axis directions of an as-built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. If the file does not specify a design,

@@ -183,7 +183,7 @@ def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
     """Returns the tasks with partial poses, such as positions, that a structure solves.
 
     If the axes are numbered from the tool, only tasks that number the chain from the base are kept.
-    A structure with fixed joints has no such tasks.
+    A structure with fixed joints has no tasks with partial poses.
     """
     tasks = [] if found.given else found.family.tasks
     usable = [task for task in tasks if found.is_whole or task.reads_base]
@@ -305,7 +305,7 @@ def _by_self_motion(
 ) -> Inverses | None:
     """Derives the inverse of an arm with a permanent self-motion, with one of its joints fixed.
 
-    Among the joints whose fixing leaves a solvable arm, the one nearest to the tool is fixed.
+    Of the joints that leave a solvable arm when fixed, the joint nearest to the tool is fixed.
     """
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:

@@ -106,9 +106,9 @@ def _by_added_axis(
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
     """Yields the chain with an added joint at 0, after the last joint or before the first joint.
 
-    The added axis passes through the intersection of the two axes at this end, through a point of
-    the end axis if a joint is prismatic, or at a distance from the other axes. The added axis is
-    perpendicular to the end axis, so that a wrist can reach every orientation.
+    The added axis passes through the intersection of the two axes at the chosen end, through a
+    point of the end axis if a joint is prismatic, or at a distance from the other axes. The added
+    axis is perpendicular to the end axis, so that a wrist can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

@@ -1,7 +1,7 @@
 r"""Prints a derivation as LaTeX: an article with the equations of the generated C.
 
 :func:`fragments` returns LaTeX fragments to ``\input`` in any article; :func:`document` returns the
-article. Before printing, every equation is a SymPy object in short symbols
+article. Before printing, every equation is a SymPy object in the printed symbols
 (:class:`PrintedEquations`), which tests can evaluate.
 """
 

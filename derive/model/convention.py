@@ -119,8 +119,8 @@ class Convention:
         sliding: Field to which a prismatic joint adds its variable; the value is empty if there is
             no such field.
         second_part: First field of the second table, if a single table is too wide.
-        numbers: Function from a joint's kind to the product of elementary motions in the values
-            that a calibration corrects; with None, the product is the link transform.
+        numbers: Function that returns the elementary motions of a joint kind in the values that a
+            calibration corrects; if None, the link transform is used.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The
             function returns None if the convention cannot represent the axis.
     """
@@ -138,7 +138,7 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name: a robot's repr is hashed, and a default repr contains an address."""
+        """Returns the name, because the repr of a robot is hashed and must contain no address."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:
@@ -163,7 +163,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns field values as named scalars, vectors by component, for the printed table."""
+        """Returns field values as named scalars for the printed table; vectors by component."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]

@@ -107,8 +107,8 @@ class LinearMap:
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
         """Returns L, where q = L (theta - c), and the joints on which L depends.
 
-        L has one column for each of these joints, which are the first independent joints from the
-        base.
+        L has one column for each independent joint; these joints are the first independent joints
+        from the base.
         """
         _, pivots = self.C.T.rref()
         return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)

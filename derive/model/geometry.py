@@ -9,10 +9,9 @@ contains it. The parameters of a joint are the fields of its convention, except 
 corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
 and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
 axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
-joint, 2 per prismatic joint, and 6 for the tool. The value of a joint is
+joint, 2 per prismatic joint, and 6 for the tool. The value of a joint, with the torque tau, is
 
-    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau,
-    with the torque tau.
+    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
 The sine and cosine waves model eccentric encoders and gears; prismatic joints have no waves. If the
 robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,

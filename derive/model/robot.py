@@ -1,8 +1,9 @@
 """A robot as plain data: joints with constant placements, limits, frames and parameters.
 
-Every convention and file format is converted to this form. The pose of link i in link i-1 is
+Every convention and file format is converted to this form. The pose of link i in link i-1 follows
+from the joint coordinate q:
 
-    T_prev_link = before * motion(q) * after, with the joint coordinate q.
+    T_prev_link = before * motion(q) * after.
 
 Here ``motion`` is a rotation about or a translation along the z axis of the joint frame. ``before``
 and ``after`` are products of elementary motions. All numbers are exact; lengths are in meters and
@@ -183,7 +184,7 @@ class Load:
 class Transmission:
     """The transmission error between a controller's reading and the true coordinate.
 
-    For the reading r of a controller,
+    The true coordinate q follows from the reading r of a controller:
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
@@ -247,7 +248,7 @@ class Spring:
 class Springs:
     """The joint springs of an arm, which deflect under gravity.
 
-    For controller readings r, the true coordinates are the drive outputs at r plus
+    At controller readings r, the true coordinate k is the drive output at r plus the deflection
 
         compliance_k tau_k(r).
 

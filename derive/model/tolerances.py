@@ -81,7 +81,7 @@ SHORT_PROPORTION = 1000
 """Largest integer ratio of the components of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
 """Components of a unit vector or quaternion below this value (no unit) have no usable direction,
-because rounding in double precision gives 1e-16. Roll and yaw then share an axis."""
+because rounding in double precision gives 1e-16. At gimbal lock, roll and yaw share an axis."""
 COMPILED_DECIMALS = 14
 """Decimal places (meter, radian) of values computed by a program. Rounding errors are 1e-16 for one
 or two meters, and no file author writes more than 13 decimal places."""
@@ -137,12 +137,12 @@ below this value counts as a rounding error of 0.
 CLOSED_LOOP = 1e-12
 """Below this residual (meter, or sine of an angle), a loop is closed in double precision."""
 NEARLY_DEAD = 1e-3
-"""If sin^2 of a transmission angle at the reference is smaller, a different ring of pins is solved
-first. Two degrees from a dead point, a length error of a tenth of a millimeter moves joints by
-milliradians."""
+"""If sin^2 of a transmission angle at the reference is below this value, another ring of pins is
+solved first. Two degrees from a dead point, a length error of a tenth of a millimeter moves joints
+by milliradians."""
 CLEAR_LEG = 0.25
-"""If sin^2 of a leg's transmission angle at the reference is smaller, a leg farther from its dead
-point solves the joint. The bound corresponds to 30 degrees, a typical joint motion in use."""
+"""If sin^2 of a leg's transmission angle at the reference is below this value, a leg farther from
+its dead point solves the joint. The bound means 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
 """Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
@@ -167,8 +167,8 @@ STILL_JOINT = 1e-6
 Random closed configurations have larger differences, even if each has a closure error of 1e-6.
 """
 REPEATED_AS_BUILT = 0.02
-"""Bound for such singular values in robots as built, whose tilted axes make redundant equations
-seem independent. The bound is ten times the value observed for axes 2 mrad out of parallel."""
+"""Bound for singular values in robots as built, whose tilted axes make redundant equations seem
+independent. The bound is ten times the value observed for axes 2 mrad out of parallel."""
 WORTHWHILE_STEP = 0.9
 """A Newton step is shortened if more than this fraction of the residual remains."""
 SAMPLED_RANGE = 0.3
@@ -483,7 +483,7 @@ OTHER_CONFIGURATION = 0.02
 """Above this distance (radian, or relative to the arm's length), configurations count as different.
 A reader notices about a degree."""
 RANK_LOST = 1e-6
-"""Below this singular value, a Jacobian is rank deficient; lengths are relative to the arm's. At
+"""Below this singular value, a Jacobian of an arm with unit length is rank deficient. At
 drawn configurations, a full-rank arm has more than 1e-3, a deficient arm only rounding errors."""
 
 # --- inverse: numerical solutions of a general arm ---

@@ -16,7 +16,7 @@ def by_depth(program: Program) -> Program:
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """Returns statements by depth: the length of the longest dependency chain before each one."""
+    """Returns statements by depth, the length of the longest dependency chain before them."""
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:

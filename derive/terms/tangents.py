@@ -3,7 +3,7 @@
 A :class:`Tangent` propagates coordinate rates through named terms by the chain rule, one term at a
 time. For a solved angle of a loop, the loop equation is differentiated instead of the solution. The
 differentiated equation is linear in the time derivative of the angle (implicit function theorem).
-The terms for the cosine and sine of such an angle are differentiated directly as cosine and sine.
+The terms for the cosine and sine of a solved angle are differentiated directly as cosine and sine.
 """
 
 from collections.abc import Callable, Mapping, Sequence

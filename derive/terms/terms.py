@@ -18,7 +18,8 @@ from ..model.values import Values, to_digits
 TERM = "_t"
 CONSTANT = "_k"
 Result = TypeVar("Result")
-"""Prefixes of the names of terms and constants; names in robot files cannot start with these."""
+"""Prefixes of the names of terms and constants; names in robot files cannot start with these
+prefixes."""
 
 
 class Terms:

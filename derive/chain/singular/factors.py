@@ -181,9 +181,9 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies pairs of factors that have an odd degree in a tangent, as far as needed.
+    """Multiplies factors of odd degree in a tangent in pairs; single tangents only if needed.
 
-    A factor that is a single tangent is converted to half the sine of the full angle.
+    A single half-angle tangent as a factor is converted to half the sine of the full angle.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -196,6 +196,6 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Each factor alone contains the half angle, but the product of both factors does not.
+        # Each of the two factors contains the half angle, but their product does not.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

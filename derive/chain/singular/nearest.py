@@ -1,4 +1,4 @@
-"""Numerical search for singular configurations, for arms without short minor factors.
+"""Searches numerically for singular configurations; used if the minors have no short factors.
 
 A configuration is singular if some wrench y does no work on any joint (J^T y = 0). With fewer
 joints than Jacobian rows, it is singular if some joint velocities x do not move the tool (J x = 0).
@@ -170,7 +170,7 @@ def _slopes(J: FloatArray) -> FloatArray:
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint displaces the screws of all joints after it. This memory layout makes the sums below
-    # fast.
+    # A joint displaces the screws of all joints after it. With contiguous arrays, sums over the
+    # derivatives are faster.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

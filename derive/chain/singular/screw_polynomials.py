@@ -142,8 +142,8 @@ class ScrewRing:
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: The angle sums that pairs of cosine and sine symbols represent, keyed by
-                coordinate index.
+            sums: Angle sums, keyed by coordinate index; the cosine and sine symbols of a coordinate
+                denote the functions of its sum.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

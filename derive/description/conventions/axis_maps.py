@@ -133,7 +133,7 @@ class Motions:
             for symbol in argument.free_symbols & places.keys()
         ]
         self._places = [(k, i) for k, i, _ in rates]
-        # For its docstring, SymPy would print all expressions once more.
+        # Without a limit, SymPy would print all expressions again for the docstring.
         results = [arguments, [rate for _, _, rate in rates]]
         self._evaluated = sp.lambdify([symbols], results, docstring_limit=0)
         self._count = len(symbols)

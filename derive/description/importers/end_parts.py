@@ -1,12 +1,13 @@
 """Finds end parts that do not belong to an arm: fingers, wheels, branches and ball joints.
 
 A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints, all
-branches that start at the link of a finger also count as fingers. After a moving joint, two more
-kinds of joints are fingers. The first kind is on a link with one of these words in its name. The
-second kind is a prismatic or coupled end joint on the same link, unless it carries a tool frame.
+branches that start at the link of a finger also count as fingers. Two more rules apply after a
+moving joint. A joint on a link with a word of ``FINGER_WORDS`` in its name is also a finger.
+Several prismatic or coupled end joints on one link are fingers too, except joints that carry a tool
+frame.
 
-Branches are short branches, as in most hands, if several of them start at one link, after
-``JOINTS_OF_AN_ARM`` joints, and each has at most ``LONGEST_FINGER`` joints.
+As in most hands, several branches that start at one link are short branches if each has at most
+``LONGEST_FINGER`` joints and the link follows ``JOINTS_OF_AN_ARM`` joints.
 
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.
@@ -137,7 +138,7 @@ def _end_part(
 def _is_jaw(
     tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
 ) -> bool:
-    """Whether an end joint is one of several prismatic or coupled joints at the end of a hand."""
+    """Whether an end joint is one of several prismatic or coupled end joints on one link."""
     ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
     return joint in ends and any(
         (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)

@@ -7,8 +7,8 @@ from itertools import takewhile
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""Kinds of joints. A joint has its own coordinate, follows another joint (mimic), is fixed, is
-floating or planar (a chain starts after it), or is a ball joint (which a chain cannot contain)."""
+"""Kinds of joints. A joint has its own coordinate, follows another joint (mimic), or is fixed. A
+chain starts after a floating or planar joint, and it cannot contain a ball joint."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class KinematicTree:
         return (*reversed(up[shared:]), *down[shared:])
 
     def common_ancestor(self, links: Iterable[str]) -> str:
-        """Returns the lowest link that is an ancestor of all given links."""
+        """Returns the lowest link that is an ancestor of all listed links."""
         first, *others = links
         above = self.path_down(self.root_of(first), first) or ()
         candidates = (first, *(joint.parent for joint in reversed(above)))

@@ -25,7 +25,7 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""Duplicate of the message, which a nested xacro error contains."""
+"""A text that occurs twice in succession; nested xacro errors repeat the message."""
 MAX_REASON = 2000
 """Maximum number of characters of a reason that xacro states."""
 PACKAGE_ENDINGS = ("_description", "_support")

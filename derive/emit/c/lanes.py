@@ -128,7 +128,7 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Returns the numeric name of an operand; the number of a condition is 1 or 0."""
+        """Returns the name of an operand as a number; a condition counts as 1 or 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 

@@ -156,9 +156,9 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps call arrays to results, if calls compute all results without further statements.
+    """Maps the arrays of calls to the results, if the calls alone compute all results.
 
-    A result may overlap an input only if no later call reads the input.
+    A call may write a result directly only if no later call reads an input.
     """
     given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
     read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)

@@ -1,9 +1,9 @@
-"""Generates the C tables with which a coupled robot searches the windings near a seed.
+"""Generates the C tables for the search over full turns of coupled joints near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
 turn. For example, it may move both motors of a differential by half a turn each. The limits of such
-a robot form a polytope. Robots whose full turns are full turns of single coordinates, and whose
-coupled joints have no limits, need no tables.
+a robot form a polytope. A robot needs no tables if a full turn of each joint is a full turn of
+single coordinates and its coupled joints have no limits.
 """
 
 import textwrap
@@ -21,7 +21,7 @@ COUPLINGS = "chasles_couplings.h"
 
 
 def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
-    """Whether the limits of a robot form a polytope, or a full turn moves several coordinates.
+    """Whether joint limits form a polytope, or a full turn of a joint moves several coordinates.
 
     Args:
         derivation: The derivation of the robot.
@@ -93,7 +93,7 @@ def windings(derivation: Derivation) -> list[str]:
 
 
 def _turns_share(chain: CoupledChain, wraps: Sequence[bool]) -> bool:
-    """Whether a full turn of a joint is not a full turn of single coordinates."""
+    """Whether a full turn of some joint moves a coordinate by a fraction of a turn."""
     L, independent = chain.inverse()
     return any(
         chain.robot.moving[j].kind == "revolute"
@@ -103,21 +103,22 @@ def _turns_share(chain: CoupledChain, wraps: Sequence[bool]) -> bool:
 
 
 def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
-    """Whether a joint equals its coordinate."""
+    """Whether the joint value equals the value of one coordinate."""
     row = [sp.Integer(k == coordinate) for k in range(own.C.cols)]
     return coordinate >= 0 and list(own.C.row(joint)) == row and own.c[joint] == 0
 
 
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
-    """Returns the only nonzero entry of a row with its index; otherwise -1 and 1."""
+    """Returns index and value of the only nonzero entry of a row; otherwise -1 and 1."""
     entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
     return entries[0] if len(entries) == 1 else (-1, sp.S.One)
 
 
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
-    """Returns the only coordinate that the windings of an independent joint move, or -1.
+    """Returns the only coordinate that full turns of an independent joint change, or -1.
 
-    This coordinate must not move with other joints, and the other joints must not move with it.
+    Other independent joints must not change this coordinate, and every joint that moves with it
+    must move with it alone.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

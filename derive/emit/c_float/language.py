@@ -124,7 +124,7 @@ def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dic
 
 
 def _is_followed(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can follow the targets of a function with coordinates as other inputs."""
+    """Whether the example can call an inverse; its other inputs must be joint coordinates."""
     others = {argument.name for argument in function.inputs[1:]}
     robot, computed = derivation.robot, {f.name for f in derivation.functions}
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings

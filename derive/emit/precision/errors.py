@@ -22,7 +22,8 @@ SAFETY = 2.0
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """For robots with loops, each coordinate is sampled within this distance of the reference (radian
-or meter). If the range of a coordinate is less than 1, this distance is multiplied by the range."""
+or meter). If the range of a coordinate is below 1 rad or 1 m, the distance is this fraction of the
+range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
@@ -41,7 +42,7 @@ class Errors:
     Attributes:
         bounds: An error bound for each output, or None if no error was measured.
         solutions: Number of inverse solutions in double precision that lie away from singularities.
-        missed: Number of these solutions that single precision does not find.
+        missed: Number of the double-precision solutions that single precision does not find.
     """
 
     bounds: tuple[float | None, ...]
@@ -115,7 +116,7 @@ class Measurement:
         return np.asarray(low + (high - low) * rng.random((SAMPLES, len(low))))
 
     def _inputs(self, function: SymbolicFunction) -> list[Array] | None:
-        """Returns the inputs of a function, or None if one of them is unknown."""
+        """Returns the inputs of a function, or None if an input is unknown."""
         rng = np.random.default_rng(1)
         first, *others = function.inputs
         is_inverse = function.role.is_inverse

@@ -12,7 +12,7 @@ Array = NDArray[Any]
 
 
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
-    """Returns the results of a program, each of shape (m, entries), for inputs of this shape.
+    """Returns the results of a program at m inputs; inputs and results have the shape (m, entries).
 
     Every operation rounds its result to the chosen number type. Functions such as the sine are
     computed in double precision, and the result is rounded once.

@@ -2,8 +2,8 @@
 
 Joints 2, 3 and 4 are two revolute joints with parallel axes and a prismatic joint perpendicular to
 these axes. Axis 1 is perpendicular to the parallel axes, and so is axis 5 if there is a fifth
-joint. The solution steps are those of a turntable with three parallel axes, except that the
-telescope changes one side of the triangle.
+joint. The solution steps equal the steps for a rotating base with three parallel axes, except that
+the telescope changes one side of the triangle.
 
 Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch.
 """

@@ -45,7 +45,8 @@ class Family:
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
         tasks: Tasks in addition to the pose; they require a chain without fixed joints, numbered
             from the base.
-        functions: Returns further functions of such a chain, for example its swivel angle.
+        functions: Returns further functions of a chain without fixed joints, for example its swivel
+            angle.
         has_couplings: Whether the steps include the couplings of the joints.
     """
 

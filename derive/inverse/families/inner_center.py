@@ -97,7 +97,7 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
 def _with_center_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
-    """Returns the angle of joint 6, or the best angle for joints 2 to 4 if it is arbitrary.
+    """Returns the angle of joint 6; if it is arbitrary, joints 2 to 4 determine the best angle.
 
     Joints 2 to 4 limit the angle between axes 4 and 2, unless axis 3 is perpendicular to both axes.
     """

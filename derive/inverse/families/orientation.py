@@ -1,7 +1,7 @@
 """Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
 
-The orientation of the tool determines the joints, although their axes need not intersect. Where the
-first and third axes align, the position determines the angles. The residual of the solution
+The orientation of the tool determines the joints, although their axes need not intersect. If the
+first and third axes are aligned, the position determines their angles. The residual of the solution
 includes the position error. Maximum number of solutions: 2.
 """
 

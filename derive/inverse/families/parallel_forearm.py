@@ -1,8 +1,8 @@
 """Six revolute joints with parallel axes 2, 3 and 4, and any axes 5 and 6.
 
-Joints 2 to 4 preserve components along their axes. Two of these components are used: of the
-direction h_6 of axis 6, and of a point on axis 6. Subproblem 6 solves these two equations for
-angles 1 and 5. Maximum number of solutions: 8.
+Joints 2 to 4 preserve components along their axes. Two components are used: the component of the
+direction h_6 of axis 6, and the component of a point on axis 6. Subproblem 6 solves these two
+equations for angles 1 and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """

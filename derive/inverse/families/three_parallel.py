@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     center = lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move it
-    # perpendicular to h_2, so its component along h_2 depends on joint 1 alone.
+    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move the
+    # intersection perpendicular to h_2, so its component along h_2 depends on joint 1 alone.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     U, q1 = turn_to_plane(

@@ -1,7 +1,7 @@
 """Four joints: three joints of any kind that position a point, and a revolute joint after them.
 
-Joint 4 does not move the points of its axis. The target thus determines the position of such a
-point, and the first three joints reach this position. The remaining rotation determines joint 4.
+Joint 4 does not move the points on its axis. The target thus determines the position of a point on
+axis 4, and the first three joints reach this position. The remaining rotation determines joint 4.
 The residual includes the other conditions of the pose. Maximum number of solutions: 4.
 """
 
@@ -36,7 +36,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, arm, a4 = work.terms, _arm(lines), lines.axes[3]
     case, point = three_joints.case_of(arm), _moved_points(lines)[0]
     assert case is not None
-    # 1 to 3. Joint 4 does not move the points of its axis.
+    # 1 to 3. Joint 4 does not move the points on its axis.
     meaning = f"a point of axis {a4.name}"
     case.solve(work, arm, point, work.name_vector(("W", "V"), meaning, target.point(terms, point)))
     # 4. The remaining rotation.

@@ -4,7 +4,7 @@ Axes 1 and 2 are parallel, axes 3 and 4 are parallel and perpendicular to them, 
 perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
 delta whose rods have printed universal joints have this structure (R-U-U).
 
-Neither joint 1 nor joint 2 changes components along their axes. Therefore, the direction of axis 5
+Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
 determines the sum of angles 3 and 4, and the position of a point on axis 5 determines angle 3. If
 the tool has the orientation of the base, the sum is 0 and both solutions for the sum coincide.
 Angles 1 and 2 follow from a triangle and determine the tool orientation, so most poses leave a

@@ -137,7 +137,7 @@ def _about(center: FloatArray, features: list[Feature]) -> list[Feature]:
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the index of the first matrix row of each feature, in units of three rows."""
+    """Yields the index of the first row block of each feature; a block has three rows."""
     first = 0
     for feature in features:
         yield first

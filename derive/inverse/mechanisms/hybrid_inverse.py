@@ -61,7 +61,7 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of sets of revolute joints between free joints that are tried as fixed joints."""
+"""Maximum number of trial sets of fixed joints in which revolute joints lie between free joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 

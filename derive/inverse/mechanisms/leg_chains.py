@@ -51,7 +51,8 @@ class LegWork(Work):
 
     Attributes:
         hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
-        passive: The symbols of these branch signs; they add no solution slots.
+        passive: The symbols of the branch signs that do not change the coordinate and add no
+            solution slots.
         requested: Number of branch signs that the leg has requested so far.
     """
 
@@ -129,7 +130,7 @@ class LegChain:
         return coordinates, _least(h.terms, residual, own.passive)
 
     def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
-        """Names the branches of new signs after the closure of the leg and the solved joints."""
+        """Names the branches of each new sign by the closure of the leg and the solved joint."""
         joints = {step.found.sign: "+".join(step.joints) for step in own.steps}
         for symbol in work.signs[first:]:
             name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure

@@ -102,8 +102,8 @@ def choices_of_loops(work: Work) -> frozenset[int]:
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
     """Returns the indices of loop branches that a robot as built never reaches.
 
-    At random configurations, the start values of such a branch are never closer to the coordinates
-    than the start values of the reference branch.
+    At random configurations, the start values of an unreached branch are never closer to the
+    coordinates than the start values of the reference branch.
 
     Args:
         built: The robot as built.
@@ -221,7 +221,7 @@ def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int)
 
 
 def _tolerances(hybrid: SolvedLoops) -> FloatArray:
-    """Returns the difference (n,) up to which coordinates are equal (radian or meter)."""
+    """Returns the tolerance (n,) within which coordinates count as equal (radian or meter)."""
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     return RECOVERED * np.where(turns, 1.0, hybrid.backward.reference.size)
 

@@ -31,8 +31,8 @@ def with_legs(
     """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
 
     Args:
-        makers: The derivation of each function, keyed by its name; the name of the leg inverse, if
-            the robot has one, is ``ik``.
+        makers: A function that derives each function, keyed by name; the key ``ik``, if present, is
+            the leg inverse.
         closure: The closure equations of the loops.
     """
     if IK not in makers:

@@ -180,8 +180,8 @@ def actuators_of(
     the slider coordinate gives an equation for the crank angle.
 
     Args:
-        work: Record of the solution with the prismatic displacements; the solution step is added to
-            it.
+        work: Record of the solution; it contains the prismatic displacements and receives the
+            solution step.
         moved: The shortened chain.
         q: The actuated coordinates.
 
@@ -279,7 +279,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
     """Derives the function ``ik_position`` from a refined ``ik``; its targets are positions.
 
-    Both functions start from the same nominal inverse.
+    The functions ``ik`` and ``ik_position`` start from the same nominal inverse.
     """
     argument = Argument("p", POSITION, (3,), "m", "position of the tool in the base frame")
     role = replace(polished.role, domain="task", components=("position",))

@@ -68,7 +68,7 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first fitting arrangement, or else of the nearest one."""
+    """Returns the conditions of the first arrangement that fits, or else of the nearest one."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
@@ -85,7 +85,7 @@ def requires(lines: Lines) -> Requirement:
 
 
 def _with_names(title: str, lines: Lines) -> str:
-    """Returns the title of an arrangement with names instead of numbers, as in the whole arm."""
+    """Returns the title of an arrangement, in which joint names replace the joint numbers."""
     return re.sub(r"\d", lambda number: lines.axes[int(number[0]) - 1].name, title)
 
 

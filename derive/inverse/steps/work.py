@@ -134,7 +134,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a solution step; with a single axis, the solved angle is its joint angle."""
+        """Records a solution step; the angle of a step with one axis is stored as joint angle."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)

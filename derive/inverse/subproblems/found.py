@@ -35,8 +35,8 @@ class FoundLength:
         length: The displacement (meter).
         equation: The solved equation.
         sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
-        margin: The value is 0 for a double solution, and negative without a solution. The margin is
-            relative to the squared input lengths, or None if a solution always exists.
+        margin: The margin is 0 for a double solution, and negative without a solution. The margin
+            is relative to the squared input lengths, or None if a solution always exists.
     """
 
     length: sp.Expr

@@ -127,8 +127,8 @@ def circle_roots(
             opposite to the sign of the polynomial's derivative with respect to the angle; it
             changes only at double roots. The first sign distinguishes two roots whose second sign
             is equal, by the side of the conic axis on which a root lies.
-        separation: If two roots agree up to rounding error, the function returns roots at this
-            angle before and after their common point.
+        separation: Two roots that agree up to rounding error are returned at this angle before and
+            after their common point.
         reference: Reference direction and sense of the signs, to be given if the default reference
             is discontinuous.
     """
@@ -186,7 +186,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Returns the root tau that lies in [-1, 1], preferably the root farthest from the others."""
+    """Returns a root tau in [-1, 1], preferably the root farthest from the other roots."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)

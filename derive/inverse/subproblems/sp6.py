@@ -91,7 +91,8 @@ def algebraic(
 ) -> TwoAngles:
     """Solves :func:`sp6` by the quartic alone, without refinement by Newton's method.
 
-    Solutions that agree up to rounding error are returned at this angle from their common point.
+    Solutions that agree up to rounding error are returned at the angle ``separation`` from their
+    common point.
     """
     let = terms.let
     X, N, orientation = _plane(

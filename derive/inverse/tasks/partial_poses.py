@@ -135,7 +135,8 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # A pitch beyond 90 degrees has the elevation of a tool axis that leans backward.
+        # For a pitch beyond 90 degrees, the tool axis leans backward; its elevation is 180 degrees
+        # minus the pitch.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
             terms,

@@ -118,7 +118,7 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
 
 
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
-    """Returns the residual plus the rounding of prismatic coordinates.
+    """Returns the residual plus the rounding error of prismatic coordinates.
 
     Almost parallel prismatic axes give coordinates of 1e15 m. The rounding errors of these
     coordinates cancel in the residual, but not if the pose is computed in another way.
@@ -197,7 +197,7 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Returns the function of a task over all solution slots, from the entries of one slot.
+    """Returns the function of a task for all solution slots, from the entries of a single slot.
 
     The coordinates with the indices ``given`` are inputs, or depend on all inputs except the first.
     ``loops`` contains the margins of the closed loops.
@@ -223,7 +223,7 @@ def function_of(
 
 
 def _labels(work: Work) -> tuple[str, ...]:
-    """Returns the label of each slot: the joints of each branch sign, and its value."""
+    """Returns the label of each solution slot: the joints and the value of each branch sign."""
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:

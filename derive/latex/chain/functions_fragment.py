@@ -78,7 +78,7 @@ def _with(
     statement: str,
     entries: Sequence[Equation],
 ) -> str:
-    """Prints entries after the terms that they need first."""
+    """Prints the terms that the entries need, then the entries."""
     if not entries:
         return ""
     terms = _shared(page, definitions, kind)

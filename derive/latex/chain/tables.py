@@ -75,7 +75,7 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether a moving joint has another number among the moving joints than among all joints."""
+    """Whether the numbers of the moving joints differ from the numbers of all joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 

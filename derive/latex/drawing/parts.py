@@ -21,8 +21,8 @@ class Solid:
 
     Attributes:
         points: The corners of a line, or the points whose convex hull is drawn.
-        is_main: Whether the main chain contains these rigidly connected bodies.
-        is_base: Whether the base is among these rigidly connected bodies.
+        is_main: Whether the rigidly connected bodies belong to the main chain.
+        is_base: Whether the base is one of the rigidly connected bodies.
         is_line: Whether the bodies are drawn as a line through the points, in order, instead of a
             convex hull.
     """
@@ -309,7 +309,7 @@ class _Builder:
         return [*there, *self._ends(loop.loop_joint.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Returns the positions of a joint before and after its motion; [] without a symbol."""
+        """Returns the positions of a joint before and after its motion; [] if it has no symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None

@@ -149,8 +149,9 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region, or None in four cases: no case above applies, the area is empty, a prismatic
-        joint has no limits, or more than twelve coordinates move the tool.
+        The region, or None if the robot has neither a vertical first axis nor a tool that stays in
+        a coordinate plane. The result is also None if the area is empty, a prismatic joint has no
+        limits, or more than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:

@@ -53,7 +53,7 @@ def _along(normal: Array) -> Array:
 
 
 def _facing(right: Array) -> Array:
-    """Returns signs for the picture's directions, so that x (or else y) points right."""
+    """Returns signs of the picture's directions, so that the x axis or the y axis points right."""
     leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 

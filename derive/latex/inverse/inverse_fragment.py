@@ -68,7 +68,7 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots whose only closed form leads from the main chain to them."""
+    """Explains the actuators of robots whose only closed form computes them from the main chain."""
     freedoms = len(page.hybrid.q)
     reached = (
         f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
@@ -282,9 +282,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns the number of first steps that equal the steps of an earlier task, except for names.
+    """Returns how many steps at the start repeat an earlier task, apart from names.
 
-    The result is 0 if a later step uses a term that one of these steps defines.
+    The result is 0 if a later step uses a term that one of the repeated steps defines.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

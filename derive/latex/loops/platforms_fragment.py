@@ -174,7 +174,7 @@ class PrintedTriad:
         k: Named right-hand sides of the two linear equations, expressed by the norms.
         w: Symbols for the components of the first rod.
         position: The coordinates x and y, expressed by coordinates, parameters and :attr:`w`.
-        scale: The squared length that, to the third power, divides the polynomial.
+        scale: The squared length whose third power divides the polynomial.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:

@@ -96,7 +96,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Places a display between two settings; no trailing space remains that could begin a line."""
+    """Places a display between two settings; a final % prevents a space at the next line start."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 

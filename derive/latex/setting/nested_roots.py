@@ -35,7 +35,7 @@ def as_angle(value: sp.Expr) -> str:
 
 
 def as_trigonometric(value: sp.Expr) -> str:
-    """Formats a number as a multiple of a sine or cosine; empty if it is no such multiple.
+    """Formats a number as a multiple of a sine or cosine, or returns an empty text.
 
     A number with nested roots is recognized if its factor is rational, or a rational multiple of
     the root of 2 or 3.

@@ -51,7 +51,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot in printing order; the first function is as derived."""
+    """The printed functions of a robot, and the derived forward kinematics."""
 
     notation: Notation
     printer: Printer
@@ -64,7 +64,7 @@ class PrintedEquations:
 def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
     """Returns forward kinematics and Jacobians in short symbols and shared terms.
 
-    If the derivation lacks one of these functions, the article derives all these functions.
+    If the derivation lacks forward kinematics or a Jacobian, these functions are derived again.
 
     Args:
         derivation: A serial robot with its functions.

@@ -1,4 +1,4 @@
-"""Numerical loop closure of a mechanism: Newton's method on its closure equations.
+"""Closes the loops of a mechanism numerically by Newton's method on the closure equations.
 
 A strut has one equation, for the distance of its ends, and no swing angle. A swing angle would add
 one variable and one equation, so the number of freedoms does not depend on swing angles.
@@ -46,8 +46,8 @@ class ClosedLoops:
         passive: Mask of the variables that are not actuated.
         size: The longest translation or rod of the mechanism (meter), or 1 if all lengths are zero.
         reference: Values of the variables at the described reference, with gear ratios applied.
-        in_least_squares: Whether overconstrained loops close only in the least-squares sense. In
-            that case, the equations are the gradient of the sum of squared closure errors.
+        in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
+            equations of such loops are the gradient of the sum of squared closure errors.
     """
 
     def __init__(

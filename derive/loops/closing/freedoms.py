@@ -20,7 +20,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
     """Returns the joint sequences that only parametrize a free body's pose, in order.
 
     A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
-    planar sequence has two prismatic joints and a revolute joint. No joint of such a sequence is
+    planar sequence has two prismatic joints and a revolute joint. No joint of a sequence is
     actuated. Bodies inside a sequence have no closure, strut, tool or second child joint.
     """
     taken: set[str] = set()
@@ -87,9 +87,10 @@ class Counts:
         terms: Names of all terms.
         planar: The planar linkages.
         in_plane: Names of the closures and struts in planar loops.
-        order: lambda: 3 if all bodies move in parallel planes, otherwise 6.
+        order: The dimension lambda of the motion group: 3 if all bodies move in parallel planes,
+            otherwise 6.
         virtual: The sequences of virtual joints, which are excluded from the counts.
-        loop_orders: lambda of each independent loop.
+        loop_orders: The dimension lambda of the motion group of each independent loop.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:

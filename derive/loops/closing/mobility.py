@@ -24,12 +24,14 @@ class Mobility:
     """Degrees of freedom of a mechanism, computed in three ways.
 
     Attributes:
-        bodies: n, including the base. A rod counts as one body, and a cylinder as two bodies.
-        joints: j, including the ends of rods and cylinders.
+        bodies: The number n of bodies, including the base. A rod counts as one body, and a cylinder
+            as two bodies.
+        joints: The number j of joints, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of dimension ``order``.
-        order: lambda: 3 if all bodies move in one plane, otherwise 6.
+        order: The dimension lambda of the motion group: 3 if all bodies move in one plane,
+            otherwise 6.
         loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
-        loop_orders: lambda of each independent loop.
+        loop_orders: The dimension lambda of the motion group of each independent loop.
         idle: Number of ball-ended struts that can rotate about their longitudinal axes (idle
             rotations).
         coordinates: Number of entries of z.
@@ -141,8 +143,8 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
     constraints; its result can be negative.
 
     Args:
-        links: n, including the base.
-        joints: j, the number of joints.
+        links: The number n of links, including the base.
+        joints: The number j of joints.
         freedom: Sum of the joint freedoms.
         order: Dimension of the motion group: 6 in space, 3 in a plane or about a point, 2 for
             planar translations.

@@ -33,9 +33,10 @@ FARTHEST = 8.0
 """Longest length to try, relative to the mechanism size."""
 DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
-"""First step when an interval's far end is searched (radian, or relative to the size)."""
+"""First step of the search for the far end of an interval (radian, or relative to the size)."""
 ASIDE = 0.2
-"""Distance of a start from a dead point (radian, or relative to the mechanism size)."""
+"""Distance of a start configuration from a dead point (radian, or relative to the mechanism
+size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
 """Display unit and conversion factor for a length, and for an angle."""
 
@@ -113,7 +114,8 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     moving = {c.moves for c in mechanism.coordinates}
     cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
     free = [*bodies.unknown, *cylinders]
-    # The stated joint values may not match the default strokes, the middle of the limits.
+    # The stated joint values may contradict the default strokes, which are the middles of the
+    # limits.
     nearest = bodies.nearest(bodies.values, free, names)
     if cylinders and bodies.all_closed(nearest, names):
         at = nearest
@@ -162,7 +164,7 @@ def _wrapped(value: float, is_length: bool) -> float:
 def _closed(
     bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Returns the values with the smallest closure errors; starts from given or random values."""
+    """Returns the values with the smallest closure errors, found from known and random starts."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)

@@ -45,7 +45,7 @@ def swapped_ends(mechanism: Mechanism) -> str:
     """States which rods seem to have swapped ends; empty if no exchange of ends closes the loops.
 
     The ends are exchanged for single rods, then for all rods between two bodies, and finally for
-    all. The exchange that closes all loops nearest to the reference is reported.
+    all rods. The exchange that closes all loops nearest to the reference is reported.
 
     Args:
         mechanism: A description whose loops do not close at the reference.

@@ -24,9 +24,10 @@ class Joints:
 
     Attributes:
         hybrid: The robot.
-        coordinates: Name of the coordinates: ``q``, or ``theta`` for the main-chain joints.
+        coordinates: Name of the coordinates, which is ``q``, or ``theta`` for the main-chain
+            joints.
         named: Returns the values of joints, swing angles and cylinders by name.
-        rates: The time derivatives of these values.
+        rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
         interval: Text after a comma that states the interval of the angles, or "" if the angles are
             unbounded.

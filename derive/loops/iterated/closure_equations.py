@@ -71,7 +71,7 @@ class LoopClosure:
         size: The longest translation or rod (meter); lengths are divided by it, angles are not.
         functions: The functions of w that the iteration calls, keyed by name; the value is empty if
             there are fewer equations than unknown variables.
-        inputs: Name of the coordinates that drive the input variables: ``q``, or ``theta``.
+        inputs: Name of the coordinates that drive the input variables, which is ``q`` or ``theta``.
         ratios: Change of each input variable per unit change of the coordinate that drives it.
         given: Indices of the input variables.
         unknown: Indices of the unknown variables.

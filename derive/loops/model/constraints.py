@@ -5,10 +5,10 @@ branch a to the closure or strut, crosses the closure or strut, and returns alon
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-Every screw is expressed in the meeting body's frame at zero configuration. M is the displacement
-between the ends of the two branches at zero. The scalar equations hold exactly if the product is 1.
-Planar loops compare points as sums of rotated vectors; spatial loops compare the poses of both
-branches.
+Every screw is expressed at zero configuration, in the frame of the body at which the loop starts. M
+is the displacement between the ends of the two branches at zero. The scalar equations hold exactly
+if the product is 1. Planar loops compare points as sums of rotated vectors; spatial loops compare
+the poses of both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -83,7 +83,7 @@ class LoopEquations:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """The exponentials around the loop, from the meeting body back to itself.
+        """The exponentials around the loop, from the body at its start back to the same body.
 
         If the loop is closed, the product of these exponentials, with ``home`` after the factors of
         the loop joint, is 1.
@@ -124,9 +124,10 @@ def constraints(
     """Returns the equations of every loop, in the order of the closures and struts.
 
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. A point
-    difference with an equation for each component is in the meeting body's axes. A strut with
-    ball ends has one equation, for the distance of its ends. A strut with pin ends has two
-    equations: the first end plus the length along the swing direction is the far end.
+    difference with an equation for each component is in the axes of the body at which the loop
+    starts. A strut with ball ends has one equation, for the distance of its ends. For a strut with
+    pin ends, two equations state that the first end plus the length along the swing direction is
+    the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -154,7 +155,7 @@ def residuals(
     Args:
         mechanism: The description.
         terms: Table that receives the named terms.
-        values: Joints, swing angles and cylinders of these loops by name (radian or meter).
+        values: Joints, swing angles and cylinders of the loops by name (radian or meter).
         loop_joints: Names of closures and struts.
 
     Returns:
@@ -421,7 +422,7 @@ class _Spatial:
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
         # All three differences must be zero in any axes; their expressions are shortest in the axes
-        # of the meeting body.
+        # of the body at which the loop starts.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))
@@ -435,5 +436,5 @@ class _Spatial:
         return _Residual(name, tuple(entries), tuple(units), facing)
 
     def _pose(self, path: Sequence[Joint], frame: Frame) -> Pose:
-        """Returns the pose of the frame relative to the meeting body."""
+        """Returns the pose of the frame relative to the body at which the loop starts."""
         return pose_along(self.mechanism, self.terms, path, frame.placement, self.values)

@@ -28,9 +28,9 @@ class Factor:
         name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
             itself are not in z and have the names ``<closure>`` or ``<strut>.end``; a ball joint
             adds ``.x``, ``.y``, ``.z``.
-        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. The
-            twist has unit speed: omega has norm 1 for a revolute joint, and v has norm 1 for a
-            slider.
+        screw: Twist (v, omega), (6, 1), at zero configuration, in the frame of the body at which
+            the loop starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v
+            has norm 1 for a slider.
         side: The branch of the loop to which the exponential belongs. Branch b is traversed
             backwards, with reversed screws.
     """
@@ -85,7 +85,7 @@ def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Facto
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """Assigns names to matrix entries that are too long to be written inline (measured axes)."""
+    """Assigns names to matrix entries that are too long to be written inline."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)

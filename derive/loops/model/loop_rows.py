@@ -29,7 +29,7 @@ class Row:
 
     Attributes:
         residual: The residual, zero if the loop is closed.
-        unit: m or 1.
+        unit: Unit of the residual, m or 1.
         powers: The power of the equation's wrench for each motion of both branches; the power is
             negated on branch a.
         length: The strut length that the residual subtracts from a distance; 0 for equations

@@ -31,7 +31,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent frame to a body: before, of and after the body's joint."""
+    """The motions from the parent frame to a body: before the joint, of the joint, and after it."""
 
     before: Placement
     motion: Placement

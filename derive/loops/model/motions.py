@@ -1,12 +1,12 @@
 """Body frames with variable geometry, and the screw of every elementary motion.
 
-Elementary motions with values v(q, u, p) connect the base to a body. With the unit screw S_m of
-motion m and a wrench W on the body, the power of the wrench is
+Elementary motions with values v(q, u, p) connect the base to a body. Let S_m be the unit screw of
+motion m. A wrench W on a body with the twist V has the power
 
-    W . V = sum_m (W . S_m) dv_m/dt.
+    W.V = sum_m (W.S_m) dv_m/dt.
 
-Such a sum gives the derivative of a loop equation, or of the tool pose, with respect to each
-variable.
+A sum of this form gives the derivative of a loop equation, or of the tool pose, with respect to
+each variable.
 
 Source:
     R. S. Ball, A Treatise on the Theory of Screws, 1900, for the reciprocal product.

@@ -249,7 +249,7 @@ class NumericMechanism:
     def _open(
         self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns how far a loop is open: distances (meter), then angles (radian), as last axis."""
+        """Returns the opening of a loop: distances (meter), then angles (radian), as last axis."""
         A, B = self.frames(poses, loop_joint)
         d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -287,8 +287,8 @@ class NumericMechanism:
                 names constants.
             free: Names of joints, cylinders or constants.
             loops: Names of the loops to close.
-            last: The loop with the minimized closure error; the others stay closed. With "", all
-                loops have equal weights.
+            last: The loop with the minimized closure error; the other loops stay closed. With "",
+                all loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -421,7 +421,7 @@ def _rotation_vector(R: Floats) -> Floats:
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Scales a vector whose length is the sine of an angle to the length of the angle (radian).
+    """Scales a vector so that its length is an angle (radian) instead of the sine of the angle.
 
     A zero vector is replaced by the first axis.
     """

@@ -45,7 +45,7 @@ def cross(a: Complex, b: Complex) -> sp.Expr:
 
 
 def minus(a: Complex, b: Complex) -> Complex:
-    """Returns a - b."""
+    """Returns the difference a - b."""
     return a[0] - b[0], a[1] - b[1]
 
 

@@ -39,7 +39,8 @@ class PinEdge:
         at_a: The common point in a's axes.
         b: The other body.
         at_b: The common point in b's axes.
-        rotor: b's axes in a's axes at joint value zero, as a unit complex number.
+        rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
+            complex number.
         sense: 1, or -1 if the joint axis is opposite to the plane's normal.
     """
 
@@ -63,7 +64,7 @@ class SlideEdge:
         direction: The guide's unit direction in a's axes.
         b: The other body.
         at_b: The point of b at ``at_a + value * direction``.
-        rotor: b's axes in a's axes.
+        rotor: The orientation of body b in the axes of body a.
     """
 
     name: str

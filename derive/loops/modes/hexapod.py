@@ -161,7 +161,7 @@ class RodNumbers:
         size: The platform size (meter).
         origin: The centroid of the ends on the actuated side, relative to the size.
         middle: The centroid of the ends on the platform, relative to the size.
-        family: The rods of all configurations, relative to these two points.
+        family: The rods of all configurations, relative to the two centroids.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:

@@ -201,7 +201,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y, and the Jacobian whose last row makes steps normal to `of`."""
+    """Returns H(t) y, and the Jacobian; its last row makes steps normal to `of`."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy

@@ -35,7 +35,7 @@ class LegElimination:
             point b_1.
         position: x and y of the platform in terms of w.
         linear: The left-hand sides of both linear equations, in vector form.
-        solution: w if the first leg is a circle; with three lines, w from the first two.
+        solution: The vector w; with three lines, the first two lines determine w.
         polynomial: Both sides of the remaining equation in the platform's angle.
         distances: Distances between the points b_i, and between the lines' points a_i, with
             symbols.

@@ -2,11 +2,10 @@
 
 If the actuator is fixed, a three-joint leg is one body between two passive joints. The leg gives
 one equation for the platform's position p and rotation R. A is a fixed point and b is a point of
-the platform:
-
-    two revolute joints                    |p + R b - A| = L        a rod of length L
-    a prismatic joint on the fixed side    n . (p + R b - A) = 0    b moves on a fixed line
-    a prismatic joint on the platform      R n . (p + R b - A) = 0  a platform line contains A
+the platform. A leg with two revolute joints is a rod of length L with the equation
+|p + R b - A| = L. With a prismatic joint on the fixed side, b moves on a fixed line with the
+equation n . (p + R b - A) = 0. With a prismatic joint on the platform, a line of the platform
+contains A, and the equation is R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform's angle and is not supported.
 """
@@ -65,7 +64,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(h: SolvedLoops) -> Triad | None:
-    """Returns the leg equations of a planar three-leg platform, rods first; None otherwise."""
+    """Returns the leg equations of a planar three-leg platform, rods first, or else None."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
     if linkage is None or axes is None:

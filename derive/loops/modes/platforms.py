@@ -1,12 +1,12 @@
 """Platforms on legs: rods connect actuated bodies to a platform with free motion.
 
-The main chain of a platform on legs is virtual: x, y and phi, or six coordinates. The length
-equations
+The main chain of a platform on legs is virtual: x, y and phi, or six coordinates. The length of rod
+i gives the equation
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
-give the velocity relation J_x x' = J_q q'. For three planar rods, the length equations also give
-all assembly modes.
+The time derivatives of the length equations give the velocity relation J_x x' = J_q q'. For three
+planar rods, the length equations also give all assembly modes.
 
 Source:
     Gosselin and Angeles 1990, for both matrices and the three types of singularity.
@@ -208,7 +208,7 @@ def triad_of(h: SolvedLoops) -> Triad | None:
 
 
 def _rods_in_plane(h: SolvedLoops) -> Triad | None:
-    """Returns the rods of a planar platform supported by struts alone; None otherwise."""
+    """Returns the rods of a planar platform supported by struts alone, or else None."""
     platform = free_platform(h, planar_legs.VIRTUAL)
     if platform is None or not is_right_handed(h.terms, platform.directions):
         return None

@@ -31,7 +31,7 @@ class Rod:
         a: The rod's end on an actuated body or on the base.
         b: The rod's end on the platform.
         d: The vector from a to b.
-        distance: The length of d.
+        distance: The length of the vector d.
         length: The length of the strut itself.
     """
 

@@ -1,11 +1,12 @@
 """A six-rod platform in Study (soma) coordinates, as numerical values.
 
 Quaternions e and g = p e, with e.g = 0, represent the platform's rotation b -> e b / e and its
-position p. L and R are the matrices of quaternion products from the left and from the right. A rod
-of length l from a to b satisfies
+position p. L and R are the matrices of quaternion products from the left and from the right. The
+equation of a rod of length l from a to b has two forms:
 
-    |g + e b - a e|^2 = l^2 e.e     or     g.g + 2 g.M e + e.S e = 0
-    M = R(b) - L(a),   S = c + 2 L(a) R(b),   c = |a|^2 + |b|^2 - l^2
+    |g + e b - a e|^2 = l^2 e.e,   g.g + 2 g.M e + e.S e = 0.
+
+The second form uses M = R(b) - L(a), S = c + 2 L(a) R(b) and c = |a|^2 + |b|^2 - l^2.
 
 All quantities in the equations may be complex. Scalar products are bilinear, without complex
 conjugation.

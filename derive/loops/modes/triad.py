@@ -1,12 +1,13 @@
 """All poses of a planar three-rod platform (triad), by one polynomial in its angle.
 
 Rods of lengths L_i connect known points A_i to platform pins b_i. The platform pose is (x, y, phi).
-The vector w is the first rod, from A_1 to its platform pin, and R is the rotation by phi:
+The vector w is the first rod, from A_1 to its platform pin, and R is the rotation by phi. For i = 2
+and 3, the vector u_i = R (b_i - b_1) - (A_i - A_1) leads from the first rod to rod i. The rod
+lengths give the equations
 
-    u_i = R (b_i - b_1) - (A_i - A_1)                        from the first rod to the others
-    |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2,   i = 2, 3
+    |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2.
 
-Subtracting the first equation gives two equations linear in w,
+Subtracting the first equation from the other two gives the linear pair
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
@@ -22,7 +23,7 @@ degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six as
 A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. The unit normal
 n_i of this line is constant or rotates with the platform. In the linear pair and the later
 equations, n_i replaces u_i, and k_i is -n_i . u_i. The degree of the polynomial does not increase.
-Three lines give
+Three lines give the equation
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 

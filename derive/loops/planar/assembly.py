@@ -1,8 +1,8 @@
 """Closed-form solution of planar loops: steps join bodies until all form one rigid group.
 
 Initially, each body of a linkage forms a separate group. Bodies connected by a known joint or a
-weld are joined first. Then the first applicable step in :data:`STEPS` joins further bodies. These
-two steps repeat until all bodies are joined. The mechanism is thus a sequence of Assur groups of
+weld are joined first. Then the first applicable step in :data:`STEPS` joins further bodies. Both
+operations repeat until all bodies are joined. The mechanism is thus a sequence of Assur groups of
 class II. The known joints may be the actuated joints or the main-chain joints.
 """
 

@@ -61,7 +61,8 @@ class Guide:
         angle: The rotation angle of the sliding group, in addition to ``rotor``.
         rotor: The constant part of the rotation.
         at: The point of the guide at zero travel.
-        at_other: The same point on the sliding group, in the axes of this group.
+        at_other: The point of the sliding group that coincides with ``at`` at zero travel, in the
+            axes of the sliding group.
         along: The direction of travel.
     """
 
@@ -292,7 +293,7 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Returns 1 for a parallelogram, -1 for a crossed one, as requested or as at the reference.
+        """Returns the assembly mode: 1 for a parallelogram, -1 for a crossed parallelogram.
 
         Args:
             at_reference: 1 for the parallel figure, -1 for the crossed figure, or 0 if ambiguous.
@@ -378,7 +379,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the relative closure error of a joint, or None between rigid groups."""
+        """Returns the relative closure error of a joint, or None outside rigid groups."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None

@@ -1,4 +1,4 @@
-"""Dyads of pins: two bodies rotate on a third body, and a pin connects the two."""
+"""Dyads of pins: two bodies rotate on a third body, and a pin connects the two rotating bodies."""
 
 import cmath
 import math

@@ -123,9 +123,10 @@ class LoopStep(ABC):
 
     Attributes:
         joints: Names of the pins, slides and struts of the group.
-        axes: The equations are written in the axes of this body.
+        axes: The body in whose axes the equations are written.
         relation: The loop equation: a sum of rotated vectors that is zero.
-        turned: The angle from the axes of this body to the axes of the vectors in the equations.
+        turned: The angle from the axes of the body ``axes`` to the axes of the vectors in the
+            equations.
         solved: The angles for which the step solves, as named terms.
         margin: The margin is zero at a dead point and negative if the loop cannot be closed; it is
             None if the loop of the step can always be closed.

@@ -104,7 +104,7 @@ def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
 
 
 def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of v's rotation: h phi' = D' . W - (e^(i phi) v') . W + w' . w."""
+    """Returns the rate of v's rotation: h phi' = D'.W - (e^(i phi) v').W + w'.w."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -116,7 +116,7 @@ def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
 
 
 def rate_of_second(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of w's rotation: h psi' = D' . C - v' . v + (e^(i psi) w') . C."""
+    """Returns the rate of w's rotation: h psi' = D'.C - v'.v + (e^(i psi) w').C."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))

@@ -51,7 +51,7 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(loop_joint: Closure | Strut) -> set[str]:
-    """Returns the joint names of a step that solves all equations of this closure or strut."""
+    """Returns the joint names of a step that solves all equations of a closure or strut."""
     if isinstance(loop_joint, Strut):
         return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
     # For the ball joint of a rod, the step solves only the equation of the rod length.

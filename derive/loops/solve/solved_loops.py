@@ -82,7 +82,7 @@ class SolvedLoops(LoopModel):
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Returns a function of actuator or chain joints, NaN if a loop does not close."""
+        """Returns the function of actuator or chain joints with NaN for results of open loops."""
         is_of_actuators = function.role.domain == "actuators"
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -100,7 +100,7 @@ class SolvedLoops(LoopModel):
 
         Args:
             entries: The entries.
-            solutions: The loop solutions on which these expressions depend. All loops of a single
+            solutions: The loop solutions on which the expressions depend. All loops of a single
                 solution must close.
         """
         unguarded = [
@@ -224,7 +224,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
 
 
 def _without_steps(loops: Loops) -> Loops:
-    """Returns loops none of which is solved in closed form."""
+    """Returns the solution of loops without a closed form."""
     return replace(loops, planar=(), spatial=())
 
 

@@ -61,7 +61,7 @@ class HingedRod:
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """Returns the hinge if the last unknown joint is revolute with an axis apart from the ball."""
+    """Returns the hinge if the last unknown joint is revolute and its axis misses the ball."""
     places = end.last("revolute")
     if not places:
         return None

@@ -51,8 +51,8 @@ def assemble_in_space(
     Args:
         terms: Names of all terms.
         mechanism: The description.
-        loops: The spatial loops. The step solves struts with ball ends, rods with universal joints,
-            and bodies on prismatic joints.
+        loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
+            prismatic joints can be solved.
         known: Table that receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The requested branch, or None for the branch of the reference.

@@ -34,7 +34,7 @@ class LegStep(LoopStep):
             struts: A single strut, or all unsolved struts.
 
         Returns:
-            False if the step does not apply to these struts.
+            False if the step does not apply to the struts.
 
         Raises:
             DescriptionError: The loop does not close at the reference.

@@ -74,7 +74,7 @@ class Telescope:
 
 
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide on a universal joint; None otherwise."""
+    """Returns the telescope with a slide on a universal joint, or else None."""
     places = end.last("revolute", "revolute", "prismatic")
     fork = fork_of(legs, end.path, *places[:2]) if places else None
     if fork is None:
@@ -86,7 +86,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide normal to a hinge; None otherwise."""
+    """Returns the telescope with a slide normal to a hinge, or else None."""
     places = end.last("revolute", "prismatic")
     if not places:
         return None

@@ -27,7 +27,7 @@ class Tendon:
         joints: The joints over which a fixed tendon runs.
         bodies: The bodies that carry the sites of a spatial tendon.
         ratios: The joints of a fixed tendon, each with the change of the tendon length per unit of
-            the joint.
+            the joint position.
         limits: Minimum and maximum length of the tendon. None if unbounded.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
@@ -49,7 +49,7 @@ class Tendon:
 
     @property
     def note(self) -> str:
-        """Note which states that the tendon is not modeled."""
+        """A note that states that the tendon is not modeled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -105,7 +105,7 @@ class Drives:
         """Raises an error for a tendon equality that couples joints of the robot.
 
         Raises:
-            DescriptionError: If an equality couples joints of the robot through a tendon.
+            DescriptionError: An equality couples joints of the robot through a tendon.
         """
         known = {*joints}
         for tendon in self.tendons:

@@ -106,7 +106,7 @@ class MjcfFile:
     def _with_loops(
         self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
     ) -> Described:
-        """Builds a robot with loops from the common ancestor, then converts it to the base."""
+        """Builds a robot with loops whose base is the common ancestor, then changes its base."""
         links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
         connected = {
@@ -162,7 +162,7 @@ def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
     """Raises an error for a coupled joint whose leader is not in the chain.
 
     Raises:
-        NoChain: If the leader of a coupled joint is not in the chain.
+        NoChain: The leader of a coupled joint is not in the chain.
     """
     names = {joint.name for joint in path}
     for joint in path:

@@ -53,7 +53,7 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Lists of elements that do not affect poses; lists whose elements refer to others come first."""
+"""Lists of elements that do not affect poses; a list comes before the lists to which it refers."""
 OPENED = ("include", "model", "flexcomp")
 """Elements whose files MuJoCo opens while it reads a model."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")

@@ -1,8 +1,9 @@
 """Reads the chain between two links of an SDF model, including its loops.
 
 The joints of the model form a tree. A joint whose child already has a parent joint closes a loop.
-Each frame of the model becomes a link. A fixed joint attaches this link to the link of the frame.
-As in Drake, a joint whose effort limit is 0 is passive; this rule matters only in loops.
+Each frame of the model becomes a link. A fixed joint attaches the link of a frame to the link that
+carries the frame. As in Drake, a joint whose effort limit is 0 is passive; this rule matters only
+in loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -237,7 +238,7 @@ class SdfFile:
         return between(robot, base, tip, self.file)
 
     def _in_loops(self, path: Sequence[TreeJoint]) -> bool:
-        """Whether a joint of the path belongs to a loop, directly or through other loops."""
+        """Whether a loop contains a joint of the path, or shares joints with such a loop."""
         around = {joint.name for joint in path if joint.kind != "fixed"}
         loops = []
         for joint in self.closing:
