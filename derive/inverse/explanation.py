@@ -421,7 +421,7 @@ def _loops(h: SolvedLoops) -> list[str]:
 def _ways(h: SolvedLoops) -> list[str]:
     lines = ["Joints from the actuators:", *_steps(h, h.forward)]
     if h.is_overdetermined:
-        lines.append(f"  no joint: {len(h.q)} actuators for {len(h.q) - h.spare} freedoms")
+        lines.append(f"  no joint: {len(h.q)} actuators for {h.freedoms} freedoms")
     elif h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
     lines += ["Joints from the main chain:", *_steps(h, h.backward)]

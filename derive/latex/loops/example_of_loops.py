@@ -6,12 +6,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.errors import LoopError
 from ...model.mechanism import Coordinate
 from ...model.robot import Joint
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
 from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose, value_at
 from .loop_page import LoopPage
+
+FloatArray = NDArray[np.float64]
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
 """Offsets from the reference configuration, as fractions of the range of each coordinate. The first
@@ -47,15 +50,16 @@ def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction])
     if not {"chain_fk", "actuators_all"} <= named.keys():
         return ""
     joints = page.chain.robot.moving
-    reference = [page.hybrid.at_reference[joint.name] for joint in joints]
     (kernel,) = lower([named["actuators_all"]], "example")
-    chosen: tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]] | None = None
-    for part in PARTS:
-        pairs = zip(joints, reference, strict=True)
-        theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
+    chosen: tuple[FloatArray, dict[int, FloatArray]] | None = None
+    for part in (*PARTS, 0.0):
+        theta = _main_chain(page, part)
+        if theta is None:
+            continue
         shaped = zip(kernel(theta), named["actuators_all"].outputs, strict=True)
         q, margins = (np.array(found).reshape(output.shape) for found, output in shaped)
-        slots = {k: q[k] for k, margin in enumerate(margins) if (margin >= 0).all()}
+        closed = np.isfinite(q).all(-1) & (margins >= 0).reshape(len(q), -1).all(-1)
+        slots = {int(k): q[k] for k in np.flatnonzero(closed)}
         is_inside = any(_is_within(page, values) for values in slots.values())
         if slots and (chosen is None or is_inside):
             chosen = theta, slots
@@ -71,12 +75,32 @@ def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction])
     )
 
 
-def _is_within(page: LoopPage, q: NDArray[np.float64]) -> bool:
+def _main_chain(page: LoopPage, part: float) -> FloatArray | None:
+    """Returns main-chain joints near the reference, or None if the loops do not close near them."""
+    hybrid, joints = page.hybrid, page.chain.robot.moving
+    reference = [hybrid.at_reference[joint.name] for joint in joints]
+    pairs = zip(joints, reference, strict=True)
+    theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
+    if len(theta) == hybrid.freedoms:
+        return theta
+    # The loops exclude most combinations of dependent joints.
+    numbers = hybrid.numbers
+    w = np.array([hybrid.at_reference[name] for name in numbers.names])
+    places = [numbers.names.index(joint.name) for joint in joints]
+    w[places] = theta
+    try:
+        found: FloatArray = numbers.closed(w, np.ones(len(w), dtype=bool))[places]
+    except LoopError:
+        return None
+    return found
+
+
+def _is_within(page: LoopPage, q: FloatArray) -> bool:
     limits = map(bounds, page.mechanism.coordinates)
     return all(low <= value <= high for value, (low, high) in zip(q, limits, strict=True))
 
 
-def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
+def _closing(page: LoopPage, fk: SymbolicFunction) -> FloatArray:
     """Returns coordinates near the reference at which the loops can be closed, or the reference."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:

@@ -199,7 +199,7 @@ def _overdetermined(page: LoopPage) -> str:
     if not hybrid.is_overdetermined:
         return ""
     return (
-        f"The {len(hybrid.q)} actuators outnumber the {len(hybrid.q) - hybrid.spare} degrees of"
+        f"The {len(hybrid.q)} actuators outnumber the {hybrid.freedoms} degrees of"
         " freedom: the loops close only for some of their values, so that no joint follows from"
         " them."
     )

@@ -227,7 +227,6 @@ def chain_all(h: SolvedLoops) -> SymbolicFunction:
 def actuators_all(h: SolvedLoops) -> SymbolicFunction:
     """Builds the function for the actuators on every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in backward_branches(h)]
-    freedoms = len(h.q) - (h.spare if h.is_overdetermined else 0)
     return _all(
         h,
         "actuators_all",
@@ -235,7 +234,7 @@ def actuators_all(h: SolvedLoops) -> SymbolicFunction:
         "q",
         h.arguments["q"].unit,
         branches,
-        allowed if len(h.theta) > freedoms else _always,
+        allowed if len(h.theta) > h.freedoms else _always,
     )
 
 

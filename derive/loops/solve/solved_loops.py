@@ -67,6 +67,11 @@ class SolvedLoops(LoopModel):
         return not (self.forward.open or self.backward.open)
 
     @property
+    def freedoms(self) -> int:
+        """Number of degrees of freedom, which independent actuators determine."""
+        return len(self.q) - (self.spare if self.is_overdetermined else 0)
+
+    @property
     def may_have_inverse(self) -> bool:
         """Whether the tool pose can have an inverse, either exact or refined from a nominal robot.
 

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 
 from chasles.derive import derive, read_text
 from chasles.derive.latex.loops.example_of_loops import worked_example_of_loops
@@ -13,6 +14,7 @@ from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from tests.support.generators.drawn_mechanisms import drawn_mechanism
 from tests.support.generators.planar_platforms import drawn_platform
+from tests.support.loops.loader_arm import LOADER, TWIN
 from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
@@ -21,6 +23,19 @@ def test_worked_example_uses_a_closed_configuration():
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example
+    assert "nan" not in example
+
+
+@pytest.mark.parametrize("text", [LOADER, TWIN], ids=["loader", "two cylinders"])
+def test_worked_example_closes_loops_of_dependent_chain_joints(text):
+    """Round values of both joints of the main chain cannot close the loop of the links."""
+    functions = ["chain_fk", "actuators_all"]
+    example = worked_example_of_loops(LoopPage.of(derive(read_text(text), functions=functions)))
+    (angles,) = re.findall(r"At \$\\theta_\{1\} = (.*?)\^.*?\$\\theta_\{2\} = (.*?)\^", example)
+    rear, arm = np.radians([float(angle) for angle in angles])
+    pin = 0.623 * np.exp(1j * rear) + 0.402 * np.exp(1j * (rear + arm)) - 0.74 + 0.23j
+    assert abs(pin) == pytest.approx(0.997, abs=2e-5)
+    assert "has one solution" in example
     assert "nan" not in example
 
 
