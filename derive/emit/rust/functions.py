@@ -3,9 +3,11 @@
 import textwrap
 from collections.abc import Sequence
 
+from ...derivation import Derivation
 from ...program.operations import Operation, Program, Store
-from ...terms.symbolic_function import Argument, Result, Signature
-from ..c.expressions import FUNCTIONS, WIDTH, expression, naming
+from ...terms.symbolic_function import Argument, Result, Signature, SymbolicFunction
+from ..c.expressions import FUNCTIONS, WIDTH, expression, naming, wrapped
+from ..seeds import SeedInputs, counts, nearest_summary, periodic
 
 _KEYWORDS = (
     "abstract as async await become box break const continue crate do dyn else enum extern false "
@@ -54,6 +56,44 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
     unused = [f"    let _ = {safe(a.name)};" for a in function.inputs if a.name not in used]
     wrapped = textwrap.wrap(head, WIDTH, subsequent_indent="    ")
     return "\n".join([*comment, *wrapped, *unused, *_statements(function, program), "}\n"])
+
+
+def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs) -> str:
+    """Returns the Rust function that selects the nearest solution of an inverse.
+
+    Args:
+        derivation: The derivation of the robot.
+        function: The inverse.
+        own: The inputs of the inverse after the target.
+    """
+    lines = [
+        *nearest_summary(function),
+        "The distance is the largest weighted displacement of a coordinate from `q_seed`; limits",
+        "and weights without restriction: `&COORDINATE_LIMITS` and `&[1.0; N]`.",
+    ]
+    target, slots = function.inputs[0], function.branches
+    name, at = safe(target.name), "own" if own.function else "q_seed"
+    head = (
+        f"pub fn {function.name}_nearest({name}: &{kind(target)}, q_seed: &[f64; N], "
+        "limits: &[[f64; 2]; N], weights: &[f64; N]) -> Result<Nearest<N>, Missing> {"
+    )
+    passed = [name, *(f"&[{at}[{k}]]" for k in own.entries)]
+    passed += [f"&mut found.{output}" for output in ("q", "residual", "margin")]
+    called = [f"let mut own = [0.0; {own.size}];", f"{own.function}(q_seed, &mut own);"]
+    zeros = f"q: [[0.0; N]; {slots}], residual: [0.0; {slots}], margin: [0.0; {slots}]"
+    turns = ", ".join("FULL_TURN" if wraps else "0.0" for wraps in periodic(derivation, function))
+    counted = enumerate(counts(derivation, function))
+    fixed = [f"scale[{k}] = 0.0;" for k, is_counted in counted if not is_counted]
+    body = [
+        f"let mut found = Slots {{ {zeros} }};",
+        *(called if own.function else ()),
+        f"{function.name}({', '.join(passed)});",
+        f"let {'mut ' if fixed else ''}scale = *weights;",
+        *fixed,
+        f"found.nearest(q_seed, &Moves {{ limits, scale, turn: [{turns}] }})",
+    ]
+    wrapped_body = [line for statement in body for line in wrapped(statement, "    ")]
+    return "\n".join([*(f"/// {line}" for line in lines), *wrapped(head), *wrapped_body, "}\n"])
 
 
 def kind(value: Argument | Result) -> str:

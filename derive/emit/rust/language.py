@@ -14,10 +14,17 @@ from ..c.expressions import WIDTH, number
 from ..c.header import description
 from ..precision.errors import SOLVED
 from ..printed import coordinate_lines, example_inverse, missing_functions, printed_functions
+from ..seeds import missing_nearest, printed_nearest
 from ..templates import filled
-from .functions import definition
+from .functions import definition, nearest
 
 SUPPORT = Path(__file__).parent / "support"
+NEAREST = """\
+mod nearest;
+
+use nearest::{Moves, Slots, FULL_TURN};
+pub use nearest::{Missing, Nearest};
+"""
 _START = 0.4
 """Joint value of a serial robot in the example (radian, meter), if the limits allow it."""
 
@@ -25,11 +32,12 @@ _START = 0.4
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the files of the crate, keyed by path."""
     printed = printed_functions(derivation)
+    missing = (missing_functions(derivation), missing_nearest(derivation, printed))
     values = {
         "robot": derivation.robot.name,
         "title": derivation.robot.title,
         "version": version("chasles"),
-        "missing": missing_functions(derivation),
+        "missing": " ".join(filter(None, missing)),
     }
     found = {
         "src/lib.rs": _library(derivation, printed, programs, values),
@@ -37,6 +45,8 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         "Cargo.toml": filled(SUPPORT / "Cargo.toml", values),
         "README.md": f"{filled(SUPPORT / 'README.md', values).rstrip()}\n",
     }
+    if printed_nearest(derivation, printed):
+        found["src/nearest.rs"] = filled(SUPPORT / "nearest.rs", {})
     return found | _example(derivation, printed, values)
 
 
@@ -46,15 +56,17 @@ def _library(
     programs: Programs,
     values: dict[str, str],
 ) -> str:
+    selected = printed_nearest(derivation, printed)
     comment = [f"//! {line}".rstrip() for line in textwrap.wrap(values["missing"], WIDTH - 4)]
     filled_in = values | {
         "coordinates": "\n".join(f"//! {line}" for line in coordinate_lines(derivation)),
-        "missing": "\n".join([*comment, "//!"] if comment else ["//!"]),
+        "missing": "".join(f"{line}\n" for line in [*comment, "//!"] if comment),
         "constants": _constants(derivation),
+        "nearest": NEAREST if selected else "",
     }
     head = filled(SUPPORT / "lib.rs.in", filled_in)
     bodies = [definition(f, description(f, programs), programs.whole[f.name]) for f in printed]
-    return "\n".join([head, *bodies])
+    return "\n".join([head, *bodies, *(nearest(derivation, f, own) for f, own in selected)])
 
 
 def _constants(derivation: Derivation) -> str:

@@ -40,6 +40,24 @@ POSE_ERROR = 1e-9
 PAGE = "how-to/rust.md"
 CALLED = {"sin", "cos", "sqrt", "atan2", "memcpy", "memset"}
 """C functions that the code without Rust's standard library calls."""
+NEAREST = """\
+"ik_nearest" => while let Some(x0) = take::<{size}>(&mut source) {{
+    let (q_seed, lower) = (take(&mut source).unwrap(), take::<N>(&mut source).unwrap());
+    let (upper, weights) = (take::<N>(&mut source).unwrap(), take(&mut source).unwrap());
+    let limits = std::array::from_fn(|j| [lower[j], upper[j]]);
+    let row = match ik_nearest(&x0, &q_seed, &limits, &weights) {{
+        Ok(found) => (found.q, [found.residual, found.margin, found.slot as f64]),
+        Err(reason) => ([f64::NAN; N], match reason {{
+            Missing::OutOfReach {{ residual, margin }} => [residual, margin, -1.0],
+            Missing::OutsideLimits {{ residual, margin }} => [residual, margin, -2.0],
+            Missing::NotFinite => [f64::NAN, f64::NAN, -3.0],
+        }}),
+    }};
+    put(&row.0);
+    put(&row.1);
+}}
+"""
+"""The match arm that calls the nearest solution for each row of its inputs."""
 CALLER = """\
 use chasles_{name}::*;
 use std::io::{{stdin, stdout, BufReader, BufWriter, Read, Write}};
@@ -75,7 +93,8 @@ def crates(tmp_path_factory):
         chosen = functions_of(name)
         names = [info.name for info in chosen]
         write(robot_of(name), folder / name, functions=names, languages=["rust"])
-        arms = "\n".join(map(arm, chosen))
+        size = int(np.prod(inverse_of(chasles.load(name)).inputs[0].shape))
+        arms = "\n".join([*map(arm, chosen), NEAREST.format(size=size)])
         (folder / name / "examples" / "rows.rs").write_text(CALLER.format(name=name, arms=arms))
         cargo(folder / name, "build", "--examples")
     return folder
@@ -120,14 +139,26 @@ def arm(info):
 def called(crate, info, inputs):
     """Returns the results of a function in Rust for rows of inputs."""
     rows = np.hstack([np.reshape(x, (len(x), -1)) for x in inputs])
-    program = crate / "target" / "release" / "examples" / "rows"
-    done = subprocess.run(
-        [program, info.name], input=rows.tobytes(), capture_output=True, check=True
-    )
     sizes = [int(np.prod(item.shape)) for item in info.outputs]
-    found = np.frombuffer(done.stdout).reshape(len(rows), sum(sizes))
+    found = run_rows(crate, info.name, rows).reshape(len(rows), sum(sizes))
     parts = np.split(found, np.cumsum(sizes)[:-1], axis=1)
     return [x.reshape(-1, *item.shape) for x, item in zip(parts, info.outputs, strict=True)]
+
+
+def run_rows(crate, name, rows):
+    program = crate / "target" / "release" / "examples" / "rows"
+    done = subprocess.run([program, name], input=rows.tobytes(), capture_output=True, check=True)
+    return np.frombuffer(done.stdout)
+
+
+def called_nearest(crate, robot, T, q_seed, limits=None, weights=None):
+    """Returns q, residual, margin and slot of the nearest solutions in Rust."""
+    lower, upper = np.transpose(robot.limits if limits is None else limits)
+    weights = np.ones(robot.n) if weights is None else weights
+    shared = np.tile(np.concatenate([lower, upper, weights]), (len(T), 1))
+    rows = np.hstack([T.reshape(len(T), -1), q_seed, shared])
+    found = run_rows(crate, "ik_nearest", rows).reshape(len(T), robot.n + 3)
+    return found[:, : robot.n], *found[:, robot.n :].T
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -173,6 +204,49 @@ def check_inverse(name, crates, q):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_nearest_solution_equals_the_compiled_c(name, crates):
+    robot, rng = chasles.load(name), np.random.default_rng(5)
+    info, q = inverse_of(robot), configurations(robot, SAMPLES)
+    seed = q + rng.uniform(-1, 1, q.shape) * (0.1 if robot.reference else 2)
+    seed[:, list(info.role.fixed)] = q[:, list(info.role.fixed)]
+    T, weights = robot.fk(q), rng.uniform(0.5, 2, robot.n)
+    narrow = np.quantile(q, [0.1, 0.9], axis=0).T
+    for options in ({}, {"weights": weights}, {"limits": narrow}):
+        exact = robot.ik_nearest(T, seed, **options)
+        found, residual, _, slot = called_nearest(crates / name, robot, T, seed, **options)
+        states = np.select([exact.valid, exact.reason == "limits"], [0, -2], -1)
+        np.testing.assert_array_equal(np.minimum(slot, 0), states)
+        np.testing.assert_array_equal(np.isnan(found), np.isnan(exact.q))
+        regular = regular_slots(robot, info, exact.q, np.where(exact.valid, exact.residual, 1))
+        assert regular.sum() > SAMPLES // 10
+        assert residual[exact.valid].max() <= SOLVED
+        lengths = options.get("weights", np.ones(robot.n))
+        own, other = (np.abs((x - seed) * lengths)[regular].max(axis=1) for x in (found, exact.q))
+        assert np.abs(own - other).max() <= TOLERANCE * lengths.max()
+        # Solutions at equal distances, up to the rounding of the pose, may be exchanged.
+        assert (np.abs(found - exact.q)[regular].max(axis=1) <= TOLERANCE).mean() >= 0.998
+
+
+def test_nearest_solution_reports_its_reason(crates):
+    robot = chasles.load("ur5e")
+    q = np.array([[0.4, -1.2, 1.3, 0.4, 0.5, 0.6]] * 4)
+    T, seed = robot.fk(q), q.copy()
+    T[1, :3, 3] = 9
+    T[2], seed[3, 3] = np.nan, np.nan
+    found, residual, _, slot = called_nearest(crates / "ur5e", robot, T, seed)
+    assert slot[0] >= 0
+    np.testing.assert_array_equal(slot[1:], [-1, -3, -3])
+    assert residual[1] > 1
+    np.testing.assert_allclose(found[0], q[0], atol=1e-12)
+    narrow = np.tile([-0.1, 0.1], (6, 1))
+    assert called_nearest(crates / "ur5e", robot, T[:1], q[:1], limits=narrow)[3] == -2
+    turned = q[:1] + 2 * np.pi * np.array([0, 0, 0, 1, 1, 1])
+    wide = np.tile([-9.0, 9.0], (6, 1))
+    found, *_ = called_nearest(crates / "ur5e", robot, T[:1], turned, limits=wide)
+    np.testing.assert_allclose(found, turned, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_example_prints_the_same_without_the_standard_library(name, crates):
     crate, own = crates / name, crates / name / "own"
     printed = cargo(crate, "run", "--example", "solutions")
@@ -185,8 +259,8 @@ def test_example_prints_the_same_without_the_standard_library(name, crates):
     assert {"sin", "cos"} <= set(re.findall(r"^ +U (\S+)$", listed, re.MULTILINE)) <= CALLED
 
 
-def test_example_of_the_page_prints_its_comment(crates):
-    (example,) = examples(PAGE, "rust")
+@pytest.mark.parametrize("example", examples(PAGE, "rust"), ids=["all", "nearest"])
+def test_examples_of_the_page_print_their_comments(example, crates):
     (crates / "ur5e" / "examples" / "page.rs").write_text(example)
     (comment,) = re.findall(r"// (\d.*)$", example, re.MULTILINE)
     assert cargo(crates / "ur5e", "run", "--example", "page").strip() == comment

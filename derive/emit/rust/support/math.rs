@@ -11,6 +11,25 @@ pub fn atan(x: f64) -> f64 {
     atan2(x, 1.0)
 }
 
+/// Rounds to an integer: the sum with 1.5 * 2^52 has no digits after the point.
+pub fn rint(x: f64) -> f64 {
+    const LARGE: f64 = 6755399441055744.0;
+    if abs(x) < 2251799813685248.0 {
+        (x + LARGE) - LARGE
+    } else {
+        x
+    }
+}
+
+pub fn ceil(x: f64) -> f64 {
+    let whole = rint(x);
+    if whole < x {
+        whole + 1.0
+    } else {
+        whole
+    }
+}
+
 #[cfg(feature = "std")]
 mod functions {
     extern crate std;
