@@ -195,71 +195,124 @@ def _of_mechanism(
     parametric: bool,
 ) -> Derivation:
     # Each step of the derivation uses only results and folders of earlier steps.
-    model = loop_model(mechanism)
-    loops = solved_loops(model)
-    has_chain = not loops.forward.open
-    closed = maps.makers(loops) | constraint_functions.makers(loops)
-    closed |= platforms.makers(loops)
-    by_hand = platforms.written_makers(loops)
-    closure = None if has_chain else loop_closure(loops)
-    iteration = _iteration(closure)
-    iterated = iterated_makers(iteration, closed) if iteration else {}
+    loops = solved_loops(loop_model(mechanism))
+    makers = _LoopMakers.of(loops)
     is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())
     varied = ParametricLoops(loops) if is_varied else None
-    legs = backward_inverse.makers(loops) | leg_inverse.makers(loops)
-    makers = iterated | closed | legs
-    called: dict[str, Iterable[str]] = {}
-    if iteration is not None:
-        legs, checked = mode_check.with_legs(legs, iteration.closure)
-        makers = iterated | closed | legs | inner_makers(iteration.closure)
-        by_hand |= checked
-        called = dict.fromkeys([*FUNCTIONS, *iterated], iteration.closure.functions)
-    capabilities = [*(FUNCTIONS if has_chain or iteration else ()), *makers]
-    inverse = None
-    is_asked = functions is None or not set(functions) <= {*capabilities, *by_hand}
-    if loops.may_have_inverse and is_asked:
-        refined_through = None if loops.chain_is_known else closure
-        inverse = hybrid_inverses_for_fixed(loops, families, fixed, refined_through)
-        capabilities += [name for name in inverse.functions if name not in capabilities]
-    written = {function.name: function for function in inverse.written} if inverse else {}
-    if mode_check.IK in written:
-        # The refined inverse of the nominal design replaces the inverse that solves each leg.
-        by_hand.pop(mode_check.IK, None)
-        capabilities = [name for name in capabilities if name != mode_check.LEGS]
-    requested = [name for name in by_hand if functions is None or name in functions]
-    found = [function for name in requested if (function := by_hand[name](loops)) is not None]
-    written |= {function.name: function for function in found}
+    inverse = _loop_inverse(makers, functions, families, fixed)
+    makers = makers.without_replaced(inverse)
+    written = makers.handwritten_functions(functions, inverse)
     robot = with_pose_change(loops.mechanism)
     laws = transmissions(robot, loops.terms, loops.arguments["q"])
-    capabilities = [name for name in capabilities if name not in written]
-    capabilities += [*written, *laws]
-    asked_p, inner = PARAMETRIC if parametric else (), varied.inner if varied else {}
+    of_inverse = inverse.functions if inverse else {}
+    names = [name for name in (*makers.names, *of_inverse) if name not in written]
+    names = list(dict.fromkeys([*names, *written, *laws]))
+    inner, asked_p = varied.inner if varied else {}, PARAMETRIC if parametric else ()
+    called = dict(makers.called) | {name: written[name].calls for name in written}
     called |= {name: varied.called(name) for name in PARAMETRIC} if varied else {}
-    called |= {name: function.calls for name, function in written.items()}
-    wanted = _with_called([*functions, *asked_p], called) if functions is not None else None
-    chosen = _chosen(robot.name, wanted, capabilities, [*inner, *PARAMETRIC])
+    asked = None if functions is None else [*functions, *asked_p]
+    chosen = _chosen(robot.name, _with_called(asked, called), names, [*inner, *PARAMETRIC])
     chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
-    asked_of_tool = [name for name in chosen if name in FUNCTIONS]
-    made = tool_functions(loops, asked_of_tool) if has_chain and asked_of_tool else {}
-    made |= {name: makers[name](loops) for name in chosen if name in makers}
-    # The functions of the tool share terms with the functions of the main chain.
-    made |= iteration.tool_functions(asked_of_tool) if iteration else {}
-    made |= inverse.functions if inverse else {}
-    made |= {name: function for name, function in inner.items() if name in chosen} | laws
+    made = makers.functions(chosen) | of_inverse | laws
+    made |= {name: inner[name] for name in inner if name in chosen}
     made |= varied.functions(chosen) if varied else {}
     return Derivation(
         robot,
         loops.terms,
-        tool_groups(loops) if has_chain else (),
+        () if loops.forward.open else tool_groups(loops),
         tuple(_guarded(made[name], chosen) for name in chosen if name not in written),
         loops,
         inverse,
         tuple(_unguarded_without(written[name], chosen) for name in chosen if name in written),
         families=families,
-        closure=closure,
+        closure=makers.closure,
         geometry=varied.geometry if varied else None,
         parametric_loops=varied,
     )
+
+
+@dataclass(frozen=True)
+class _LoopMakers:
+    """The functions that follow from the loops of a robot, keyed by name, before the derivation.
+
+    Attributes:
+        loops: The loops and their solution.
+        closure: The closure equations of loops without a closed form, or None.
+        iteration: The forward solution by iteration, or None.
+        symbolic: The derivation of each symbolic function.
+        handwritten: The derivation of each function with handwritten C code.
+        called: Names of the functions that the C code of a function calls.
+    """
+
+    loops: SolvedLoops
+    closure: LoopClosure | None
+    iteration: Iteration | None
+    symbolic: Mapping[str, maps.Maker]
+    handwritten: Mapping[str, platforms.WrittenMaker]
+    called: Mapping[str, Iterable[str]]
+
+    @classmethod
+    def of(cls, loops: SolvedLoops) -> "_LoopMakers":
+        """Collects the functions of the loops, of the platform and of its legs."""
+        closed = maps.makers(loops) | constraint_functions.makers(loops) | platforms.makers(loops)
+        handwritten = platforms.written_makers(loops)
+        legs = backward_inverse.makers(loops) | leg_inverse.makers(loops)
+        closure = loop_closure(loops) if loops.forward.open else None
+        iteration = _iteration(closure)
+        if iteration is None:
+            return cls(loops, closure, None, closed | legs, handwritten, {})
+        iterated = iterated_makers(iteration, closed)
+        legs, checked = mode_check.with_legs(legs, iteration.closure)
+        symbolic = iterated | closed | legs | inner_makers(iteration.closure)
+        called = dict.fromkeys([*FUNCTIONS, *iterated], iteration.closure.functions)
+        return cls(loops, closure, iteration, symbolic, handwritten | checked, called)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the functions of the tool, and of the other symbolic functions."""
+        has_tool = self.iteration is not None or not self.loops.forward.open
+        return [*(FUNCTIONS if has_tool else ()), *self.symbolic]
+
+    def without_replaced(self, inverse: Inverses | None) -> "_LoopMakers":
+        """Removes the inverse that solves each leg if a refined inverse replaces it."""
+        if inverse is None or mode_check.IK not in {f.name for f in inverse.written}:
+            return self
+        symbolic = {name: maker for name, maker in self.symbolic.items() if name != mode_check.LEGS}
+        kept = {name: made for name, made in self.handwritten.items() if name != mode_check.IK}
+        return replace(self, symbolic=symbolic, handwritten=kept)
+
+    def handwritten_functions(
+        self, functions: Sequence[str] | None, inverse: Inverses | None
+    ) -> dict[str, NativeSolverFunction]:
+        """Returns the requested functions with handwritten C, and those of the inverse."""
+        found = [*inverse.written] if inverse else []
+        requested = [name for name in self.handwritten if functions is None or name in functions]
+        made = [self.handwritten[name](self.loops) for name in requested]
+        return {f.name: f for f in (*found, *made) if f is not None}
+
+    def functions(self, chosen: Sequence[str]) -> dict[str, SymbolicFunction]:
+        """Derives the chosen functions of the tool, and the other symbolic functions."""
+        of_tool = [name for name in chosen if name in FUNCTIONS]
+        is_closed = not self.loops.forward.open
+        made = tool_functions(self.loops, of_tool) if is_closed and of_tool else {}
+        made |= {name: self.symbolic[name](self.loops) for name in chosen if name in self.symbolic}
+        # The functions of the tool share terms with the functions of the main chain.
+        return made | (self.iteration.tool_functions(of_tool) if self.iteration else {})
+
+
+def _loop_inverse(
+    makers: _LoopMakers,
+    functions: Sequence[str] | None,
+    families: tuple[Family, ...],
+    fixed: str | Sequence[str],
+) -> Inverses | None:
+    """Returns the inverse kinematics, or None if the robot has none or no function needs it."""
+    known = {*makers.names, *makers.handwritten}
+    is_asked = functions is None or not set(functions) <= known
+    if not makers.loops.may_have_inverse or not is_asked:
+        return None
+    closure = None if makers.loops.chain_is_known else makers.closure
+    return hybrid_inverses_for_fixed(makers.loops, families, fixed, closure)
 
 
 def _iteration(closure: LoopClosure | None) -> Iteration | None:
