@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...model.mechanism import Coordinate, Mechanism
 from ...model.tolerances import MOVED_REFERENCE
 from ...terms.casadi_graph import lower
-from ..closing.open_loops import interval, shown
+from ..closing.shown_values import interval, shown
 from ..closing.swapped_ends import doubtful_ends
 from ..functions.maps import margin
 from ..model.numeric_mechanism import NumericMechanism

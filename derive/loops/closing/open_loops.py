@@ -19,6 +19,8 @@ from ..model.numeric_mechanism import NumericMechanism, length_of, offset_of
 from ..model.numeric_rows import NumericRows
 from .actuation import across, check_actuation
 from .closed_loops import ClosedLoops
+from .shown_values import interval, shown
+from .suspect_rods import suspect_rod
 from .swapped_ends import swapped_ends
 from .tilted_pins import explain_open_loop
 
@@ -27,18 +29,16 @@ STARTS = 8
 MAX_REFINED = 3
 """Number of start configurations to refine, best first."""
 MAX_REMEDIES = 5
-"""Maximum number of lengths and angles in a message, smallest change first."""
+"""Maximum number of lengths and angles in a message, smallest change first. A message also names
+the reachable values of each actuated coordinate."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
 """Longest length to try, relative to the mechanism size."""
-DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
 """First step of the search for the far end of an interval (radian, or relative to the size)."""
 ASIDE = 0.2
 """Distance of a start configuration from a dead point (radian, or relative to the mechanism
 size)."""
-UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
-"""Display unit and conversion factor for a length, and for an angle."""
 
 
 @dataclass(frozen=True)
@@ -203,18 +203,35 @@ def _loop_error(
 ) -> LoopError:
     closure_error, words = _error_in_words(bodies, loop_joint, values)
     head = f"the loop of {loop_joint.name!r} does not close{_where(bodies, loop_joint)}: {words}"
-    words = across(bodies, loop_joint)
+    words = _across_at(bodies, loop_joint, loops)
     if words:
         return LoopError(f"{head}; {words}", closure_error=closure_error)
     remedies = sorted(
         _remedies(bodies, loop_joint, values, loops), key=lambda r: _change(bodies, r)
     )
+    suspect = suspect_rod(bodies, loops)
+    head = f"{head}. {suspect}" if suspect else head
     if not remedies:
         text = f"{head}; no single length, angle or coordinate of it closes the loop"
         return LoopError(text, closure_error=closure_error)
-    lines = [f"    {remedy}" for remedy in remedies[:MAX_REMEDIES]]
+    coordinates = {c.name for c in bodies.mechanism.coordinates}
+    lines = [
+        f"    {remedy}"
+        for k, remedy in enumerate(remedies)
+        if k < MAX_REMEDIES or remedy.name in coordinates
+    ]
     text = "\n".join([f"{head}. Any one of these closes it:", *lines])
     return LoopError(text, closure_error=closure_error, remedies=tuple(remedies))
+
+
+def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence[str]) -> str:
+    """States which pin axes lie across an open loop, or across an earlier loop that they lock."""
+    if words := across(bodies, open_):
+        return words
+    for loop_joint in bodies.mechanism.loop_joints:
+        if loop_joint.name in loops and (words := across(bodies, loop_joint)):
+            return f"{loop_joint.name!r} locks the joints of its loop: {words}"
+    return ""
 
 
 def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
@@ -448,37 +465,3 @@ def _change(bodies: NumericMechanism, remedy: Remedy) -> float:
     """Returns the smallest change that closes the loop (radian, or relative to the size)."""
     ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)
-
-
-# --- formatting of values ---
-
-
-def shown(value: float, is_length: bool) -> str:
-    """Formats a length in millimeters or an angle in degrees, with four digits."""
-    unit, factor = UNITS[is_length]
-    shortened = round(value * factor, DECIMALS) + 0.0
-    return f"{shortened:.{DIGITS}g} {unit}"
-
-
-def interval(low: float | None, high: float | None, is_length: bool) -> str:
-    """Formats an interval with its bounds rounded inwards."""
-    unit, factor = UNITS[is_length]
-    bottom = None if low is None else _inwards(low * factor, up=True)
-    top = None if high is None else _inwards(high * factor, up=False)
-    if bottom is None and top is None:
-        return "any other"
-    if low is not None and high is not None and high - low < 1e-3 * abs(high):
-        return shown((low + high) / 2, is_length)
-    if top is None:
-        return f"{bottom} {unit} or more"
-    if bottom is None:
-        return f"{top} {unit} or less"
-    return f"{bottom} {unit}" if bottom == top else f"{bottom} to {top} {unit}"
-
-
-def _inwards(value: float, *, up: bool) -> str:
-    if value == 0:
-        return "0"
-    digit = 10.0 ** (math.floor(math.log10(abs(value))) - DIGITS + 1)
-    steps = math.ceil(value / digit - 1e-3) if up else math.floor(value / digit + 1e-3)
-    return f"{steps * digit + 0.0:.{DIGITS}g}"

@@ -1,0 +1,67 @@
+"""Names a rod whose length differs by orders of magnitude from all other lengths of a mechanism.
+
+Such a rod usually has a length in the wrong unit. The open loop is then often another loop, because
+other bodies reach both ends of the rod.
+"""
+
+from collections.abc import Sequence
+from statistics import median
+
+import sympy as sp
+
+from ...model.mechanism import Strut
+from ..model.numeric_mechanism import NumericMechanism, length_of
+from .shown_values import shown
+
+FAR_OFF = 100.0
+"""Ratio between a rod length and the median of the other lengths beyond which a rod is suspect."""
+MIN_OTHERS = 3
+"""Minimum number of other lengths that show the scale of a mechanism."""
+SLIPS = (1000.0, 1 / 1000)
+"""Ratios between the unit of the file and a wrong unit of one length, such as mm and m."""
+
+
+def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
+    """States which rod length is far off, and whether a different unit closes the loops; or "".
+
+    Args:
+        bodies: A mechanism with an open loop.
+        loops: Names of the loops that the corrected length must close.
+    """
+    for strut in bodies.mechanism.struts:
+        name = _constant(bodies, strut)
+        if strut.is_cylinder or not name:
+            continue
+        lengths = {k: x for k, x in bodies.constants.items() if x > 0 and bodies.is_length(k)}
+        own = lengths.pop(name, 0.0)
+        if len(lengths) < MIN_OTHERS or not own:
+            continue
+        middle = median(lengths.values())
+        if max(own / middle, middle / own) < FAR_OFF:
+            continue
+        low, high = (shown(of(lengths.values()), True) for of in (min, max))
+        text = f"The length of {strut.name!r}, {shown(own, True)}, is suspect: "
+        text += f"all other lengths are between {low} and {high}"
+        slips = (own * ratio for ratio in SLIPS)
+        closing = next((x for x in slips if _closes(bodies, name, x, loops)), None)
+        if closing is None:
+            return text
+        return f"{text}, and the loops close with {shown(closing, True)}; check its unit"
+    return ""
+
+
+def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[str]) -> bool:
+    """Whether loops close near the reference for a value of a constant."""
+    before = bodies.constants
+    bodies.constants = {**before, name: value}
+    found = bodies.nearest(bodies.values, bodies.unknown, loops)
+    closed = bodies.all_closed(found, loops)
+    bodies.constants = before
+    return closed
+
+
+def _constant(bodies: NumericMechanism, strut: Strut) -> str:
+    """Returns the name of the constant that is the length of a rod, or "" for an expression."""
+    if length_of(strut) in bodies.constants:
+        return length_of(strut)
+    return strut.length.name if isinstance(strut.length, sp.Symbol) else ""
