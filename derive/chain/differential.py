@@ -116,7 +116,7 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
     """Returns the derivatives of the mixed Jacobian: entry [j][k] is d(column j)/d(joint k).
 
     With i the smaller and l the larger of the joint indices j and k, dv_j/dq_k = omega_i x v_l. If
-    k is before j, domega_j/dq_k = omega_k x omega_j; otherwise this derivative is zero.
+    k is before j, domega_j/dq_k = omega_k x omega_j; otherwise domega_j/dq_k is zero.
     """
     count = range(len(screws))
     return [

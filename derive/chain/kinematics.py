@@ -210,8 +210,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # Converts the two joint indices of second derivatives to coordinate indices, the
-        # differentiation index first.
+        # Converts the joint indices of second derivatives to coordinate indices; the index of
+        # differentiation comes first.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()

@@ -6,8 +6,8 @@ A body on a joint has the following pose in the base frame:
 
 Here, z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
 about or translates along the joint axis in the body frame. A joint that several coordinates move is
-a series of such motions about one axis, each on a separate body. A strut connects two bodies; the z
-axes of its sections are along the strut.
+a series of motions about one axis, each on a separate body. A strut connects two bodies; the z axes
+of its sections are along the strut.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,8 @@
 """A serial robot as a table of Denavit-Hartenberg parameters or of screw axes.
 
-Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. These steps
-between consecutive axes, and a rotation and a translation along the tool axis, define the positions
-of all axes:
+Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. Steps between
+consecutive axes, and a rotation and a translation along the tool axis, define the positions of all
+axes:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)

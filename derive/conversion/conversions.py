@@ -102,9 +102,10 @@ def convert(robot: Described, to: Format) -> Conversion:
 
     Args:
         robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
-        to: "toml" preserves conventions and parameters. "urdf" writes origins with 17 digits. "dh"
-            (standard), "mdh" (modified, Craig) and "poe" (screw axes) write a robot file in which
-            all joints have this convention; fixed joints become part of the links.
+        to: The format. The format "toml" preserves conventions and parameters. The format "urdf"
+            has origins with 17 digits. The formats "dh" (standard), "mdh" (modified, Craig) and
+            "poe" (screw axes) write a robot file in which all joints have this convention; fixed
+            joints become part of the links.
 
     Returns:
         The text in the new format, with the bound of the pose error. Multiples of pi/12 and short

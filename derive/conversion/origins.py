@@ -72,7 +72,7 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
 
     Args:
         robot: A serial robot.
-        keeps_links: Whether link frames must not move during the conversion.
+        keeps_links: Whether the conversion must preserve the link frames.
 
     Raises:
         InputValueError: A link frame would move, although ``keeps_links`` is set.

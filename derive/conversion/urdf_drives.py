@@ -121,7 +121,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Returns the transmission with these equations, in joint order, or None if none fits."""
+    """Returns the transmission that has the joint equations, or None if no transmission fits."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One

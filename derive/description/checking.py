@@ -41,7 +41,7 @@ class Finding:
     Attributes:
         severity: The value is "error" if the robot cannot be derived, "warning" for numbers that
             are probably wrong, or "note" for assumed and snapped values.
-        where: File, line and field of the finding, if these are known.
+        where: File, line and field of the finding, if known.
         message: The expected value and the found value, or a remark.
     """
 

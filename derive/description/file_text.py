@@ -90,7 +90,7 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
         encoding: Name of the encoding.
 
     Raises:
-        DescriptionError: The content is not in this encoding, or the encoding is unknown.
+        DescriptionError: The content does not have the stated encoding, or the encoding is unknown.
     """
     name = encoding.upper().removesuffix("-SIG")
     try:

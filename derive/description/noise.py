@@ -4,8 +4,8 @@ The written digits distinguish three cases. *Noise* is a short decimal with stra
 such as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple
 of 15 degrees that is rounded to the written decimal places, such as 1.5708. A rounded angle may
 also be a fraction of a rounded pi, such as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a
-unit vector of cosines of such angles, such as (0.7071068, 0.7071068, 0), or a diagonal of a cube.
-Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
+unit vector of cosines of multiples of 15 degrees, such as (0.7071068, 0.7071068, 0), or a diagonal
+of a cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math
@@ -65,9 +65,9 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
     """Returns the short decimal that a noisy decimal represents, or else the decimal itself.
 
     A single-precision number that is written with the digits of a double, such as
-    0.20000000298023224, is first replaced by its shortest single-precision decimal. A decimal d
-    with k places is selected if it differs from the value by at most ``tolerance`` and by at most
-    the last place of d divided by ``NOISE_GAP``; three zeros or nines then follow d.
+    0.20000000298023224, is first replaced by its shortest single-precision decimal. A decimal d is
+    selected if its difference from the value is at most ``tolerance``, and at most the last place
+    of d divided by ``NOISE_GAP``. Three zeros or nines then follow d.
 
     Args:
         value: A number, which is returned unchanged unless it is a finite decimal.
@@ -105,10 +105,10 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     A decimal is replaced by a multiple of pi/12 if it equals this multiple, rounded or truncated to
     the places of the decimal. The decimal must have so many places that at most the fraction
     ``CHANCE`` of all angles match by chance; three places are enough, or two for right angles.
-    Before the division, pi itself may have been rounded or truncated to at least four places, and
-    at most to as many places as the decimal has; for example, 0.7853975 is 3.14159 / 4. A trailing
-    zero does not count as a place, so the decimal 2.880 does not change. The angle zero must be
-    written as zero.
+    Before the division, pi may have been rounded or truncated. The rounded pi has at least four
+    places, and at most as many places as the decimal; for example, 0.7853975 is 3.14159 / 4. A
+    trailing zero does not count as a place, so the decimal 2.880 does not change. The angle zero
+    must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:

@@ -26,7 +26,7 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding of a relative rotation in units of the last place, which is half a unit for each of six
+"""Rounding error of a relative rotation in units of the last place: half a unit for each of six
 angles."""
 _FINE = 10**20
 """Number of steps per radian to which an angle in rotated axes is rounded before its

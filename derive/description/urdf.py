@@ -36,7 +36,8 @@ DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
 """Joint types for which a URDF requires limits."""
 FREE_KINDS = ("floating", "planar")
-"""Joint types with several degrees of freedom; a chain starts after such a joint."""
+"""Joint types with several degrees of freedom; a chain can only start after a joint of these
+types."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",

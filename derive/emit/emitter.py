@@ -19,7 +19,8 @@ class Emitter:
         files: Returns the files of the language for a derivation and its programs. The same
             derivation gives the same texts on any machine.
         prints_equations: Whether the language prints equations, so that it does not need the typed
-            programs. The files of such a language are written while the programs are built.
+            programs. The files of a language that prints equations are written while the programs
+            are built.
     """
 
     language: str

@@ -52,7 +52,7 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L and the first independent joints; q = L (theta - c) for these joints."""
+        """Returns L of q = L (theta - c), and the first independent joints, whose theta is used."""
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)

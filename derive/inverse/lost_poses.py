@@ -1,9 +1,9 @@
 """Counts the poses that an inverse misses, on a sample of right-angle configurations.
 
 If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
-selects one value. If the other joints reach the pose only for certain values of this angle, the
-closed form may miss the solution. An inverse may miss poses at right angles, in arms with round
-dimensions, and if a fixed prismatic joint makes axes intersect.
+selects one value. If the other joints reach the pose only for certain values of the arbitrary
+angle, the closed form may miss the solution. An inverse may miss poses at right angles, in arms
+with round dimensions, and if a fixed prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence

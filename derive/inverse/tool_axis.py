@@ -2,10 +2,10 @@
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6; at every reachable pose, a solution with angle 6 at 0 exists. If the six
-joints fit no family, a different axis is added for the pose task only; its joint stays at 0. This
-axis passes through the intersection of the last two or first two axes, as in a spherical wrist. If
-the first added axis gives no solution, the added axis passes through a point of an axis next to a
-prismatic joint, or at a distance from the other axes.
+joints fit no family, a different axis is added for the pose task only; its joint stays at 0. The
+added axis passes through the intersection of the last two or first two axes, as in a spherical
+wrist. If the first added axis gives no solution, the added axis passes through a point of an axis
+next to a prismatic joint, or at a distance from the other axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -106,9 +106,10 @@ def _by_added_axis(
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
     """Yields the chain with an added joint at 0, after the last joint or before the first joint.
 
-    The added axis passes through the intersection of the two axes at the chosen end, through a
-    point of the end axis if a joint is prismatic, or at a distance from the other axes. The added
-    axis is perpendicular to the end axis, so that a wrist can reach every orientation.
+    Two positions of the added axis are tried at each end. The first position contains the
+    intersection of the two axes at the end or, if a joint is prismatic, a point of the end axis.
+    The second position is at a distance from the other axes. The added axis is perpendicular to the
+    end axis, so that a wrist can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

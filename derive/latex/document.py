@@ -229,7 +229,7 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether one loop solution fits several tool poses, so that it is also the inverse.
+    """Whether the loops allow several tool poses, so that their solution is also the inverse.
 
     If a pose determines the main-chain joints, the main chain has a separate inverse, which is
     printed.

@@ -1,7 +1,7 @@
 """A robot as plain data: joints with constant placements, limits, frames and parameters.
 
-Every convention and file format is converted to this form. The pose of link i in link i-1 follows
-from the joint coordinate q:
+Every convention and file format is converted to joints with constant placements. The pose of link i
+in link i-1 follows from the joint coordinate q:
 
     T_prev_link = before * motion(q) * after.
 

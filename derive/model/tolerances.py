@@ -13,7 +13,7 @@ EVALUATION_DIGITS = 40
 rounding does not affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
 """Decimal digits of intermediate results in constant expressions. Chains of named constants lose a
-few digits. With these additional digits, all 40 digits of a constant are correct."""
+few digits. With the additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Number of correct decimal digits of a constant with many operations; rounding and cancellation
 may change the last eight of the 40 digits."""
@@ -40,7 +40,7 @@ LARGE_CLEANING = 5e-4
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
 """Minimum ratio (no unit) of a decimal's last place to a difference that counts as noise: three
-zeros or nines follow the last place. One in 500 intended values has three such digits by chance."""
+zeros or nines follow the last place. By chance, one in 500 intended values has these digits."""
 CONTINUOUS_MODEL = 0.02
 """Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
 radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
@@ -309,8 +309,8 @@ INDEPENDENT_SLIDES = EXACT_STRUCTURE
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Up to this sine of the angle between axis 6 and axes 2 to 4, all these axes count as parallel.
 
-In this case, the sum of angles 2 to 4 may change by at most this angle to bring the elbow within
-reach.
+If the axes count as parallel, the sum of angles 2 to 4 may change by at most this angle to bring
+the elbow within reach.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Up to this distance (meter) of a point from an axis, a rotation does not move the point.
@@ -401,7 +401,7 @@ SINGLE_SOLUTION = 1e-12
 """Below this ratio of the second smallest to the largest singular value, the second smallest counts
 as 0.
 
-The six equations do not determine a unique solution in this case.
+With two small singular values, the six equations do not determine a unique solution.
 """
 POOR_SEPARATION = 1e-5
 """Below this separation of the solutions (:attr:`.Choice.separation`), other joints are fixed
@@ -420,7 +420,7 @@ ASKED_MOVE = 0.05
 needed.
 
 Joint change above which the general solver runs at every pose, if it separates the solutions well.
-Near a wrist singularity, an arm with such a joint change has solutions that belong to no nominal
+Near a wrist singularity, an arm with a large joint change has solutions that belong to no nominal
 branch. With a wrist offset of 13 mm (median joint change 0.06), 1 of 9 right-angled configurations
 was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and mrad, and smaller for all
 tested arms with up to 3 mm and mrad.
@@ -464,8 +464,8 @@ SOLVED_SINGLE = 2e-5
 precision is multiplied by the square root of the rounding-error ratio, 2^29."""
 REGULAR = 1e-3
 """Errors in single precision are measured only above this value: the smallest singular value of a
-Jacobian (no unit, or meter), and the smallest margin of a loop. Near a singularity, these values
-grow without bound."""
+Jacobian (no unit, or meter), and the smallest margin of a loop. Near a singularity, the errors in
+single precision grow without bound."""
 
 # --- chain: numerical singular configurations ---
 

@@ -111,7 +111,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes the angle of a point with a sign factor from the angle without this factor."""
+    """Computes the angle of a point with a sign factor from the angle without the sign."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):

@@ -106,8 +106,8 @@ class ModelReport:
         prismatic: t, the number of prismatic joints.
         helical: Number of helical joints, each with a pitch.
         numbers: Number of parameters in the conventions of the robot, including base and tool.
-        rank: Rank of the Jacobian of the tool poses with respect to these parameters, over random
-            configurations.
+        rank: Rank of the Jacobian of the tool poses with respect to the parameters of the
+            conventions, over random configurations.
         suitable_numbers: Number of parameters in the conventions that suit the joints.
         suitable_rank: Rank of the Jacobian of the tool poses with respect to the suitable
             parameters.

@@ -109,8 +109,8 @@ class Call:
         system: Name of the solved equations, and of the C file that contains them.
         entry: Name of the solver's entry point.
         inputs: Names of function inputs, or of outputs of earlier calls.
-        outputs: Arrays that the call fills. The symbols of these arrays are arguments of the later
-            statements.
+        outputs: Arrays that the call fills. The symbols of the filled arrays are arguments of the
+            later statements.
         operations: Approximate operation count of the call.
     """
 

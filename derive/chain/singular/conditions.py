@@ -44,7 +44,7 @@ def conditions(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets of one factor from each product; each choice simplifies the other products."""
+    """Yields sets with one factor from each product; a chosen factor simplifies other products."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return

@@ -27,7 +27,7 @@ class ScrewRing:
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
         slides: Symbols for the coordinates themselves (prismatic joints).
-        ring: The ring of polynomials in all these symbols.
+        ring: The ring of polynomials in the parameters, cosines, sines and coordinates.
     """
 
     def __init__(

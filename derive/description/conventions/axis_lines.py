@@ -2,7 +2,7 @@
 
 The z axis of the reference frame is along the preceding joint axis. In most conventions, the x axis
 of the link points along the common normal of both axes. With Hayati's tilts, a plane normal to the
-preceding axis intersects the joint axis instead. The x axis of the link then points to this
+preceding axis intersects the joint axis instead. The x axis of the link then points to the
 intersection.
 """
 

@@ -2,7 +2,7 @@
 
 A revolute axis is a line with four possible displacements; shifts along the line and rotations
 about it have no effect. A prismatic axis is a direction, which two tilts can change. A convention
-can represent every nearby axis if its parameters produce all these displacements.
+can represent every nearby axis if its parameters produce all displacements of the axis.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -67,9 +67,9 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
     """Returns the transform between two axes in a convention.
 
     If a transform starts with a rotation about the preceding axis, a rotation about the joint axis
-    and a shift along it are added. If a transform ends with a rotation about the joint axis, the
-    added motions are about and along the preceding axis; an offset of the preceding joint has the
-    same effect.
+    and a shift along it are added. If a transform ends with a rotation about the joint axis, a
+    rotation about and a shift along the preceding axis are added. An offset of the preceding joint
+    has the same effect.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)

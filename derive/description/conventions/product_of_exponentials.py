@@ -47,5 +47,5 @@ poe = Convention(
 ``point``.
 
 Axis and point are expressed in the frame of the previous link when all joints are at zero. In a
-chain with only `poe` joints, this frame is the base frame.
+chain with only `poe` joints, the frame of each link is then the base frame.
 """

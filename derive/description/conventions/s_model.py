@@ -16,7 +16,7 @@ x, y, z = sp.symbols("x y z", real=True)
 
 
 def _turned_then_moved(line: AxisLine) -> Fitted:
-    """Fits beta and alpha to the axis direction, and the shift to the point in this frame."""
+    """Fits beta and alpha to the axis direction, and the shift to the rotated axis point."""
     _, beta, alpha = origin_and_turns(line)
     p_x, p_y, p_z = in_turned_frame(line)
     return fitted({"beta": beta, "alpha": alpha, "x": p_x, "y": p_y, "z": p_z})

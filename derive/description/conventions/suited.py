@@ -2,8 +2,8 @@
 
 For nonparallel consecutive axes, the modified Denavit-Hartenberg parameters are complete and
 minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts with one
-more parameter are used. For nearly coinciding axes, both of these conventions fail, so a full pose
-describes the joint.
+more parameter are used. For nearly coinciding axes, modified Denavit-Hartenberg parameters and
+Hayati's tilts both fail, so a full pose describes the joint.
 """
 
 from collections.abc import Sequence

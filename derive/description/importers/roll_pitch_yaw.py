@@ -2,8 +2,8 @@
 
 Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are cosine
 and sine of (roll - yaw)/2 times cos(pitch/2) + sin(pitch/2). Likewise, w - y and x + z are cosine
-and sine of (roll + yaw)/2 times cos(pitch/2) - sin(pitch/2). No square root of a small difference
-occurs in these formulas.
+and sine of (roll + yaw)/2 times cos(pitch/2) - sin(pitch/2). The formulas contain no square root of
+a small difference.
 """
 
 from typing import Any

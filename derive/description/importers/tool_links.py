@@ -51,8 +51,7 @@ class Ends:
         base: The base link.
         tip: The tip link.
         others: The alternative tip links.
-        before: The joints before an inferred base, the last of which is the floating or planar
-            joint.
+        before: The joints before an inferred base; the last of these joints is floating or planar.
         left_out: Fingers and other end parts that are excluded from the arm.
     """
 

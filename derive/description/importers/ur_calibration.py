@@ -2,9 +2,9 @@
 
 The controller stores deviations of six rows of DH parameters (``calibration.conf``: delta_theta,
 delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
-poorly defined and delta_d is often many meters. The ROS driver moves these frames along their axes
-and writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z,
-roll, pitch, yaw). Both file formats are converted to the second form, in which a file states the
+poorly defined and delta_d is often many meters. The ROS driver moves the link frames along their
+axes and writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y,
+z, roll, pitch, yaw). Both file formats are converted to the second form, in which a file states the
 poses of links.
 
 Source:
@@ -244,7 +244,7 @@ def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, 
 
     The origin of a joint may be anywhere on the joint axis. After a row of ``NEARLY_PARALLEL``, the
     origin is moved to the intersection of the axis with the plane that is normal to the preceding
-    axis. The x axis of the preceding frame is rotated towards this point. The tool poses do not
+    axis. The x axis of the preceding frame is rotated towards the new origin. The tool poses do not
     change.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]

@@ -19,8 +19,8 @@ MAX_FILES = 300
 """Maximum number of files that are searched, to limit the computing time."""
 MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Search locations near a file, given by the number of folders upwards and the file pattern below
-that folder."""
+"""Search locations near a file: the number of parent folders to go up, and the file pattern below
+the reached folder."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 

@@ -2,7 +2,7 @@
 
 ``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
 ``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
-Platforms without these instruction sets use a plain loop. ``chasles_lanes.h`` and
+Platforms without a supported instruction set use a plain loop. ``chasles_lanes.h`` and
 ``chasles_batch.h`` are the same for every robot.
 """
 

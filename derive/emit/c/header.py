@@ -36,8 +36,8 @@ def header(
         programs: The programs of the functions, for the operation counts.
         further: Commented declarations of the functions that call the robot's functions.
     """
-    # A robot may have the name hexapod or lanes; this prefix prevents a clash with the include
-    # guards of the common headers.
+    # The prefix prevents a clash with the include guards of the common headers if the name of a
+    # robot is hexapod or lanes.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(

@@ -64,9 +64,9 @@ def kernel(
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of the inputs and outputs in doubles.
-        alike: Angles whose values are equal in lanes 2 k and 2 k + 1 of every vector. Two of these
-            angles are computed together: even lanes compute the first angle, odd lanes the second
-            angle.
+        alike: Angles whose values are equal in lanes 2 k and 2 k + 1 of every vector. Two angles
+            with equal values in pairs of lanes are computed together: even lanes compute the first
+            angle, odd lanes the second angle.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)

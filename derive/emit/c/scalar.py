@@ -221,13 +221,13 @@ def _wrapped(line: str) -> list[str]:
 class _Parts:
     """A program, split at the cosines and sines that one call computes together.
 
-    None of these cosines and sines depends on another cosine or sine.
+    No cosine or sine of the call depends on the result of the call.
 
     Attributes:
-        before: Statements before these cosines and sines.
+        before: Statements before the call.
         angles: The angles whose cosines and sines the call computes.
         turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
-        after: Statements after these cosines and sines.
+        after: Statements after the call.
     """
 
     before: tuple[Compute, ...]

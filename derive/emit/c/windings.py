@@ -1,9 +1,9 @@
 """Generates the C tables for the search over full turns of coupled joints near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn. For example, it may move both motors of a differential by half a turn each. The limits of such
-a robot form a polytope. A robot needs no tables if a full turn of each joint is a full turn of
-single coordinates and its coupled joints have no limits.
+turn. For example, it may move both motors of a differential by half a turn each. The limits of a
+coupled robot form a polytope. A robot needs no tables if a full turn of each joint is a full turn
+of single coordinates and its coupled joints have no limits.
 """
 
 import textwrap
@@ -117,8 +117,8 @@ def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
     """Returns the only coordinate that full turns of an independent joint change, or -1.
 
-    Other independent joints must not change this coordinate, and every joint that moves with it
-    must move with it alone.
+    No other independent joint may change the coordinate, and each joint that depends on the
+    independent joint must not depend on other independent joints.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

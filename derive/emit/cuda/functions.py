@@ -18,8 +18,8 @@ DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 POSE = "  const size_t pose = (size_t)blockIdx.x * blockDim.x + threadIdx.x;"
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own", "own_residual", "own_margin"])
-"""Names of the local variables in the printed functions. An argument with one of these names, or
-with a reserved name of C++, gets a trailing underscore."""
+"""Names of the local variables in the printed functions. An argument with the name of a local
+variable, or with a reserved name of C++, gets a trailing underscore."""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:

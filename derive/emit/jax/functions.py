@@ -34,7 +34,7 @@ RESERVED = frozenset([*keyword.kwlist, "jnp", "batch", "is_single", CHOICE])
 
 
 def safe(name: str) -> str:
-    """Returns a name that an argument or a result can have."""
+    """Returns a valid name for an argument or a result."""
     return f"{name}_" if name in RESERVED else name
 
 
@@ -80,7 +80,7 @@ def _signs(slots: Sequence[tuple[int, ...]]) -> Iterator[str]:
 
 
 def _entries(function: SymbolicFunction, program: Program, *, is_branch: bool) -> Iterator[str]:
-    """Yields the lines that assign the entries of the inputs; slots are a further dimension."""
+    """Yields the lines that assign input entries; solution slots are a further dimension."""
     name, shapes = naming(program), {a.name: a.shape for a in function.inputs}
     for entry in program.inputs:
         argument = program.arguments[entry.argument]

@@ -15,7 +15,7 @@ def plugin_values(
 
     The plugin works with the joints of the chain. For a robot with loops or couplings, the
     generated C uses actuated coordinates. The functions ``chain`` and ``actuators`` convert between
-    these coordinates and the joints.
+    the actuated coordinates and the joints.
 
     Args:
         derivation: The derived robot with its functions.

@@ -27,9 +27,9 @@ def single(program: Program) -> Program:
     """Returns the single-precision version of a program.
 
     A rounding threshold is a very small constant that only conditions use. The conversion
-    multiplies this threshold by the ratio of the rounding errors. A lower bound in a denominator
-    prevents a division by zero. The conversion replaces this bound by a number that single
-    precision can represent.
+    multiplies a rounding threshold by the ratio of the rounding errors. A lower bound in a
+    denominator prevents a division by zero. The conversion replaces a lower bound by a number that
+    single precision can represent.
     """
     stored = _reaching_results(program)
 

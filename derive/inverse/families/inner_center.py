@@ -34,7 +34,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     S = lines.meeting(1, 2)
 
     # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Seen from the tool,
-    # joint 1 and the joints 6 and 5 place this point at the same position.
+    # joint 1 on one side and joints 6 and 5 on the other side place the intersection at the same
+    # position.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:

@@ -7,7 +7,7 @@ and the remaining position error determines the prismatic joints.
 There are up to two revolute joints. Three revolute joints are possible with three prismatic joints,
 or if the three axes intersect in one point. If the first and third axis become parallel, only the
 sum of their angles is determined. Three prismatic joints still reach the position for any division
-of this sum between the two joints. The axes need not intersect or be perpendicular.
+of the angle sum between the two joints. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
 an unreachable pose, the result is a nearby pose.

@@ -125,7 +125,7 @@ def _nearer(
     """Returns refined angles 1 and 5 if the refinement reduces the error of both equations.
 
     If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
-    direction only to 1e-8. The perpendicular component is accurate to double precision: two unit
+    direction only to 1e-8. The perpendicular component is accurate to double precision. Two unit
     vectors with the components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 =
     (c' - c)(c' + c)``.
     """

@@ -2,7 +2,7 @@
 
 One joint is redundant: with a fixed tool pose, the elbow rotates about the line from shoulder to
 wrist. The swivel angle defines the elbow position. The swivel angle is the angle between two half
-planes bounded by this line: the reference half plane and the half plane of the elbow.
+planes bounded by the shoulder-wrist line: the reference half plane and the half plane of the elbow.
 
 Let S be the shoulder, W the wrist center and E the elbow (the point of axis 4 nearest to axis 3).
 With ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1 and r a direction normal
@@ -11,7 +11,7 @@ to axis 1.
     Then ``e_x = direction of ((w - t) x r) x w``, ``e_y = w x e_x`` and ``swivel = atan2(e_y.(E -
     S), e_x.(E - S))``.
 
-This reference direction is smooth unless the wrist is straight below the shoulder, where a
+The reference direction is smooth unless the wrist is straight below the shoulder, where a
 floor-mounted arm has its base. For a wrist straight below the shoulder, the angle is measured from
 an arbitrary direction.
 

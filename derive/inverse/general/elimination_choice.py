@@ -133,7 +133,7 @@ def choose(robot: SerialRobot) -> Choice | None:
     """Returns the elimination orders of an arm, or None without a suitable order.
 
     Some arms need a free prismatic joint, because the other six joints alone are nearly singular.
-    In this case, any joint may be the fixed joint.
+    In an arm that needs a free prismatic joint, any joint may be the fixed joint.
 
     Args:
         robot: The description.

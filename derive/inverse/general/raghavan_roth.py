@@ -11,14 +11,13 @@ joint (6). Joint 6 does not move its axis, so the equations of this axis do not 
     With the axis a of joint 6, ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1
     C_6^-1 a``.
 
-Both sides of this equation are written as fourteen line quantities (:mod:`.line_quantities`), which
-are linear in the cosine and sine of each joint. This gives ``A y = B(theta_3) x``, where y contains
-the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
+Both sides of the equation are written as fourteen line quantities (:mod:`.line_quantities`), which
+are linear in the cosine and sine of each joint. The result is ``A y = B(theta_3) x``, where y
+contains the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
-combinations of the equations eliminate y. The generated C finds the angles theta_3 at which these
-six equations have a solution. Accuracy depends on the suppressed joint
-(:mod:`.elimination_choice`).
+combinations of the equations eliminate y. The generated C finds the angles theta_3 at which the six
+equations have a solution. Accuracy depends on the suppressed joint (:mod:`.elimination_choice`).
 
 A prismatic joint with displacement d has Tz(d) instead of Rz(theta), and 1, d, d^2 instead of 1,
 cosine, sine. A prismatic joint may be joint 1 or 2, or whichever of joints 4 and 5 has no half

@@ -3,7 +3,7 @@
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
 closed form, loop by loop. Each loop has two branches, one for each of the two folded positions of
 its links. If the loops reduce the degrees of freedom of the main chain, the loop equations decide
-whether the pose is reachable; an example is a delta robot with a rotated platform.
+whether the pose is reachable. An example is a delta robot with a rotated platform.
 """
 
 from collections.abc import Sequence

@@ -2,8 +2,8 @@
 
 If the main chain belongs to a known family, its joints are computed from the pose, and the
 actuators from these joints. If the loops prevent a part of the chain from rotating, virtual
-prismatic joints replace this part. The actuators of this part are computed from the prismatic
-displacements.
+prismatic joints replace this part. The actuators of the replaced part are computed from the
+prismatic displacements.
 """
 
 from collections.abc import Mapping, Sequence

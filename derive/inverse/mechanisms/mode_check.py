@@ -1,10 +1,10 @@
 """Inverse of a robot whose loops are solved by iteration, with a check of every solution by ``fk``.
 
 The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
-these coordinates, the loops may have several assembly modes, and ``fk`` selects the reference mode.
-Therefore, ``ik`` evaluates ``fk`` for the coordinates in every solution slot of ``ik_legs``. A
-solution slot contains a solution if ``fk`` returns the target pose; otherwise, its coordinates
-belong to a different assembly mode.
+the computed coordinates, the loops may have several assembly modes, and ``fk`` selects the
+reference mode. Therefore, ``ik`` evaluates ``fk`` for the coordinates in every solution slot of
+``ik_legs``. A solution slot contains a solution if ``fk`` returns the target pose; otherwise, its
+coordinates belong to a different assembly mode.
 """
 
 from collections.abc import Mapping

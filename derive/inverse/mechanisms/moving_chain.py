@@ -3,7 +3,7 @@
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
 have constant values. An axis mounted on the platform then continues a chain of three translations.
 If the actuators outnumber the degrees of freedom of the tool, the caller chooses the values of some
-actuated joints in the chain; examples are a rail below a hexapod and an axis on its platform.
+actuated joints in the chain. Examples are a rail below a hexapod and an axis on its platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ class MovingChain:
         whole: The main chain.
         robot: The main chain, in which locked joints are fixed joints.
         lines: The axes of the moving joints; their joint numbers count all joints of the chain.
-        found: The structure of these axes.
+        found: The structure of the axes of the moving joints.
         locked: The constant value of each locked joint, keyed by its joint number in the whole
             chain.
     """

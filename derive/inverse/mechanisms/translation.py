@@ -186,7 +186,7 @@ def actuators_of(
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates, or None if the displacements do not have this form.
+        The values of the coordinates, or None if the displacements do not have the required form.
     """
     terms = work.terms
     slides = moved.slides

@@ -42,7 +42,7 @@ def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
     """Applies a Gauss-Newton step to a chain that was solved with an added joint at angle 0.
 
     Args:
-        work: Record of the solution with the solved joints.
+        work: The record of the solution, which contains the solved joints.
         lines: The chain, numbered from the base.
         target: The displacement that the chain must produce.
     """
@@ -56,7 +56,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
     The step is used only near the target pose, and only if it reduces the error.
 
     Args:
-        work: Record of the solution with the solved joints.
+        work: The record of the solution, which contains the solved joints.
         lines: The chain, numbered from the base.
         target: The displacement that the chain must produce.
     """

@@ -1,7 +1,7 @@
 """Solution steps for an arm that moves in a plane on a rotating base.
 
 The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
-joints position the tool and set its pitch in this plane. A fifth joint rotates the tool about an
+joints position the tool and set its pitch in the arm plane. A fifth joint rotates the tool about an
 axis in the arm plane.
 """
 
@@ -63,10 +63,11 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Like :func:`turn_to_plane`, but a direction fixed in the tool also determines joint 1.
+    """Solves for joint 1 as :func:`turn_to_plane` does, and from a direction fixed in the tool.
 
     The joints after joint 1 are revolute with parallel axes, or prismatic and perpendicular to
-    these axes. These joints do not change the angle between the direction and the parallel axes.
+    these axes. The joints after joint 1 do not change the angle between the direction and the
+    parallel axes.
 
     Args:
         work: Records the step.
@@ -148,7 +149,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
-    """Like :func:`turned_to_plane`, for a tool whose orientation relative to axis 2 is constant."""
+    """Calls :func:`turned_to_plane` for a tool with constant orientation relative to axis 2."""
     terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
     q1 = work.step(
         [a1],

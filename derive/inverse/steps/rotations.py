@@ -49,8 +49,8 @@ def three_turns(
         axes: The three axes.
         wanted: A function that returns the image of a direction under the rotation R.
         aligned: If axis 6 is parallel to axis 4, this function returns the angle of joint 4 for the
-            angle of joint 5 and a sign. Without this function, the angle of joint 4 is 0 in this
-            case.
+            angle of joint 5 and a sign. Without the function, the angle of joint 4 is 0 if axes 4
+            and 6 are parallel.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -128,7 +128,7 @@ def last_turn(
         work: Records the step.
         axis: The last axis.
         e: A direction perpendicular to the last axis.
-        wanted: The image of this direction under the rotation by all joints.
+        wanted: The image of the direction under the rotation by all joints.
         before: The axes and rotations of the joints before the last joint, numbered from the base.
         behind: Text that names the joints before the last joint.
         is_regular: Whether the rotated direction is perpendicular to the last axis for every

@@ -159,8 +159,8 @@ def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
-    # axes. Joint 1 moves this intersection to a known position, so the distance |R_1^T V - c| is
-    # known.
+    # axes. Joint 1 moves the intersection of the axes to a known position, so the distance |R_1^T V
+    # - c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, center, C)
     minus_h = negative(a1.h)

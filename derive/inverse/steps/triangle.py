@@ -1,6 +1,6 @@
 """Two parallel revolute joints that position a point in the plane normal to their axes.
 
-Shoulder, elbow and wrist are the corners of a triangle in this plane.
+Shoulder, elbow and wrist are the corners of a triangle in the plane normal to the axes.
 """
 
 from ...terms.vectors import Vector, added, dot, subtracted

@@ -2,9 +2,9 @@
 
 A joint does not move a wrist center on the joint's axis, so the angle of the joint is arbitrary. A
 wrist whose consecutive axes are perpendicular reaches every orientation, so any arm angle is valid.
-Other wrists reach only some orientations, because the angle between axes 4 and 6 has limits. For
-such a wrist, the selected arm angle brings the angle between axes 4 and 6 as close as possible to
-the middle of its range.
+Other wrists reach only some orientations, because the angle between axes 4 and 6 has limits. For a
+wrist with limited orientations, the selected arm angle brings the angle between axes 4 and 6 as
+close as possible to the middle of its range.
 """
 
 import sympy as sp

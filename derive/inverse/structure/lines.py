@@ -250,7 +250,8 @@ class Lines:
     def angular_deviation(self, indices: Sequence[int]) -> float:
         """Returns the largest sine of the angles between consecutive axes of the list.
 
-        These angles are the same in every configuration if the axes are consecutive in the arm.
+        The angles between consecutive axes are the same in every configuration if the axes are
+        consecutive in the arm.
         """
         directions = [self.axes[k].direction for k in indices]
         return max(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(directions))

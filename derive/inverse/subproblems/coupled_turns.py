@@ -15,12 +15,12 @@ left side is ``A + B cos + D cos^2 + E sin^2`` with the following coefficients.
 For ``w = sin^2(theta / 2)``, the relation ``cos = 1 - 2 w`` gives the quadratic equation ``a w^2 -
 b w + e = 0``. Its coefficients are ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
-This equation has up to two roots in [0, 1], and each root gives two angles of opposite sign. A root
-that would be a difference of similar numbers is computed from the product of both roots; the same
-applies to ``1 - w``. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p -
-b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. The
-difference of such a component from h.v is then half the squared length of ``h - v`` or ``h + v``,
-so that a straight or folded wrist keeps all digits.
+The quadratic equation has up to two roots in [0, 1], and each root gives two angles of opposite
+sign. A root that would be a difference of similar numbers is computed from the product of both
+roots; the same applies to ``1 - w``. The discriminant is ``-4 a (x - h.v)`` with the extreme
+component ``x = h.p - b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta =
+pi, and x. The difference of a component of 1 or -1 from h.v is then half the squared length of ``h
+- v`` or ``h + v``, so that a straight or folded wrist keeps all digits.
 
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. As in subproblem 4,
 solutions that differ by rounding errors only are merged.

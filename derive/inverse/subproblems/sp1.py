@@ -5,7 +5,8 @@ Statement: The equation ``R(k, theta) p = v`` is solved for the angle theta.
 Derivation: let ``p' = p - k (k.p)``; the rotated vector is ``k (k.p) + cos p' + sin (k x p)``.
 Since p' and k x p are perpendicular and equally long, ``p'.v = |p'|^2 cos`` and ``(k x p).v =
 |p'|^2 sin``. Therefore, the angle is the direction of ``(p'.v, (k x p).v)`` for any length of v. If
-v differs from p in length or in the component along k, this angle is the least-squares solution.
+v differs from p in length or in the component along k, the computed angle is the least-squares
+solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 

@@ -76,10 +76,10 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Like :func:`sp3`, but near the folded or stretched elbow only accurate to half the digits.
+    """Solves subproblem 3; near a folded or stretched elbow, only half of the digits are correct.
 
-    This variant of subproblem 3 needs fewer operations. The variant is used if every angle
-    is valid and the solution is only a preferred value.
+    The variant needs fewer operations than :func:`sp3`. The variant is used if every angle is valid
+    and the solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

@@ -88,7 +88,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Like :func:`on_line`, but xi^2 is computed independently of a and b.
+    """Returns the result of :func:`on_line` for a value xi^2 that does not come from a and b.
 
     Args:
         terms: Table of named terms.

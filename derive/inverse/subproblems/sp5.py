@@ -7,8 +7,9 @@ Derivation: write the left side as v and the right side as ``R(k2, theta2) w``. 
 changes neither the length of w nor its component along k2, so ``|v|^2 = |w|^2`` and ``k2.v =
 k2.w``.
 
-These two equations are linear in the cosine and sine of theta1 and of theta3, so subproblem 6
-solves them with up to four solutions. The rotation about k2 from w to v is theta2.
+The two equations for the length and the component are linear in the cosine and sine of theta1 and
+of theta3, so subproblem 6 solves them with up to four solutions. The rotation about k2 from w to v
+is theta2.
 
 If v and w are almost parallel to k2, as at a shoulder singularity, the squared lengths determine
 the components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
@@ -219,9 +220,9 @@ class _Loop:
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
         """Applies a damped Newton step to all three angles, if it reduces the closure error.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate and ``M = J^T J`` as
-        ``-(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M +
-        mu^3)``, so that squaring J costs no accuracy.
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so that squaring J costs
+        no accuracy. With ``M = J^T J``, the step is ``-(det J adj(J) e + mu (tr M + mu - M) J^T e)
+        / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)``.
         """
         let = terms.let
         first, second, third = state.turns

@@ -14,14 +14,14 @@ are damped near singular Jacobians; a step is used only if it reduces the error 
 
 Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
 solutions. The first sign distinguishes two solutions whose second sign is equal. If the data follow
-a closed path, these two solutions may be exchanged, so the first sign must be discontinuous
-somewhere on this path.
+a closed path, the two solutions may be exchanged, so the first sign must be discontinuous somewhere
+on the path.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. In this case, a solution
-with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, which exists if any solution exists. If the rank
-is 0, the angles are arbitrary.
+Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. If the rank is 1, a
+solution with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, which exists if any solution exists. If
+the rank is 0, the angles are arbitrary.
 
 Source: Elias and Wen 2022, subproblem 6, for the equations; they eliminate one angle in their
 derivation. The circle in the plane of solutions is original.
@@ -201,9 +201,8 @@ def _improved(
 ) -> tuple[tuple[CosSin, CosSin], Row]:
     """Applies a damped Newton step to both angles, if it reduces the error.
 
-    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, as
-    ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``, so that squaring J costs no
-    accuracy.
+    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so that squaring J costs no
+    accuracy. The step is then ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
     """
     let = terms.let
     one, two = angles

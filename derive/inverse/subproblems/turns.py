@@ -54,7 +54,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Like :func:`direction`; also returns the squared and the inverse length of the vector."""
+    """Returns the result of :func:`direction`, and the squared and inverse vector length."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Rounding errors are replaced by 0, because their squares would be negligible in the divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))

@@ -62,7 +62,7 @@ def partial_pose(
     Args:
         name: Name of the generated function.
         robot: The description.
-        work: Record of the solution with the solved joints.
+        work: The record of the solution, which contains the solved joints.
         task_input: The pose components that the task prescribes.
         residual: A function that returns the deviation of a tool pose from the prescribed pose
             components (meter or radian).
@@ -124,7 +124,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
 
     Args:
         robot: The description.
-        work: Record of the solution with the solved joints.
+        work: The record of the solution, which contains the solved joints.
         up: The vertical direction (unit vector), in base axes; elevation 0 is perpendicular to it.
         pitch: The elevation angle.
     """

@@ -149,7 +149,7 @@ def of_pose_task(
 
     Args:
         robot: The description.
-        work: Record of the solution with the solved joints.
+        work: The record of the solution, which contains the solved joints.
         arguments: The input arguments for values of fixed joints.
         given: The fixed joint values, keyed by joint index.
         inputs: Further inputs that the family needs, such as a swivel angle.

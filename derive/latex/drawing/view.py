@@ -19,9 +19,9 @@ def view(
 ) -> tuple[Array, bool]:
     """Returns the directions of the picture (right, up, towards the eye), and whether it is planar.
 
-    If the planes of all planar loops are parallel in this configuration, the picture shows this
-    plane. The z axis of the base points upwards if the plane contains it. The same rule applies to
-    a planar robot without loops. All other robots are viewed obliquely from above.
+    If the planes of all planar loops are parallel in the drawn configuration, the picture shows the
+    common plane. The z axis of the base points upwards if the plane contains it. The same rule
+    applies to a planar robot without loops. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.

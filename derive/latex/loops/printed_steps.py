@@ -54,8 +54,9 @@ class PrintedRate:
     Attributes:
         left: Unknowns, each with the factor of its rate in the equation.
         right: Known expressions, each with the factor of its rate in the equation.
-        projected: LaTeX names of two vectors: the left side is their scalar product, with the
-            second vector differentiated. The field is None if the left side is a sum of products.
+        projected: LaTeX names of two vectors; the left side is the scalar product of the first
+            vector and the derivative of the second vector. The field is None if the left side is a
+            sum of products.
     """
 
     left: Weighted
@@ -149,7 +150,7 @@ class _Writer:
         vectors: Definitions of the components and lengths of known vectors.
         results: Definitions of the intermediate results.
         positions: Components of the vectors that the equations represent by a single symbol.
-        found: Angles that this solution step determines.
+        found: Angles that the solution step determines.
     """
 
     def __init__(

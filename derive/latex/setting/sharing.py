@@ -2,7 +2,7 @@
 
 A derivation names every intermediate result. Printed equations have fewer names, because products
 and sums that occur only once are written in full. A sum that occurs repeatedly, or is too long for
-a bracket, becomes a shared term. The functions of a robot share these terms: the Jacobians extend
+a bracket, becomes a shared term. The functions of a robot share their terms: the Jacobians extend
 the terms of forward kinematics.
 """
 
@@ -93,7 +93,7 @@ class TermNames:
 
     Attributes:
         notation: The robot's short symbols.
-        printer: The printer for expressions in these symbols.
+        printer: The printer for expressions in short symbols.
         known: The printed symbol, or its negative, of each named term.
         inlined: The values of the terms that are written in full.
         definitions: The definitions of the terms that have a name.

@@ -1,10 +1,10 @@
 """Reports in which part of the actuator limits the loops close, and unreachable limits.
 
-The limits of the actuators span a box. Loops that stay open inside this box are not an error,
-because each limit belongs to a single actuator. The module reports loops that close in less than
-half of the box. The module moves each actuator while the other actuators stay at the reference, and
-reports unreachable limits. The module also reports reference values far from the closed
-configuration.
+The limits of the actuators span a box. Loops that stay open inside the box of actuator limits are
+not an error, because each limit belongs to a single actuator. The module reports loops that close
+in less than half of the box. The module moves each actuator while the other actuators stay at the
+reference, and reports unreachable limits. The module also reports reference values far from the
+closed configuration.
 """
 
 import math

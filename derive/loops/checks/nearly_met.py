@@ -1,8 +1,9 @@
 """Detects loops that almost have a closed form, such as loops of an as-built robot.
 
 A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
-planar. If the geometry deviates from these conditions by more than the rounding of values in the
-file, Newton's iteration must close the loops. A sentence in the report then states the deviation.
+planar. If the geometry deviates from the conditions for a closed form by more than the rounding of
+values in the file, Newton's iteration must close the loops. A sentence in the report then states
+the deviation.
 """
 
 from collections.abc import Iterator

@@ -1,9 +1,9 @@
 """Checks that the actuated coordinates are independent and match the degrees of freedom.
 
 At a configuration with closed loops, the null space of the constraint Jacobian contains all
-feasible coordinate rates. The actuated coordinates determine these rates if their rows of a
-null-space basis form a regular square matrix. Singular configurations fail this test, so several
-configurations are checked.
+feasible coordinate rates. The actuated coordinates determine all coordinate rates if their rows of
+a null-space basis form a regular square matrix. Singular configurations fail the test of the
+actuators, so several configurations are checked.
 """
 
 from collections.abc import Sequence

@@ -47,7 +47,8 @@ class ClosedLoops:
         size: The longest translation or rod of the mechanism (meter), or 1 if all lengths are zero.
         reference: Values of the variables at the described reference, with gear ratios applied.
         in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
-            equations of such loops are the gradient of the sum of squared closure errors.
+            equations of overconstrained loops are the gradient of the sum of squared closure
+            errors.
     """
 
     def __init__(
@@ -135,8 +136,8 @@ class ClosedLoops:
         """Refines a closed configuration up to rounding error.
 
         With redundant equations, w may have an error of 1e-6 although the residual is 1e-12. With
-        this error in w, redundant equations seem to be independent; therefore, the refinement drops
-        the redundant equations.
+        an error of 1e-6 in w, redundant equations seem to be independent; therefore, the refinement
+        drops the redundant equations.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)

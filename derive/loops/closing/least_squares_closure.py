@@ -2,7 +2,7 @@
 
 Loops are overconstrained if they have more equations than unknown variables. A pin parallel to the
 other axes of its loop constrains the motion to the plane a second time. A third crank of a
-parallelogram constrains the coupler's direction a second time. In a robot as built, such
+parallelogram constrains the coupler's direction a second time. In a robot as built, redundant
 constraints contradict each other slightly.
 """
 

@@ -54,7 +54,7 @@ class LoopModel:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Builds a function of some arguments. The first argument determines the domain."""
+        """Builds a function; the first argument determines the domain of the function."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         text = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)

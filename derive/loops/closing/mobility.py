@@ -116,9 +116,9 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints, a
     cylinder as two bodies with three joints. A platform on virtual joints counts as one body, and
-    these joints are not counted (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A
-    geared motor is not counted, because motor, bearing and gear pair together do not add any
-    freedom.
+    the virtual joints are not counted
+    (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor is not counted,
+    because motor, bearing and gear pair together do not add any freedom.
 
     Args:
         mechanism: The description, with a reference configuration at which the loops nearly close.

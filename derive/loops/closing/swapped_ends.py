@@ -29,7 +29,8 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
     Args:
         mechanism: A description whose loops close far from the reference.
-        closed: The values of all joints and cylinders at this configuration (radian or meter).
+        closed: The values of all joints and cylinders at the closed configuration (radian or
+            meter).
     """
     motion = _change(NumericMechanism(mechanism), closed)
     names, left = _best(mechanism) if motion > CLEARLY else ((), math.inf)

@@ -30,8 +30,8 @@ class Tilt:
     Attributes:
         loop_joint: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
-        angle: Angle (radian) between the axis of this joint and the mean of the other axes, or 0
-            for a single axis.
+        angle: Angle (radian) between the axis that deviates most and the mean of the other axes, or
+            0 for a single axis.
         offset: Distance (meter) between the rod's ends along the mean axis, at zero configuration.
         span: Distance (meter) between the rod's ends, at zero configuration.
         axes: Number of axes of the loop. With two axes, it is unknown which axis is tilted.

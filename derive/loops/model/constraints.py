@@ -65,7 +65,7 @@ class LoopEquations:
             points (a minus b) or lengths, and direction cosines between the frames.
         units: Unit of each residual, m or 1.
         facing: Named terms whose value is 1 if the loop is closed and no frame is flipped. If the
-            residual is zero although a frame is flipped, at least one of these terms is 0 or
+            residual is zero although a frame is flipped, at least one of the terms is 0 or
             negative.
         exponentials: Computes ``factors`` and ``home`` on demand.
     """

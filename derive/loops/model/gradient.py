@@ -6,10 +6,11 @@ respect to the unknown variables is zero:
 
     g_u = sum_i c_i dc_i/du = 0, with the unknown variables u.
 
-The number of these equations equals the number of unknown variables. The Jacobian of these
-equations contains second derivatives of the closure errors. This Jacobian is regular if the closure
-errors are small and their derivative has full rank. Therefore, Newton's iteration, joint rates and
-joint accelerations are computed in the same manner as for loops that close.
+The number of gradient equations equals the number of unknown variables. The Jacobian of the
+gradient equations contains second derivatives of the closure errors. The Jacobian of the gradient
+equations is regular if the closure errors are small and their derivative has full rank. Therefore,
+Newton's iteration, joint rates and joint accelerations are computed in the same manner as for loops
+that close.
 """
 
 from collections.abc import Sequence

@@ -2,7 +2,8 @@
 
 Joints, end frames and drives have the same parameters as in a serial robot
 (:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
-bodies' frames, and the length of a strut. A cylinder has this length at coordinate zero.
+bodies' frames, and the length of a strut. The length parameter of a cylinder is its length at
+coordinate zero.
 
 A passive joint has no offset parameter, because the loop determines the joint's value. Six
 consecutive passive joints without other attachments do not constrain a body, so their axes have no

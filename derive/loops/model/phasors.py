@@ -99,7 +99,7 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns the vector in a form of lower cost, if the loop equations allow such a form.
+        """Returns the vector in a form of lower cost, if the loop equations allow a shorter form.
 
         Args:
             relations: Sums that are zero, one for each loop.

@@ -48,5 +48,5 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
     ("slider", "space"): (0, 1),
     ("weld", "space"): (0, 1),
 }
-"""Axes of both frames that have the same direction. The equations also hold if these axes have
-opposite directions."""
+"""Axes of both frames that have the same direction. The equations also hold if the compared axes
+have opposite directions."""

@@ -1,10 +1,10 @@
 """All complex poses of a six-rod platform, for generic rods from its family.
 
-A generic platform has forty complex poses, listed in a table. Some paths from these poses reach all
-poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other paths
-diverge to infinity. For generic lengths, no pose is singular, because almost all values of a smooth
-function are regular (Sard's theorem). Therefore, paths that end in a singular pose are not used as
-starts.
+A generic platform has forty complex poses, listed in a table. Some paths from the forty poses reach
+all poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other
+paths diverge to infinity. For generic lengths, no pose is singular, because almost all values of a
+smooth function are regular (Sard's theorem). Therefore, paths that end in a singular pose are not
+used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7

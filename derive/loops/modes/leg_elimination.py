@@ -39,7 +39,8 @@ class LegElimination:
         polynomial: Both sides of the remaining equation in the platform's angle.
         distances: Distances between the points b_i, and between the lines' points a_i, with
             symbols.
-        scale: Square of the length that normalizes the polynomial, expressed in these distances.
+        scale: Square of the length that normalizes the polynomial, expressed in the distances
+            between the points.
         power: The exponent of the normalizing length.
         harmonics: The maximum number of harmonics in the polynomial.
     """

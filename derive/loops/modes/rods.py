@@ -30,7 +30,7 @@ class Rod:
     Attributes:
         a: The rod's end on an actuated body or on the base.
         b: The rod's end on the platform.
-        d: The vector from a to b.
+        d: The vector d from the end a to the end b.
         distance: The length of the vector d.
         length: The length of the strut itself.
     """

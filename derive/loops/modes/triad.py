@@ -21,7 +21,7 @@ preserves lengths and scalar products. The degree is therefore 3, although k_3 u
 degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. The unit normal
-n_i of this line is constant or rotates with the platform. In the linear pair and the later
+n_i of the line is constant or rotates with the platform. In the linear pair and the later
 equations, n_i replaces u_i, and k_i is -n_i . u_i. The degree of the polynomial does not increase.
 Three lines give the equation
 

@@ -22,7 +22,7 @@ class Dyad:
 
     Attributes:
         clusters: The three rigid groups: the base, X and Y.
-        pins: The pins base-X, X-Y and base-Y.
+        pins: The pin between base and X, the pin between X and Y, and the pin between base and Y.
         V: Vector on body X, from its pin on the base to its pin on body Y.
         W: Vector on body Y, from its pin on the base to its pin on body X.
         D: Vector on the base, from the pin of body X to the pin of body Y.
@@ -133,7 +133,7 @@ def _margin(clusters: Clusters, dyad: Dyad) -> float:
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
     """Whether the base is numerically a sum of two vectors as long as the arms.
 
-    The exact test for such a sum is much slower.
+    The exact test for a parallelogram is much slower.
     """
 
     def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:

@@ -2,8 +2,8 @@
 
 A step determines some joints of a loop from known joints. The class of the step finds matching
 bodies or struts and solves them; its object stores the vectors of the solution. The equations of a
-step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints these
-expressions in the symbols of the robot, and a test evaluates them numerically.
+step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints the
+expressions of a step in the symbols of the robot, and a test evaluates them numerically.
 """
 
 from abc import ABC, abstractmethod

@@ -1,8 +1,8 @@
 """A ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-This ring has two assembly modes, which are computed without a square root. In the parallelogram,
-the arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored
-about the base D:
+The ring has two assembly modes, which are computed without a square root. In the parallelogram, the
+arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about
+the base D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """

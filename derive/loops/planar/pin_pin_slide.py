@@ -186,7 +186,7 @@ class TwoPinsAndSlide(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the travel t, and the rotation of A to the vector C between the pins."""
+        """Returns the equations for travel t and the rotation of A to C, the pin distance."""
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")

@@ -87,7 +87,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the travels t along A and u along B whose sum is D."""
+        """Returns the equation for the travels t along A and u along B, whose sum is D."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

@@ -41,7 +41,7 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns the branches that change one sign after the first ``taken`` signs.
 
-        Each of these branches keeps all signs that precede the changed sign.
+        Each returned branch keeps all signs that precede the changed sign.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):

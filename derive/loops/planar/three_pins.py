@@ -1,8 +1,8 @@
 """Three bodies in a ring of pins: two circles intersect in the pin that two bodies share.
 
 Source:
-    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This closed form
-    has no acos, and avoids cancellation for thin triangles.
+    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form for
+    a triangle has no acos, and avoids cancellation for thin triangles.
 """
 
 from collections.abc import Callable, Mapping

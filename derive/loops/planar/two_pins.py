@@ -177,7 +177,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the equations of the travel t, the component of D along B."""
+        """Returns the equation for the travel t, which is the component of D along B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

@@ -197,7 +197,7 @@ def every_solution(
         The solutions, and whether the list is complete.
     """
     known = {name: own.values[name] for name in given}
-    # Dependent joints cannot be moved one by one, so these joints give no test configurations.
+    # Dependent joints cannot be moved one by one, so they give no test configurations.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())

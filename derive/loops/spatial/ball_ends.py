@@ -19,8 +19,8 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        path: The joints from the body at which both branches of the loop start to this end.
-        frame: The frame of the ball on the body at this end.
+        path: The joints from the common body of both loop branches to the end.
+        frame: The frame of the ball on the body at the end.
         target: The frame of the ball on the other body.
         open: Indices in ``path`` of the joints with unknown values.
     """

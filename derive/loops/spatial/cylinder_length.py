@@ -50,7 +50,7 @@ class CylinderLength(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the length t of the vector D."""
+        """Returns the equation for the length t of the vector D between the ends."""
         D, t = components("D", SPACE), quantity("t")
         return StepEquations(
             vectors={"D": self.d},

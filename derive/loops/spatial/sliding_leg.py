@@ -69,7 +69,7 @@ class SlidingLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the travel t along z."""
+        """Returns the equation for the travel t along the z axis."""
         D = components("D", SPACE)
         t, square = quantity("t"), quantity("l^2")
         inside = square - D[0] ** 2 - D[1] ** 2

@@ -166,7 +166,7 @@ class TelescopeTravel(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the solved travel t."""
+        """Returns the equation for the travel t of the slide."""
         D, A, B = (components(letter, SPACE) for letter in "DAB")
         t, m = quantity("t"), quantity("m")
         square = sp.Add(*(part**2 for part in D))

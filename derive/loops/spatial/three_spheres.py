@@ -99,7 +99,7 @@ class ThreeSpheres(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the vector equations for the position P at known centers A, B and C."""
+        """Returns the equations for the position P with known distances from centers A, B and C."""
         A, B, C, P, n, u, v, w = map(quantity, (*CENTERS, "P", "n", "u", "v", "w"))
         alpha, beta = quantity("alpha"), quantity("beta")
         squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]

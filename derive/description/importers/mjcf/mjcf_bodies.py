@@ -66,7 +66,7 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self) -> Joint:
-        """Converts this joint to a joint of a robot, with its parent link.
+        """Converts the MJCF joint to a joint of a robot, with its parent link.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.

@@ -44,7 +44,7 @@ class Tendon:
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
-        """Whether the tendon runs over one of these joints or bodies."""
+        """Whether the tendon runs over one of the listed joints or bodies."""
         return bool({*self.joints} & {*joints} or {*self.bodies} & {*bodies})
 
     @property

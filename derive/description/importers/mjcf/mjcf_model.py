@@ -60,7 +60,7 @@ MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A compiled model: Arrays of MuJoCo, joint axes as the file states them, and drives."""
+    """A compiled model: MuJoCo's arrays, joint axes as written in the file, and drives."""
 
     name: str
     arrays: Any

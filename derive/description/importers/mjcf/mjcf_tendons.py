@@ -48,7 +48,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields each set of joints that share tendons with actuators, and these tendons."""
+    """Yields each set of joints that share tendons with actuators, and the shared tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

@@ -238,7 +238,7 @@ class SdfFile:
         return between(robot, base, tip, self.file)
 
     def _in_loops(self, path: Sequence[TreeJoint]) -> bool:
-        """Whether a loop contains a joint of the path, or shares joints with such a loop."""
+        """Whether a loop contains a joint of the path, or shares joints with a loop that does."""
         around = {joint.name for joint in path if joint.kind != "fixed"}
         loops = []
         for joint in self.closing:
