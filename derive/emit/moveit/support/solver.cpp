@@ -1,5 +1,7 @@
 #include "solver.hpp"
 
+#include "chasles_nearest.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,11 +11,6 @@ namespace chasles_robot_moveit
 {
 namespace
 {
-
-/** Largest residual of a solution (m or rad), as in the generated C. */
-constexpr double SOLVED = 1e-9;
-/** Limit violation of a joint that is treated as rounding (rad or m), as in the generated C. */
-constexpr double AT_LIMIT = 1e-12;
 
 using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
@@ -41,14 +38,15 @@ Pose toPose(const Eigen::Isometry3d &T)
     return pose;
 }
 
-/** Returns the largest displacement of a joint, the distance of chasles. */
-double distance(const Values &theta, const Values &seed)
+/** Whether each joint is within its consistency limit; empty limits accept every joint. */
+bool isConsistent(const Values &theta, const Values &seed, const Values &limits)
 {
-    double largest = 0;
-    for (std::size_t joint = 0; joint < theta.size(); ++joint) {
-        largest = std::max(largest, std::abs(theta[joint] - seed[joint]));
+    for (std::size_t joint = 0; joint < limits.size(); ++joint) {
+        if (!(std::abs(theta[joint] - seed[joint]) <= limits[joint])) {
+            return false;
+        }
     }
-    return largest;
+    return true;
 }
 
 bool areFinite(const Values &values)
@@ -105,41 +103,23 @@ Samples Solver::samples(const Values &seed, const Values &limits, const Options 
     return Samples(std::move(axes));
 }
 
-bool Solver::isWithinLimits(Values &theta, const Values &seed, const Values &limits) const
-{
-    for (std::size_t j = 0; j < theta.size(); ++j) {
-        const double turn = robot_.periods[j];
-        const double low = lower_[j] - AT_LIMIT, high = upper_[j] + AT_LIMIT;
-        double &at = theta[j];
-        if (turn > 0) {
-            at -= turn * std::round((at - seed[j]) / turn);
-            at += at < low ? turn * std::ceil((low - at) / turn) : 0;
-            at -= at > high ? turn * std::ceil((at - high) / turn) : 0;
-        }
-        if (!(at >= low && at <= high)) {
-            return false;
-        }
-        at = std::min(std::max(at, lower_[j]), upper_[j]);
-        if (!limits.empty() && !(std::abs(at - seed[j]) <= limits[j])) {
-            return false;
-        }
-    }
-    return true;
-}
-
 std::vector<Values> Solver::solutions(const Pose &pose, const Values &seed, const Values &inputs,
                                       const Values &limits) const
 {
     const std::size_t n = seed.size();
     const RowMajor T = (base_ * toIsometry(pose) * tip_).matrix();
+    const Values weights(n, 1.0);
+    const chasles_moves moves = {lower_.data(), upper_.data(), weights.data(),
+                                 robot_.periods.data()};
     Values slots(robot_.slots * n), residual(robot_.slots);
     robot_.inverse(T.data(), inputs.data(), slots.data(), residual.data());
     std::vector<std::pair<double, Values>> found;
     for (std::size_t slot = 0; slot < robot_.slots; ++slot) {
-        const auto first = slots.begin() + static_cast<std::ptrdiff_t>(slot * n);
-        Values theta(first, first + static_cast<std::ptrdiff_t>(n));
-        if (residual[slot] <= SOLVED && isWithinLimits(theta, seed, limits)) {
-            const double far = distance(theta, seed);
+        Values theta(n);
+        const double far = chasles_limited(static_cast<int>(n), &moves, &slots[slot * n],
+                                           seed.data(), theta.data());
+        if (residual[slot] <= CHASLES_SOLVED && far < UNLIMITED &&
+            isConsistent(theta, seed, limits)) {
             found.emplace_back(far, std::move(theta));
         }
     }

@@ -122,7 +122,6 @@ class Solver : public kinematics::KinematicsBase
     Samples samples(const Values &seed, const Values &limits, const Options &options) const;
     std::vector<Values> solutions(const Pose &pose, const Values &seed, const Values &inputs,
                                   const Values &limits) const;
-    bool isWithinLimits(Values &theta, const Values &seed, const Values &limits) const;
     bool search(const Pose &pose, const Values &seed, double timeout, const Values &limits,
                 Values &solution, const Callback &callback, ErrorCode &code,
                 const Options &options) const;
