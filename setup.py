@@ -75,6 +75,7 @@ setup(
             "emit/cuda/support/*",
             "emit/mex/support/*",
             "emit/moveit/support/*",
+            "emit/ros2_control/support/*",
             "emit/jax/support/*",
             "emit/rust/support/*",
         ],

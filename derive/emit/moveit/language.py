@@ -11,7 +11,7 @@ from ...model.robot import Joint
 from ...program.programs import Programs
 from ...terms.symbolic_function import Signature
 from ..c import language as c
-from ..seeds import seeded
+from ..ros2_control.joint_maps import EXAMPLE, MAPS, chain, has_maps, map_files
 from ..templates import filled
 from .plugin import plugin_values
 
@@ -26,8 +26,6 @@ TEMPLATES = {
 }
 SHARED = ("robot_state.hpp", "samples.hpp", "solver.hpp", "solver.cpp", "solver_setup.cpp")
 """Files that are the same for every robot except for their namespace."""
-MAPS = ("chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain", "actuator_rates")
-"""Functions that convert between the actuators and the joints of the chain."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -42,7 +40,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     in_c = {file: text for file, text in every.items() if "_batch." not in file}
     package = f"chasles_{name}_moveit"
     folders = {file: f"include/{package}" if file == f"{name}.h" else "src" for file in in_c}
-    maps = _map_files(derivation, inverse)
+    maps = map_files(derivation, inverse, package)
     values = {
         "robot": name,
         "title": derivation.robot.title,
@@ -62,32 +60,21 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     }
 
 
-def _chain(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the moving joints from the base to the tool."""
-    robot = derivation.robot
-    return robot.main_chain.moving if isinstance(robot, Mechanism) else robot.moving
-
-
 def _joints(derivation: Derivation) -> Sequence[Joint]:
     """Returns the joints of the chain, except joints that mimic other joints."""
     robot = derivation.robot
     if isinstance(robot, Mechanism) or not robot.couplings:
-        return _chain(derivation)
+        return chain(derivation)
     leaders = [c for c in robot.coordinates if isinstance(c, Joint)]
     coupled = {rule.joint for rule in robot.couplings}
     is_mimicry = len(leaders) == len(robot.coordinates) and coupled.isdisjoint(
         joint.name for joint in leaders
     )
-    return leaders if is_mimicry else _chain(derivation)
+    return leaders if is_mimicry else chain(derivation)
 
 
 def _names(derivation: Derivation) -> set[str]:
     return {function.name for function in (*derivation.functions, *derivation.written)}
-
-
-def _has_maps(derivation: Derivation) -> bool:
-    further = {"configuration"} if derivation.hybrid else set()
-    return {*MAPS, *further} <= _names(derivation)
 
 
 def _inverse(derivation: Derivation) -> Signature:
@@ -97,44 +84,11 @@ def _inverse(derivation: Derivation) -> Signature:
     needs_maps = list(_joints(derivation)) != list(derivation.robot.coordinates)
     missing = [] if inverse else ["an inverse of poses"]
     missing += [] if "fk" in _names(derivation) else ["fk"]
-    missing += [] if _has_maps(derivation) or not needs_maps else [", ".join(MAPS)]
+    missing += [] if has_maps(derivation) or not needs_maps else [", ".join(MAPS)]
     if inverse is None or missing:
         name = derivation.robot.name
         raise InputValueError(f"{name}: a plugin of MoveIt needs {' and '.join(missing)}")
     return inverse
-
-
-def _map_files(derivation: Derivation, inverse: Signature) -> dict[str, str]:
-    """Returns the header that converts actuators and joints, with an example; {} without maps."""
-    if not _has_maps(derivation):
-        return {}
-    robot, chain = derivation.robot, [joint.name for joint in _chain(derivation)]
-    hybrid = derivation.hybrid
-    # The maps of couplings are linear, so their rates do not depend on the positions.
-    has_slope = hybrid is not None
-    all_joints = [v.name for v in hybrid.variables] if hybrid else chain
-    values = {
-        "robot": robot.name,
-        "guard": robot.name.upper(),
-        "title": robot.title,
-        "n": str(len(robot.coordinates)),
-        "m": str(len(chain)),
-        "z": str(len(all_joints)),
-        "actuator_names": _quoted([coordinate.name for coordinate in robot.coordinates]),
-        "chain_names": _quoted(chain),
-        "joint_names": _quoted(all_joints),
-        "all": "configuration" if hybrid else "chain",
-        "rates_q": "actuator.position.data(), " if has_slope else "",
-        "rates_theta": "joint.position.data(), " if has_slope else "",
-        "inverse": inverse.name,
-        "moved": str(len(robot.coordinates) - 1),
-    }
-    package = f"chasles_{robot.name}_moveit"
-    found = {f"include/{package}/joints.hpp": filled(SUPPORT / "joints.hpp.in", values)}
-    if hybrid is not None and inverse in seeded(derivation):
-        values["start"] = ", ".join(repr(round(x, 9)) for x in hybrid.q_at_reference.tolist())
-        found["examples/hardware.cpp"] = filled(SUPPORT / "hardware.cpp.in", values)
-    return found
 
 
 def _listed_maps(package: str, maps: Collection[str]) -> str:
@@ -143,10 +97,6 @@ def _listed_maps(package: str, maps: Collection[str]) -> str:
         lines.append(
             f"- `include/{package}/joints.hpp`: actuators to joints and back, and `/joint_states`."
         )
-    if "examples/hardware.cpp" in maps:
-        lines.append("- `examples/hardware.cpp`: actuators behind the joints of ros2_control.")
+    if EXAMPLE in maps:
+        lines.append(f"- `{EXAMPLE}`: actuators behind the joints of ros2_control.")
     return "".join(f"{line}\n" for line in lines)
-
-
-def _quoted(names: Sequence[str]) -> str:
-    return ", ".join(f'"{name}"' for name in names)
