@@ -17,8 +17,8 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of the functions that compute positions. Derivatives of position functions are not listed
-here."""
+"""Roles of the functions that compute positions. The list omits derivatives of position
+functions."""
 OF_GEOMETRY = "parametric pose"
 """Role of the position function that is derived only on demand."""
 

@@ -124,5 +124,5 @@ def _solver(
         residual = ca.mtimes(ca.jacobian(residual, u).T, residual)
     inputs, names = [u, ca.vertcat(a, p)], ["u", "a"]
     equations = ca.Function("equations", inputs, [residual], names, ["residual"])
-    # CasADi generates C for this plugin, but not for the plugin "newton".
+    # CasADi generates C for the plugin "fast_newton", but not for the plugin "newton".
     return ca.rootfinder("loops", "fast_newton", equations, OPTIONS)

@@ -1,4 +1,4 @@
-"""Inverses whose solution nearest to a seed is printed; their inputs that the seed determines."""
+"""Inverses whose nearest solution has a printed function, and the inputs that a seed determines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -62,7 +62,7 @@ def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | Non
         return _of_joints(names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
         fixed = function.role.fixed
-        # Without its function, a swivel angle is not determined.
+        # A swivel angle is only known if the function that computes it is derived.
         return SeedInputs(names, tuple(fixed)) if len(fixed) == len(names) else None
     joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
     return _of_joints(names, joints) if "chain" in available else None

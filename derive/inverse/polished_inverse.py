@@ -1,7 +1,7 @@
 """Inverse of an arm close to a known family: nominal solutions refined on the true arm.
 
-The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branches and refines each
-solution on the true arm (``chasles_polish.h``).
+The nominal inverse is the function ``ik_nominal``. ``ik`` starts from the branches of
+``ik_nominal`` and refines each solution on the true arm (``chasles_polish.h``).
 """
 
 from dataclasses import dataclass, replace

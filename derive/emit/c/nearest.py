@@ -74,7 +74,7 @@ def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _limits(robot: Described, *, is_shared: bool) -> list[str]:
-    """Returns the limits of the coordinates, and for shared limits also those of the joints."""
+    """Returns the limits of the coordinates, and for shared limits also the joint limits."""
     limits = [coordinate.limits for coordinate in robot.coordinates]
     if is_shared and isinstance(robot, SerialRobot):
         limits += joint_limits(robot)

@@ -37,7 +37,7 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
 
 
 def _source(derivation: Derivation, function: NativeSolverFunction, programs: Programs) -> str:
-    """Returns the robot constants as macros, and the function after its callees."""
+    """Returns the robot constants as macros, the called functions, and the function itself."""
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.function(posed)

@@ -47,7 +47,7 @@ def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
 
 
 def windings(derivation: Derivation) -> list[str]:
-    """Returns the tables of a robot whose limits are shared, and its macro for batches."""
+    """Returns the tables of a robot whose limits couple coordinates, and its batch macro."""
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     assert derivation.inverse is not None

@@ -9,8 +9,8 @@ or if the three axes intersect in one point. If the first and third axis become 
 sum of their angles is determined. Three prismatic joints still reach the position for any division
 of the angle sum between the two joints. The axes need not intersect or be perpendicular.
 
-Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
-an unreachable pose, the result is a nearby pose.
+Maximum number of solutions: 1 for a pose (2 with three revolute joints), 2 for a position and a
+direction. For an unreachable pose, the result is a nearby pose.
 """
 
 from itertools import pairwise

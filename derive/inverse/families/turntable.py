@@ -72,8 +72,8 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     """Returns the smallest angle of joint 4 at which upper arm and forearm reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance lies between the
-    difference and the sum of the other two sides. The possible elbow-wrist distance nearest to the
-    distance at angle 0 is selected.
+    difference and the sum of the other two sides. Of the possible elbow-wrist distances, the
+    distance nearest to the value at angle 0 is selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

@@ -75,7 +75,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, target: Target) -> FoundTurn:
-    """Returns the rotation about axis 3 that gives axis 5 its component along axis 1.
+    """Returns the rotation about axis 3 that gives axis 5 a required component along axis 1.
 
     The sine is computed from the other component, because the cosine is inaccurate near a sine of
     0.

@@ -227,9 +227,9 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders with distinct joint orders, best first.
 
-    If ``apart`` is not empty, elimination orders come first if the values of their suppressed joint
-    differ between the solutions. Each selected order has a different suppressed joint, because
-    solutions that agree in one joint may differ in another joint.
+    With a nonempty ``apart``, elimination orders whose suppressed joint differs between the
+    solutions come first. Each selected order has a different suppressed joint, because solutions
+    that agree in one joint may differ in another joint.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -337,7 +337,7 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
     The result is NaN if the elimination order is unsuitable.
 
     Args:
-        found: The equations (C, 14, 9) and (C, 3, 14, 9) of all poses.
+        found: The coefficient arrays (C, 14, 9) and (C, 3, 14, 9) of the equations at all poses.
         order: The elimination order of the equations.
         q: Joint values (C, 6) at each pose; only the suppressed angle is used.
     """

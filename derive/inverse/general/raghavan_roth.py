@@ -169,7 +169,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
     At a solution, M(theta) u = 0.
 
     Args:
-        found: The numeric equations (..., 14, 9) and (..., 3, 14, 9).
+        found: The numeric coefficient arrays (..., 14, 9) and (..., 3, 14, 9) of the equations.
         halved: Index of the joint with the half angle: 0 for joint 4, 1 for joint 5.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")

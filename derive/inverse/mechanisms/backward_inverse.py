@@ -3,7 +3,8 @@
 A tool pose determines the joints of the main chain, and these joints determine the actuators in
 closed form, loop by loop. Each loop has two branches, one for each of the two folded positions of
 its links. If the loops reduce the degrees of freedom of the main chain, the loop equations decide
-whether the pose is reachable. An example is a delta robot with a rotated platform.
+whether the pose is reachable. A delta robot with a rotated platform is an example of such a reduced
+main chain.
 """
 
 from collections.abc import Sequence
@@ -106,7 +107,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
 
 
 def _inverse(h: SolvedLoops, chain: MovingChain, legs: Sequence[LegChain]) -> SymbolicFunction:
-    """Returns the function ``ik``, with one slot per combination of branch signs."""
+    """Returns the function ``ik``, with one solution slot per combination of branch signs."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain.given, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function

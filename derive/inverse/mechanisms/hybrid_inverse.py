@@ -278,8 +278,9 @@ def _on_chain(
 ) -> Solved:
     """Solves for the chain and the actuators without the redundant branch signs.
 
-    Newton's method starts from the result if there is an as-built robot. It does not change the
-    coordinates of fixed joints, so they are computed from the as-built robot.
+    Newton's method starts from the result if there is an as-built robot. Newton's method does not
+    change the coordinates of fixed joints, so these coordinates are computed from the as-built
+    robot.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design

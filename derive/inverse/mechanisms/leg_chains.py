@@ -96,7 +96,7 @@ class LegChain:
     def solved(
         self, h: SolvedLoops, work: Work, values: Values
     ) -> tuple[dict[str, sp.Expr], sp.Expr]:
-        """Returns the leg's actuated coordinates by name, and the squared gap (m^2 and rad^2).
+        """Returns the leg's actuated coordinates, and its squared closure error (m^2 and rad^2).
 
         Args:
             h: The robot.
@@ -250,7 +250,7 @@ def _behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
 
 
 def _least(terms: Terms, residual: sp.Expr, passive: Sequence[sp.Symbol]) -> sp.Expr:
-    """Returns the smallest gap over all values of some branch signs."""
+    """Returns the smallest closure error over all values of some branch signs."""
     residuals = [
         substituted(terms, [residual], dict(zip(passive, map(sp.Integer, signs), strict=True)))[0]
         for signs in product((1, -1), repeat=len(passive))

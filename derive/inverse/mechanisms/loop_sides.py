@@ -147,8 +147,8 @@ def idle_choices(
         within: Maximum residual of a solution; by default the rounding error.
 
     Returns:
-        Two sets of indices of branch signs. In the first set, both values give equal coordinates;
-        in the second set, the value -1 has no solution.
+        Two sets of indices of branch signs. In the first set, both values of a branch sign give
+        equal coordinates; in the second set, the value -1 has no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)

@@ -3,7 +3,8 @@
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
 have constant values. An axis mounted on the platform then continues a chain of three translations.
 If the actuators outnumber the degrees of freedom of the tool, the caller chooses the values of some
-actuated joints in the chain. Examples are a rail below a hexapod and an axis on its platform.
+actuated joints in the chain. Examples of redundant joints are a rail below a hexapod and an axis on
+its platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -25,7 +25,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires a prismatic joint along axis 1, and another one in an independent direction."""
+    """Requires a prismatic joint along axis 1, and one more in an independent direction."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))

@@ -84,7 +84,8 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, V is a small difference of two positions whose magnitude is the arm length.
+    # Near the axis, the vector V is a small difference of two positions that are an arm length away
+    # from the origin.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],

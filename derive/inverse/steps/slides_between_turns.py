@@ -96,8 +96,8 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
     )
     for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
         rate, rest = dot(terms, normal, axis.h), dot(terms, normal, displacement)
-        # If a prismatic joint is parallel to the next one, its displacement is 0 and the next joint
-        # moves the tool.
+        # If two consecutive prismatic joints are parallel, the displacement of the first joint is 0
+        # and the second joint moves the tool.
         length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
         found = FoundLength(length, LineAndPlane(rate, -rest))
         work.slide(axis, "line-plane intersection", reason, found)

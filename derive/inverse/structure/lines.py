@@ -227,7 +227,7 @@ class Lines:
     def at_generic(self, given: Sequence[int]) -> "Lines":
         """Returns the axes of the free joints, displaced by fixed joints at generic values.
 
-        The returned axes serve only to test the structure, not to solve it.
+        The returned axes serve only to test the structure, not to solve for the joints.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []

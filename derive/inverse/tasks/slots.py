@@ -108,7 +108,7 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """Returns the residual from the squared distance and the squared angle, or NaN for NaN.
+    """Returns the residual from the squared distance and squared angle, or NaN if either is NaN.
 
     The C function fmax ignores NaN, so it would report a solution at a pose whose loops cannot be
     closed. SymPy would simplify a comparison of real numbers and also lose NaN.

@@ -51,7 +51,8 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer columns is square only in some axes, and its value depends on the point.
+    # A Jacobian with fewer than six columns is square only in some axes, and its determinant
+    # depends on the reference point.
     rows = (
         "in the axes of one of the links, at one of their origins and without its rows that are 0, "
     )

@@ -292,7 +292,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
     Args:
         columns: Heading and cells of each table column.
         repeated: Number of first columns, which every part repeats.
-        apart: Heading of the column at which a new part starts if a single part is too narrow.
+        apart: Heading of the column at which a new part starts if the table is too wide.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]

@@ -16,7 +16,7 @@ _DIRECTIONS = [
 ]
 """Possible directions from a point to its label, given as components in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Minimum distance of a label from its point, and possible distances in addition."""
+"""Minimum distance of a label from its point, and the distances that may be added."""
 _AFAR = 40
 """Minimum distance of a label from its point for a leader line between them."""
 _AWAY = 1.2
@@ -150,7 +150,7 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """Returns the first position with minimum cost; a lower bound of the cost sorts positions."""
+    """Returns the first position with minimum cost; the positions are sorted by a cost bound."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:

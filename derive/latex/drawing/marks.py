@@ -28,8 +28,8 @@ FORESHORTENED = 0.35
 """A direction counts as parallel to the view direction if its projected length is below this
 value."""
 GUIDE, RAIL = 45, 110
-"""Length by which a guide exceeds its slider, and length of a guide on the ground without
-limits."""
+"""Length by which a guide exceeds its slider, and length of a guide on the ground for a slider
+without limits."""
 HATCH = 11
 """Distance between two strokes of the hatching on the ground."""
 FOOT, FOOTING = 34, 32

@@ -160,8 +160,8 @@ def reached_by_loops(
 ) -> ToolRegion | None:
     """Returns the region that the tool of a robot with loops reaches within the actuator limits.
 
-    Like :func:`~chasles.derive.latex.drawing.reached.reached`, without configurations at which a
-    loop is open.
+    Computes the region as :func:`~chasles.derive.latex.drawing.reached.reached` does, but excludes
+    configurations at which a loop is open.
 
     Args:
         mechanism: The description.

@@ -20,8 +20,9 @@ def view(
     """Returns the directions of the picture (right, up, towards the eye), and whether it is planar.
 
     If the planes of all planar loops are parallel in the drawn configuration, the picture shows the
-    common plane. The z axis of the base points upwards if the plane contains it. The same rule
-    applies to a planar robot without loops. All other robots are viewed obliquely from above.
+    common plane. The z axis of the base points upwards if the plane contains it. The picture of a
+    planar robot without loops also shows its plane. All other robots are viewed obliquely from
+    above.
 
     Args:
         mechanism: The description.

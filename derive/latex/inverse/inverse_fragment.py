@@ -111,7 +111,7 @@ def _has_slides(chain: Page, found: Inverses) -> bool:
 
 
 def _sides_of_loops(found: Inverses | None) -> str:
-    """Explains how the solution slots of the complete inverse differ from those of the chain."""
+    """Explains how the slots of the complete inverse differ from the slots of the chain inverse."""
     solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""

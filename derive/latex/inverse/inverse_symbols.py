@@ -45,7 +45,8 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Position of the coefficients of a step in a product, after the vectors of a loop solution."""
+"""Sort position of the coefficients of a step in a product; the vectors of a loop solution come
+first."""
 
 
 class InverseSymbols:

@@ -112,7 +112,7 @@ def _legs(printed: PrintedLegs) -> str:
 
 
 def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
-    """Returns the equation for the radius of a leg, or for its square if the root is too wide."""
+    """Returns the equation for the radius of a leg circle, or for its square if shorter."""
     is_long = width(printed.tex(length)) > LINE / 2
     if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
         return printed.equation(rf"\ell_{{{i}}}^2", length.base)

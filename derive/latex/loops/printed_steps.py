@@ -300,7 +300,7 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """Returns the angle from A to C, after cancelling common factors of the atan2 arguments."""
+        """Returns the angle between vectors A and C, without common factors in the atan2."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)

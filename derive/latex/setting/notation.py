@@ -273,7 +273,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number consists of more numbers than ``MAX_PARTS``."""
+    """Whether a number consists of more than ``MAX_PARTS`` numbers."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()

@@ -200,7 +200,7 @@ class _Sharing(TermNames):
         """Returns an expression of named terms, converted to printed symbols."""
         self.name_long_factors(expression)
         known = {}
-        # A new name gets the next index, so the order must not depend on the order of a set.
+        # A new name gets the next index, so the order of naming must not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)

@@ -43,7 +43,7 @@ class LeastSquaresClosure:
             largest error first.
         spare: Names of the closures and struts that can be omitted without an additional degree of
             freedom.
-        actuators: Number of actuators beyond the degrees of freedom. If this number is not 0, the
+        actuators: Number of actuators beyond the degrees of freedom. With redundant actuators, the
             loops close only for some actuator values.
     """
 

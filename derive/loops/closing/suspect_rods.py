@@ -1,7 +1,7 @@
 """Names a rod whose length differs by orders of magnitude from all other lengths of a mechanism.
 
-Such a rod usually has a length in the wrong unit. The open loop is then often another loop, because
-other bodies reach both ends of the rod.
+The length of a suspect rod is usually in the wrong unit. The open loop is then often another loop,
+because other bodies reach both ends of the rod.
 """
 
 from collections.abc import Sequence

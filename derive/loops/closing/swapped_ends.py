@@ -1,7 +1,7 @@
 """Detects rods with swapped ends: exchanging the ends closes all loops near the reference.
 
-Loops with swapped rod ends do not close, or close at a different configuration. For example, four
-of the six rods of a delta robot, if swapped, rotate the platform slightly.
+Loops with swapped rod ends do not close, or close at a different configuration. For example,
+swapped ends of four rods of a delta robot rotate the platform slightly.
 """
 
 import math

@@ -55,7 +55,7 @@ class Tilt:
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describes the deviation; angles and distances of rounding errors are omitted."""
+        """Describes the deviation; angles and distances at rounding level are omitted."""
         parts = []
         if self.angle > NUMERICALLY_CLOSED:
             parts.append(

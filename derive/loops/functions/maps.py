@@ -99,7 +99,7 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Returns the joint values; actuated joints are the actuated coordinates."""
+        """Returns the joint values; the value of an actuated joint is its coordinate."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
@@ -202,7 +202,7 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The map to the coordinates of a domain, keyed by name."""
+"""The map that computes the coordinates of a domain, keyed by the name of the coordinates."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:

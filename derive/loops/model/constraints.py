@@ -6,9 +6,9 @@ branch a to the closure or strut, crosses the closure or strut, and returns alon
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
 Every screw is expressed at zero configuration, in the frame of the body at which the loop starts. M
-is the displacement between the ends of the two branches at zero. The scalar equations hold exactly
-if the product is 1. Planar loops compare points as sums of rotated vectors; spatial loops compare
-the poses of both branches.
+is the displacement between the ends of the two branches at zero configuration. The scalar equations
+hold exactly if the product is 1. Planar loops compare points as sums of rotated vectors; spatial
+loops compare the poses of both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -123,11 +123,11 @@ def constraints(
 ) -> tuple[LoopEquations, ...]:
     """Returns the equations of every loop, in the order of the closures and struts.
 
-    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. A point
-    difference with an equation for each component is in the axes of the body at which the loop
-    starts. A strut with ball ends has one equation, for the distance of its ends. For a strut with
-    pin ends, two equations state that the first end plus the length along the swing direction is
-    the far end.
+    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If each
+    component of a point difference has an equation, the components are in the axes of the body at
+    which the loop starts. A strut with ball ends has one equation, for the distance of its ends.
+    For a strut with pin ends, two equations state that the first end plus the length along the
+    swing direction is the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -421,7 +421,7 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # All three differences must be zero in any axes; their expressions are shortest in the axes
+        # All three components must be zero in any axes; their expressions are shortest in the axes
         # of the body at which the loop starts.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [

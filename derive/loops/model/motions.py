@@ -1,7 +1,7 @@
 """Body frames with variable geometry, and the screw of every elementary motion.
 
 Elementary motions with values v(q, u, p) connect the base to a body. Let S_m be the unit screw of
-motion m. A wrench W on a body with the twist V has the power
+motion m. The power of a wrench W on a body with the twist V follows from the equation
 
     W.V = sum_m (W.S_m) dv_m/dt.
 

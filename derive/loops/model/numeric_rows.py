@@ -100,8 +100,8 @@ class NumericRows:
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # The axes of a complete difference vector are arbitrary, and Newton's method converges
-            # better if these axes do not rotate with frame a. The wrench on the body at end a then
-            # acts at end a instead of end b.
+            # better if these axes do not rotate with frame a. The wrench on the body at end a must
+            # act at end a instead of end b.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)

@@ -60,10 +60,10 @@ class SlideEdge:
     Attributes:
         name: Name of the joint, cylinder or closure.
         a: The body a, along which b slides.
-        at_a: A point of the guide, in a's axes.
+        at_a: A point of the guide, in the axes of body a.
         direction: The guide's unit direction in a's axes.
         b: The other body.
-        at_b: The point of b at ``at_a + value * direction``.
+        at_b: The point of body b that lies at ``at_a + value * direction`` on body a.
         rotor: The orientation of body b in the axes of body a.
     """
 
@@ -100,7 +100,7 @@ class Linkage:
         edges: The revolute joints, swing angles and closures.
         joints: Names of the tree's moving joints and of the cylinders in the linkage.
         loop_joints: Names of the closures and struts that close the loops.
-        axes: The plane's x, y and normal in each body's frame.
+        axes: The x axis, the y axis and the normal of the plane in each body's frame.
     """
 
     root: str

@@ -1,7 +1,7 @@
 """Platforms on legs: rods connect actuated bodies to a platform with free motion.
 
 The main chain of a platform on legs is virtual: x, y and phi, or six coordinates. The length of rod
-i gives the equation
+i gives an equation in theta and q:
 
     |b_i(theta) - a_i(q)| - l_i = 0
 

@@ -7,7 +7,7 @@ lengths give the equations
 
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2.
 
-Subtracting the first equation from the other two gives the linear pair
+Subtracting the first equation from the other two gives a pair of equations linear in w:
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 

@@ -3,7 +3,7 @@
 The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates q, and the unknown
 values u of passive joints and cylinders. Newton's iteration in C solves for u, starting from the
 nominal robot's configuration at q. With the tool's Jacobians J_u, J_q and J_p, the implicit
-function theorem gives
+function theorem gives three formulas:
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 

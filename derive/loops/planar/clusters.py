@@ -344,7 +344,7 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Returns the sign of the smaller distance, or 0 if both are equal."""
+        """Returns the branch sign with the smaller distance, or 0 if both distances are equal."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)

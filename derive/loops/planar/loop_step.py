@@ -84,7 +84,8 @@ class RateEquation:
             point.
         right: Pairs of a quantity (or an expression of quantities) and its weight.
         projected: Two vectors: the left side is the scalar product of the first vector with the
-            derivative of the second. Empty if the left side is printed as a sum of products.
+            derivative of the second. The field is empty if the left side is printed as a sum of
+            products.
     """
 
     left: Weighted

@@ -33,7 +33,7 @@ from .loop_step import (
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Circles about the ends of D that intersect at C, a point relative to the first end of D.
+    """Two circles about the ends of D; their intersection C is relative to the first end of D.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.

@@ -36,7 +36,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns the closures and struts with known joints that no step with a margin closes.
+    """Returns closures and struts with known joints, unless a step with a margin closes them.
 
     Cylinders are excluded, because a cylinder can have any length.
     """

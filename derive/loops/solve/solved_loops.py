@@ -41,9 +41,8 @@ class SolvedLoops(LoopModel):
         numbers: The constraints in double precision, near the reference configuration.
         at_reference: The value of every entry of z at the closed reference configuration.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
-        spare: Number of actuators beyond the degrees of freedom. If this number is not 0, the
-            actuators do not determine the main chain, unless the loops close in the least-squares
-            sense.
+        spare: Number of actuators beyond the degrees of freedom. Redundant actuators do not
+            determine the main chain, unless the loops close in the least-squares sense.
         missing: Number of branches that each all-branch function omits, keyed by function name.
     """
 

@@ -108,7 +108,7 @@ class HingePoints(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
-        """Solves for the angle, or False if the ball or the axis is unknown."""
+        """Solves for the angle; returns False if the ball or the axis is unknown."""
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.center):
             return False

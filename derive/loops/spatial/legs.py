@@ -46,7 +46,7 @@ def assemble_in_space(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> None:
-    """Adds joint values that the spatial loops determine to the known values.
+    """Adds to the known values the joint values that the spatial loops determine.
 
     Args:
         terms: Names of all terms.
@@ -108,8 +108,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        True also if the leg determines several joints or none, or if no other leg determines the
-        same joint.
+        The result is also True if the leg determines several joints or none, or if no other leg
+        determines the same joint.
     """
     moving = legs.moving(strut)
     rivals = [

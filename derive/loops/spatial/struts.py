@@ -138,7 +138,7 @@ class Legs:
         """Returns the single strut that determines a single joint, or None.
 
         Args:
-            struts: The struts; exactly one of these struts must apply.
+            struts: The struts; the result is None unless there is exactly one strut.
             sliding: Whether the joint must be prismatic rather than revolute.
         """
         if len(struts) != 1:
