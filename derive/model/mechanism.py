@@ -198,6 +198,8 @@ class Mechanism:
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             resulting tool displacement are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
+        omitted: Names of the reference values that are missing in the description, so that they are
+            the middle of their limits.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -225,6 +227,7 @@ class Mechanism:
     springs: tuple[tuple[str, sp.Expr], ...] = field(default=(), repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
+    omitted: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -249,7 +252,9 @@ class Mechanism:
         check_transmissions(self.transmissions, self.actuated)
         if self.nominal is not None:
             self._check_nominal(self.nominal)
-        object.__setattr__(self, "reference", (*self.reference, *self._middles()))
+        middles = tuple(self._middles())
+        object.__setattr__(self, "reference", (*self.reference, *middles))
+        object.__setattr__(self, "omitted", (*self.omitted, *(name for name, _ in middles)))
 
     @property
     def loop_joints(self) -> tuple[Closure | Strut, ...]:

@@ -31,6 +31,9 @@ MANY, MANY_STEPS = 500, 64
 FEW, FEW_STEPS = 60, 17
 """Number of random configurations, and of grid values, for loops without a closed form."""
 HALVINGS = 20
+OMITTED = 0.01
+"""Smallest reported difference between the middle of the limits and the value at the stated joints
+(radian, or relative to the size)."""
 LITTLE = 0.5
 """Smallest fraction of configurations with closed loops for which no remark is printed."""
 
@@ -54,10 +57,11 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
     """Returns warnings about a robot whose loops close; usually empty.
 
-    The warnings concern rods with swapped ends, reference values far from the closed configuration,
-    and geometry that narrowly misses a closed form.
+    The warnings concern rods with swapped ends, reference values that the description omits or that
+    are far from the closed configuration, and geometry that narrowly misses a closed form.
     """
-    doubts = (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h), *nearly_met(h))
+    swapped = doubtful_ends(h.mechanism, h.at_reference)
+    doubts = (swapped, omitted_actuators(h), moved_reference(h), *nearly_met(h))
     return tuple(filter(None, doubts))
 
 
@@ -162,6 +166,32 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if closes(middle) else (inside, middle)
     return inside
+
+
+def omitted_actuators(h: SolvedLoops) -> str:
+    """States which actuated coordinates the reference omits, and their value at the stated joints.
+
+    The result is empty if the reference is complete, or if the description has no reference.
+    """
+    mechanism, bodies = h.mechanism, NumericMechanism(h.mechanism)
+    omitted = [c.moves for c in mechanism.coordinates if c.moves in mechanism.omitted]
+    if not omitted or {name for name, _ in mechanism.reference} <= {*mechanism.omitted}:
+        return ""
+    names = [loop_joint.name for loop_joint in mechanism.loop_joints]
+    near = bodies.nearest(bodies.values, omitted, names)
+    near = bodies.nearest(near, [*bodies.unknown, *omitted], names)
+    words = []
+    for name in omitted:
+        is_length = bodies.is_length(name)
+        text = f"{name} = {shown(bodies.values[name], is_length)}"
+        off = abs(near[name] - bodies.values[name]) / (bodies.size if is_length else 1.0)
+        if off > OMITTED and bodies.all_closed(near, names):
+            text += f" ({shown(near[name], is_length)} at the stated joints)"
+        words.append(text)
+    text = (
+        "reference: the file omits actuated coordinates, which start in the middle of their limits"
+    )
+    return f"{text}: {', '.join(words)}"
 
 
 def moved_reference(h: SolvedLoops) -> str:

@@ -129,9 +129,10 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
         actuated = ", ".join(mechanism.actuated)
         advice = f"set other values of {actuated} in [reference] at which the loops can move"
         return type(error)(f"{error}\n    The loops are at a dead point at {near}: {advice}")
-    return type(error)(
-        f"{error}\n    The loops close at {near}: write values close to these in [reference]"
-    )
+    omitted = [name for name in mechanism.omitted if name in moving]
+    default = f"; {', '.join(omitted)} started in the middle of the limits" if omitted else ""
+    advice = f"write values close to these in [reference]{default}"
+    return type(error)(f"{error}\n    The loops close at {near}: {advice}")
 
 
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
@@ -237,8 +238,10 @@ def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence
 def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
     """Lists the actuated coordinates of the loop at the reference."""
     names = {name for name, _, _ in _candidates(bodies, loop_joint)}
+    omitted = bodies.mechanism.omitted
     stated = [
         f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
+        f"{', the middle of its limits' if c.moves in omitted else ''}"
         for c in bodies.mechanism.coordinates
         if c.moves in names
     ]

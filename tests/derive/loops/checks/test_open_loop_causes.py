@@ -1,15 +1,21 @@
 """Error messages for an open loop whose cause lies in another loop."""
 
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from chasles.derive import LoopError, derive, read_text
+from chasles.derive import LoopError, derive, read, read_text
+from chasles.derive.loops.checks.closable import doubts_of, omitted_actuators
+from tests.support.derivations import ROBOTS
 from tests.support.loops.loader_arm import LOADER
+from tests.support.loops.solved import solved
 
 FRONT = (
     '  { name = "front", parent = "0", link = "front", xyz = [855, 0, 660], axis = [0, -1, 0] },\n'
 )
+OMITTED = LOADER.replace(", lift = 765", "")
 ROD = """
 [[rods]]
 name = "front"
@@ -66,3 +72,33 @@ def test_error_states_reachable_stroke_after_five_smaller_changes(monkeypatch):
     (stroke,) = re.findall(r"^    lift, now 30 mm: (\S+) to (\S+) mm$", text, re.M)
     assert [float(end) for end in stroke] == pytest.approx([176.0, 1004.0], abs=1)
     assert text.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ("[30, 150]", "at the reference (lift = 90 mm, the middle of its limits): its ends"),
+        ("[300, 500]", "in [reference]; lift started in the middle of the limits"),
+    ],
+)
+def test_error_states_that_an_omitted_cylinder_starts_in_the_middle(limits, words):
+    text = OMITTED.replace("[640, 1180]", limits)
+    assert words in message(text)
+
+
+def test_note_compares_an_omitted_cylinder_with_the_stated_joints():
+    (note,) = doubts_of(solved(read_text(OMITTED)))
+    assert note.startswith("reference: the file omits actuated coordinates, which start in the")
+    found = re.search(r"lift = 910 mm \((\S+) mm at the stated joints\)", note).group(1)
+    rear, arm = np.radians([135, -142])
+    ends = [115 + 890j, 430 + 330j]
+    far = ends[0] + np.exp(1j * rear) * (623 + np.exp(1j * arm) * (900 - 130j)) - ends[1]
+    # The stated angles close the loop of the pin only within their rounding to a degree.
+    assert float(found) == pytest.approx(abs(far), abs=10)
+
+
+def test_no_note_on_a_complete_or_missing_reference():
+    assert omitted_actuators(solved(read_text(LOADER))) == ""
+    bare = replace(read(ROBOTS / "five_bar.toml"), reference=())
+    assert {c.moves for c in bare.coordinates} <= {*bare.omitted}
+    assert omitted_actuators(solved(bare)) == ""
