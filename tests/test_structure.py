@@ -25,6 +25,12 @@ WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
 
 MAX_LINES = 500
 MAX_LINES_OF_RUNTIME = 15_000
+MAX_LINES_OF_EXPORTER = 600
+"""Number of lines of a folder of `derive/emit`, templates and support files included."""
+MAX_LINES_OF_PLUGIN = 1_150
+"""Number of lines of the exporter for MoveIt. It contains 780 lines of C++ that are the same for
+every robot, because the plugin overrides thirteen functions of MoveIt, in two generations of their
+signatures, and compares the robot with MoveIt's model."""
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
 BUILT = {".so", ".pyc", ".o"}
 SHARED = {"support", "campaigns", "laws"}
@@ -144,18 +150,32 @@ def repeated(names: Iterator[str]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
+def line_count(path: Path) -> int:
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
 @pytest.mark.parametrize("part", WRITTEN)
 def test_files_are_short(part):
     files = [path for path in handwritten(WRITTEN[part]) if path.suffix in SUFFIXES]
-    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    lines = {path: line_count(path) for path in files}
     assert len(files) >= 5
     assert {str(path): n for path, n in lines.items() if n > MAX_LINES} == {}
 
 
 def test_runtime_is_small():
     files = [path for path in handwritten(RUNTIME) if path.suffix in SUFFIXES]
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
+    lines = sum(map(line_count, files))
     assert 10_000 < lines <= MAX_LINES_OF_RUNTIME
+
+
+def test_exporters_are_short():
+    """C is excluded, because its support files contain the solvers of all robots."""
+    folders = [path for path in (DERIVE / "emit").iterdir() if (path / "support").is_dir()]
+    lengths = {folder.name: sum(map(line_count, handwritten(folder))) for folder in folders}
+    assert {"c", "c_float", "cpp", "cuda", "jax", "mex", "moveit", "rust"} <= lengths.keys()
+    del lengths["c"]
+    assert lengths.pop("moveit") <= MAX_LINES_OF_PLUGIN
+    assert {name: n for name, n in lengths.items() if n > MAX_LINES_OF_EXPORTER} == {}
 
 
 def test_test_file_names_are_unique():

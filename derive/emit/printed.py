@@ -1,10 +1,15 @@
 """The functions without an iterative solver; languages other than C print only these functions."""
 
+import math
 from collections.abc import Sequence
 
 from ..derivation import Derivation
+from ..model.coupling import Limits
 from ..model.robot import SerialRobot
 from ..terms.symbolic_function import SymbolicFunction
+
+_START = 0.4
+"""Value of a coordinate of a serial robot in examples (radian, meter), if its limits allow it."""
 
 
 def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
@@ -42,3 +47,25 @@ def example_inverse(
         if role.is_inverse and role.domain == "pose" and is_known:
             return function
     return None
+
+
+def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
+    """Returns coordinates at which loops are closed, and a serial arm is not stretched.
+
+    Args:
+        derivation: The derivation of the robot.
+        distance: Smallest distance of a coordinate from its limits (radian, meter).
+    """
+    if derivation.hybrid is not None:
+        return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
+    return [_within(c.limits, distance) for c in derivation.robot.coordinates]
+
+
+def _within(limits: Limits, distance: float) -> float:
+    """Returns the value of a coordinate at a distance from its limits, or their middle."""
+    low = -math.inf if limits[0] is None else float(limits[0]) + distance
+    high = math.inf if limits[1] is None else float(limits[1]) - distance
+    if low > _START or high < _START:
+        middle = (low + high) / 2
+        return round(middle if math.isfinite(middle) else max(low, min(high, _START)), 6)
+    return _START

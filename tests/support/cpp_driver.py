@@ -3,7 +3,7 @@
 import numpy as np
 
 import chasles
-from chasles.derive.emit.cpp.header import safe
+from chasles.derive.emit.reserved import safe
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed", "ik", "chain", "actuators"}
 """Functions that the programs compile: with one result, with several results, and with solutions in

@@ -9,7 +9,7 @@ import numpy as np
 
 import chasles
 from chasles.derive import write
-from chasles.derive.emit.cpp.header import safe
+from chasles.derive.emit.reserved import safe
 from tests.support.derivations import robot_of
 from tests.support.exports import apart, expected, inputs_of, inverse_of, regular_slots
 

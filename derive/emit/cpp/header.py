@@ -13,21 +13,12 @@ from ...terms.symbolic_function import (
     Signature,
     SymbolicFunction,
 )
-from ..c.expressions import number, wrapped
+from ..c.expressions import wrapped
 from ..c.header import description, notice
+from ..c.nearest import bounds
+from ..reserved import safe
 from ..seeds import nearest_summary, seeded
 
-_KEYWORDS = (
-    "alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t class compl concept "
-    "const_cast constexpr decltype delete dynamic_cast explicit export false friend mutable "
-    "namespace new noexcept not not_eq nullptr operator or or_eq private protected public "
-    "reinterpret_cast requires static_assert static_cast template this thread_local throw true try "
-    "typeid typename using virtual wchar_t xor xor_eq"
-)
-RESERVED = frozenset([*_KEYWORDS.split(), "result"])
-"""Names that the C++ header must not use: keywords that C does not reserve, and local variables.
-
-A name in this list gets a trailing underscore in C++."""
 SLOTS = ["q", "residual", "margin"]
 """The outputs of an inverse that the header uses."""
 
@@ -68,17 +59,12 @@ namespace chasles::{safe(robot.name)} {{
 """
 
 
-def safe(name: str) -> str:
-    """Returns a name that is not reserved in C++."""
-    return f"{name}_" if name in RESERVED else name
-
-
 def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
     n = len(coordinates)
     names = ", ".join(f'"{coordinate.name}"' for coordinate in coordinates)
     units = ", ".join(f'"{coordinate.unit}"' for coordinate in coordinates)
-    lower = ", ".join(_bound(coordinate.limits[0], "-infinity") for coordinate in coordinates)
-    upper = ", ".join(_bound(coordinate.limits[1], "infinity") for coordinate in coordinates)
+    limits = zip(*(bounds(coordinate.limits) for coordinate in coordinates), strict=True)
+    lower, upper = (", ".join(side).lower() for side in limits)
     texts = f"inline constexpr std::array<std::string_view, {n}>"
     return "\n".join(
         [
@@ -93,34 +79,29 @@ def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
     )
 
 
-def _bound(value: object, infinite: str) -> str:
-    return infinite if value is None else number(float(value))  # type: ignore[arg-type]
-
-
 def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
     """Returns a C++ function that calls the C function of the same name."""
     arguments = [_input(argument) for argument in function.inputs]
     kind, outputs = _returned(function)
     passed = ", ".join([*(_passed(argument) for argument in function.inputs), *outputs])
-    return "\n".join(
-        [
-            _comment(lines),
-            *wrapped(f"inline {kind} {safe(function.name)}({', '.join(arguments)}) noexcept {{"),
-            f"  {kind} result;",
-            *wrapped(f"{prefix}_{function.name}({passed});", "  "),
-            "  return result;",
-            "}",
-        ]
-    )
+    call = f"{prefix}_{function.name}({passed});"
+    return _function(lines, kind, safe(function.name), arguments, call)
+
+
+def _function(
+    lines: Sequence[str], kind: str, name: str, arguments: Sequence[str], call: str
+) -> str:
+    """Returns a C++ function that calls a C function, which writes the result."""
+    head = f"inline {kind} {name}({', '.join(arguments)}) noexcept {{"
+    body = [f"  {kind} result;", *wrapped(call, "  "), "  return result;", "}"]
+    return "\n".join([_comment(lines), *wrapped(head), *body])
 
 
 def _returned(function: Signature) -> tuple[str, list[str]]:
     """Returns the C++ type of a result, and the expressions to which the C function writes."""
     outputs = function.outputs
     if len(outputs) == 1:
-        return _type(outputs[0]), [
-            "&result" if outputs[0].size == 1 else "result.data()",
-        ]
+        return _type(outputs[0]), ["&result" if outputs[0].size == 1 else "result.data()"]
     members = [
         f"&result.{safe(o.name)}"
         if o.size == 1 and not _is_slots(function)
@@ -190,16 +171,8 @@ def _nearest(derivation: Derivation, function: Signature) -> str:
         f"  q_seed: the start configuration, {n}",
         f"  weights: weight of each coordinate's displacement in the distance, {n}; 1 by default",
     ]
-    return "\n".join(
-        [
-            _comment(lines),
-            *wrapped(f"inline Nearest<{n}> {name}({', '.join(arguments)}) noexcept {{"),
-            f"  Nearest<{n}> result;",
-            *wrapped(f"result.slot = {derivation.robot.name}_{name}({', '.join(passed)});", "  "),
-            "  return result;",
-            "}",
-        ]
-    )
+    call = f"result.slot = {derivation.robot.name}_{name}({', '.join(passed)});"
+    return _function(lines, f"Nearest<{n}>", name, arguments, call)
 
 
 def _comment(lines: Sequence[str]) -> str:

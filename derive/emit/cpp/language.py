@@ -1,24 +1,20 @@
 """Writes a CMake package with the generated C, its C++17 header and a control loop."""
 
-import math
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from ...derivation import Derivation
-from ...model.mechanism import Coordinate
-from ...model.robot import Joint, Motor
 from ...program.programs import Programs
 from ...terms.symbolic_function import Signature
 from ..c import language as c
+from ..printed import example_start
+from ..reserved import safe
 from ..seeds import seeded
 from ..templates import filled
-from .header import header, safe
+from .header import header
 
 SUPPORT = Path(__file__).parent / "support"
-_START = 0.4
-"""Start value of a joint of a serial robot in the example (radian, meter), if its limits allow
-it."""
 _AMPLITUDE = 0.05
 """Amplitude of the motion in the example (radian, meter)."""
 
@@ -48,7 +44,7 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
     """Returns the values of the placeholders in the templates."""
-    nearest, start = _nearest_of_pose(derivation), _start(derivation)
+    nearest, start = _nearest_of_pose(derivation), example_start(derivation, _AMPLITUDE)
     fixed = nearest.role.fixed if nearest else ()
     moved = next((k for k in range(len(start)) if k not in fixed), 0)
     return {
@@ -67,18 +63,3 @@ def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
 def _nearest_of_pose(derivation: Derivation) -> Signature | None:
     """Returns the inverse that the example calls: the first that solves complete poses."""
     return next((f for f in seeded(derivation) if f.role.domain == "pose"), None)
-
-
-def _start(derivation: Derivation) -> list[float]:
-    """Returns example coordinates: loops are closed, and a serial arm is not stretched."""
-    if derivation.hybrid is not None:
-        return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
-    return [_within(joint) for joint in derivation.robot.coordinates]
-
-
-def _within(joint: Joint | Motor | Coordinate) -> float:
-    """Returns the start value of a joint, at least one amplitude away from both limits."""
-    low, high = (math.nan if limit is None else float(limit) for limit in joint.limits)
-    if low + _AMPLITUDE > _START or high - _AMPLITUDE < _START:
-        return round((low + high) / 2, 6)
-    return _START

@@ -10,8 +10,8 @@ from ..c import expressions
 from ..c.expressions import wrapped
 from ..c.nearest import bounds, turns
 from ..c_float.functions import SINGLE, Precision, statements
-from ..cpp.header import RESERVED
 from ..precision.single import single
+from ..reserved import RESERVED
 from ..seeds import SeedInputs, counts
 
 DOUBLE = Precision("double", expressions.number, {})

@@ -12,9 +12,9 @@ from ..c.expressions import WIDTH
 from ..c.header import description, notice
 from ..c_float import language as c_float
 from ..c_float.functions import number
-from ..cpp.header import safe
 from ..precision.errors import SAMPLES, Measurement, with_errors
 from ..printed import coordinate_lines, example_inverse, missing_functions, printed_functions
+from ..reserved import safe
 from ..seeds import missing_nearest, nearest_summary, printed_nearest
 from ..templates import filled
 from .functions import PRECISIONS, Nearest, device_function, kernel, renamed

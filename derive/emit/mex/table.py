@@ -86,28 +86,17 @@ def functions(derivation: Derivation) -> list[Function]:
 def table(derivation: Derivation, listed: Sequence[Function]) -> str:
     """Returns the C header that contains the table of functions."""
     name = derivation.robot.name
-    calls = [
-        "\n".join(
-            [
-                f"static void call_{f.name}(const double *const *in, double *const *out)",
-                "{",
-                *(f"  {line}" for line in f.body),
-                "}\n",
-            ]
-        )
-        for f in listed
-    ]
-    rows = [
-        "\n".join(
-            [
-                f'  {{"{f.name}", {len(f.inputs)}, {f.required}, {len(f.outputs)},',
-                f"   {{{', '.join(map(_array, f.inputs))}}},",
-                f"   {{{', '.join(map(_array, f.outputs))}}},",
-                f"   call_{f.name}}},",
-            ]
-        )
-        for f in listed
-    ]
+    calls: list[str] = []
+    rows: list[str] = []
+    for f in listed:
+        calls += [f"static void call_{f.name}(const double *const *in, double *const *out)", "{"]
+        calls += [*(f"  {line}" for line in f.body), "}\n"]
+        rows += [
+            f'  {{"{f.name}", {len(f.inputs)}, {f.required}, {len(f.outputs)},',
+            f"   {{{', '.join(map(_array, f.inputs))}}},",
+            f"   {{{', '.join(map(_array, f.outputs))}}},",
+            f"   call_{f.name}}},",
+        ]
     head = [notice(derivation.robot), '#include "chasles_functions.h"', f'#include "{name}.h"', ""]
     ends = [f"static const chasles_function {name}_functions[] = {{", *rows, "};", ""]
     return "\n".join([*head, *calls, *ends])

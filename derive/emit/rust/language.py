@@ -1,7 +1,6 @@
 """Writes a Rust crate that contains the functions without an iterative solver, and an example."""
 
 import json
-import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from importlib.metadata import version
@@ -13,7 +12,13 @@ from ...terms.symbolic_function import SymbolicFunction
 from ..c.expressions import WIDTH, number
 from ..c.header import description
 from ..precision.errors import SOLVED
-from ..printed import coordinate_lines, example_inverse, missing_functions, printed_functions
+from ..printed import (
+    coordinate_lines,
+    example_inverse,
+    example_start,
+    missing_functions,
+    printed_functions,
+)
 from ..seeds import missing_nearest, printed_nearest
 from ..templates import filled
 from .functions import definition, nearest
@@ -25,8 +30,6 @@ mod nearest;
 use nearest::{Moves, Slots, FULL_TURN};
 pub use nearest::{Missing, Nearest};
 """
-_START = 0.4
-"""Joint value of a serial robot in the example (radian, meter), if the limits allow it."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -110,7 +113,7 @@ def _example(
     """Returns an example that solves or prints a pose; empty without ``fk``."""
     if not any(function.name == "fk" for function in printed):
         return {}
-    values = values | {"start": ", ".join(map(number, _start(derivation)))}
+    values = values | {"start": ", ".join(map(number, example_start(derivation)))}
     inverse = example_inverse(derivation, printed)
     if inverse is None:
         return {"examples/pose.rs": filled(SUPPORT / "pose.rs.in", values)}
@@ -121,13 +124,3 @@ def _example(
         "inputs": ", ".join(["&pose", *fixed]),
     }
     return {"examples/solutions.rs": filled(SUPPORT / "solutions.rs.in", values)}
-
-
-def _start(derivation: Derivation) -> list[float]:
-    """Returns example coordinates: loops are closed, and a serial arm is not stretched."""
-    if derivation.hybrid is not None:
-        return [round(value, 9) for value in derivation.hybrid.q_at_reference.tolist()]
-    limits = [coordinate.limits for coordinate in derivation.robot.coordinates]
-    low = [-math.inf if side[0] is None else float(side[0]) for side in limits]
-    high = [math.inf if side[1] is None else float(side[1]) for side in limits]
-    return [sorted((x, _START, y))[1] for x, y in zip(low, high, strict=True)]

@@ -17,49 +17,18 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 /** Maximum residual (m or rad) of a solution, as in the generated C. */
 inline constexpr double solved = 1e-9;
 
-/** A matrix or a stack of matrices with fixed shape, dense and row-major. */
-template <std::size_t... Shape> struct Array {
+/** A matrix or a stack of matrices with fixed shape: an array of its numbers, row by row. */
+template <std::size_t... Shape> struct Array : std::array<double, (Shape * ...)> {
     static constexpr std::size_t length = (Shape * ...);
-
-    std::array<double, length> values;
 
     /** The entry at one index per dimension. */
     template <typename... Index> constexpr double &operator()(Index... index) noexcept
     {
-        return values[offset(index...)];
+        return (*this)[offset(index...)];
     }
     template <typename... Index> constexpr double operator()(Index... index) const noexcept
     {
-        return values[offset(index...)];
-    }
-
-    constexpr double *data() noexcept
-    {
-        return values.data();
-    }
-    constexpr const double *data() const noexcept
-    {
-        return values.data();
-    }
-    static constexpr std::size_t size() noexcept
-    {
-        return length;
-    }
-    constexpr auto begin() noexcept
-    {
-        return values.begin();
-    }
-    constexpr auto begin() const noexcept
-    {
-        return values.begin();
-    }
-    constexpr auto end() noexcept
-    {
-        return values.end();
-    }
-    constexpr auto end() const noexcept
-    {
-        return values.end();
+        return (*this)[offset(index...)];
     }
 
   private:
@@ -81,11 +50,6 @@ template <std::size_t Size> class View
     }
     constexpr View(const std::array<double, Size> &values) noexcept : first_(values.data())
     {
-    }
-    template <std::size_t... Shape>
-    constexpr View(const Array<Shape...> &values) noexcept : first_(values.data())
-    {
-        static_assert(Array<Shape...>::length == Size, "the array has a different size");
     }
     /** The first of `Size` consecutive numbers, whose count the compiler cannot check. */
     constexpr explicit View(const double *first) noexcept : first_(first)
