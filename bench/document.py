@@ -8,8 +8,8 @@ from .report import RESULTS, text
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 BEGIN, END = "<!-- figures: python -m bench -->\n", "<!-- end of figures -->\n"
 HEAD = """\
-| row: compared with | chasles | other | ratio | smallest | bar | |
-|---|--:|--:|--:|--:|--:|---|
+| row | chasles | compared with | ratio | bar |
+|---|---|---|---|---|
 """
 
 
@@ -38,16 +38,23 @@ def _machine(machine: dict[str, str]) -> str:
 
 
 def _ratio(row: dict) -> str:
-    times = f"{text(row['own'])} ns | {text(row['peer'])} ns"
-    ratio = f"{text(row['median'])} | {text(row['least'])} | {text(row['bar'])}"
-    return f"| {row['key']} | {times} | {ratio} | {_mark(row)} |\n"
+    name, _, peer = row["key"].partition(": ")
+    times = f"chasles: {text(row['own'])} ns | {_OTHER.get(peer, peer)}: {text(row['peer'])} ns"
+    ratio = f"ratio {text(row['median'])}, at least {text(row['least'])}"
+    return f"| `{name}` | {times} | {ratio} | {_bar(row, text(row['bar']))} |\n"
 
 
 def _limit(row: dict) -> str:
-    value = f"{text(row['value'])} {row['unit']}"
-    bar = "" if row["bar"] is None else f"{row['bar']} {row['unit']}"
-    return f"| {row['key']} | {value} | | | | {bar} | {_mark(row)} |\n"
+    value = f"chasles: {text(row['value'])} {row['unit']}"
+    bar = _bar(row, f"{row['bar']} {row['unit']}")
+    return f"| `{row['key']}` | {value} | | | {bar} |\n"
 
 
-def _mark(row: dict) -> str:
-    return "" if row["bar"] is None else "holds" if row["holds"] else "**missed**"
+def _bar(row: dict, bar: str) -> str:
+    if row["bar"] is None:
+        return ""
+    return f"bar {bar}, {'reached' if row['holds'] else '**missed**'}"
+
+
+_OTHER = {"of 6": "a joint of 6", "one": "one thread", "chasles, one sine at a time": "one sine"}
+"""Names of the compared measurement in the table, for keys that do not name it."""

@@ -59,11 +59,16 @@ def _lines(module: ModuleType) -> Iterator[str]:
     classes = {name: value for name, value in values.items() if inspect.isclass(value)}
     plain = [name for name in values if name not in classes or not members_of(classes[name])]
     yield f"\n## {module.__name__}\n"
-    yield from textwrap.wrap(", ".join(f"`{name}`" for name in plain), WIDTH)
+    if plain:
+        yield from textwrap.wrap(f"The module `{module.__name__}` has {_listed(plain)}.", WIDTH)
     for name, kind in classes.items():
         if members := members_of(kind):
-            listed = ", ".join(f"`{member}`" for member in members)
-            yield from ("", *textwrap.wrap(f"**{name}**: {listed}", WIDTH))
+            yield from ("", *textwrap.wrap(f"The class **{name}** has {_listed(members)}.", WIDTH))
+
+
+def _listed(names: list[str]) -> str:
+    first, last = ", ".join(f"`{name}`" for name in names[:-1]), f"`{names[-1]}`"
+    return f"{first} and {last}" if first else last
 
 
 def page() -> str:

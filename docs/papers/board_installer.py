@@ -116,7 +116,8 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["mobility"],
             counted.true,
-            f"six motors; {counted.coordinates} coordinates minus the rank {counted.rank} of the "
+            f"the robot has six motors; {counted.coordinates} coordinates minus the rank "
+            f"{counted.rank} of the "
             f"loop equations",
         ),
         lost(
@@ -131,14 +132,16 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
     """Lengths and limits of the robot, all of which are assumed."""
     value = parameters()
-    reason = "chosen so that all loops close and the tool reaches the required box"
+    reason = "the value is chosen so that all loops close and the tool reaches the required box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
     found = [assumed(printed[name], size, reason) for name, size in value.items()]
-    found.append(assumed(printed["l0"], push_rod, "from a, b and gamma0"))
+    found.append(assumed(printed["l0"], push_rod, "the length follows from a, b and gamma0"))
     for coordinate in robot().coordinates:
         limits = np.array([coordinate.lower, coordinate.upper])
         item = printed[f"limits_{coordinate.name}"]
-        found.append(assumed(item, limits, "chosen so that the tool reaches the required box"))
+        found.append(
+            assumed(item, limits, "the limits are chosen so that the tool reaches the required box")
+        )
     return found
 
 
@@ -261,7 +264,7 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
     heights = [z for z in LABOUR if reached[T[:, 2, 3] == z].all()]
     least, largest = inside.min(0), inside.max(0)
     forward, sideways, _ = largest - least
-    note = "lengths and limits are assumed such that the tool, facing the wall, reaches it"
+    note = "lengths and limits are assumed such that the tool, facing the wall, reaches the box"
     return [
         consistent(printed["lowest"], least[2], note),
         consistent(printed["highest"], largest[2], note),
@@ -270,7 +273,11 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["labour"], np.array(heights), note),
         not_printed(printed["box"], reached.mean(), f"{len(T)} poses; {note}"),
         assumed(printed["box_x"], BOX[0, 0], "the paper does not state the position of the box"),
-        lost(printed["extents"], cloud().bounds, "from optimization, started at the best samples"),
+        lost(
+            printed["extents"],
+            cloud().bounds,
+            "our values come from an optimization that starts at the best samples",
+        ),
     ]
 
 
@@ -334,17 +341,23 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
             lost(
                 printed[f"error_{own.name}"],
                 own.largest,
-                f"at most {1e3 * own.distance:.3f} mm within the limits; the loops are closed",
+                f"the largest error within the limits is {1e3 * own.distance:.3f} mm, with "
+                f"closed loops",
             )
             for own in errors()
         ),
         not_reproducible(
             printed["error"],
             worst.distance,
-            "measured on one robot; ours is the largest error from a 0.1 mm error of one rod or "
+            "the paper measured one robot; ours is the largest error from a 0.1 mm error of one "
+            "rod or "
             "crank of the pantograph",
         ),
-        not_printed(printed["tolerance"], least, "proportional to the preceding row"),
+        not_printed(
+            printed["tolerance"],
+            least,
+            "the error is proportional to the tool error in the preceding row",
+        ),
     ]
 
 

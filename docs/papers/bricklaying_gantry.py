@@ -126,7 +126,7 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
 """Printed items whose keys have one of these endings are inputs."""
-PARTS = "counted in our parts list, which follows the paper"
+PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """Numbers of the drop spots whose printed r is correct except for its unit, for each set-up."""
 
@@ -166,7 +166,10 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         raise TypeError("expected a gantry with loops")
     counted = mobility(mechanism)
     by_numbers = kutzbach(links=14, joints=15, freedom=15)
-    note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops: {counted.true}"
+    note = (
+        f"equation (1) has lambda = 6, n = 14, j = f = 15; the rank of the loops gives "
+        f"{counted.true}"
+    )
     found = {
         "links": counted.bodies,
         "joints": counted.joints,
@@ -302,7 +305,7 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 def in_inches(item: Printed, ours: FloatArray) -> Row:
     """Compares lengths that agree in inches, but not in the printed unit."""
     cause = ("values in inches, as in section 2.2", ours / INCH * MM)
-    return erratum(item, ours, ours, "correct: in, not mm", cause=cause)
+    return erratum(item, ours, ours, "correct: the unit is in, not mm", cause=cause)
 
 
 # The 7-5-5 chain
@@ -359,7 +362,11 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
     return [
         *quadratic_rows(printed, found.line, np.array([found.wrist[0], beyond[0, 3]]) / INCH),
         *(judged(printed, key, value) for key, value in ours.items()),
-        lost(printed["other_elbow"], found.q[1], "named in the paper, but not calculated"),
+        lost(
+            printed["other_elbow"],
+            found.q[1],
+            "the paper names this solution, but does not calculate it",
+        ),
     ]
 
 
@@ -377,7 +384,7 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
         agrees(
             printed["squares"],
             np.array([(x - 11) ** 2, (y - 8) ** 2]),
-            "left sides at the wrist center",
+            "the left sides are evaluated at the wrist center",
             evaluated=at(x=x, y=y),
         ),
         erratum(
@@ -394,7 +401,9 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             evaluated=at(),
         ),
         agrees(
-            printed["quadratic"], np.array([a, b, c]), "from the intersections of circle and line"
+            printed["quadratic"],
+            np.array([a, b, c]),
+            "the coefficients follow from the intersections of circle and line",
         ),
         erratum(
             printed["discriminant"],

@@ -93,11 +93,15 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     if beyond:
         raise ValueError(f"the motion exceeds the strokes: {beyond[0]}")
     missed = np.linalg.norm(built.released - built.places, axis=1).max()
-    speeds = "limits of 0.12 m/s, 0.4 m/s² and 4 m/s³; within all strokes"
+    speeds = "the limits are 0.12 m/s, 0.4 m/s² and 4 m/s³, and no stroke is exceeded"
     return [
-        assumed(printed["brick"], BRICK, "our choice: three courses fit into the strokes"),
         assumed(
-            printed["bricks"], len(built.places), "four, three and two; each brick rests on two"
+            printed["brick"], BRICK, "with this size, three courses of bricks fit into the strokes"
+        ),
+        assumed(
+            printed["bricks"],
+            len(built.places),
+            "the courses have four, three and two bricks; each brick rests on two bricks",
         ),
         lost(
             printed["flow_chart"],
@@ -113,5 +117,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
             np.abs(built.sampled.qd).max(0),
             "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
         ),
-        not_printed(printed["placed"], missed, "from forward kinematics of the motor angles"),
+        not_printed(
+            printed["placed"],
+            missed,
+            "the positions follow from forward kinematics of the motor angles",
+        ),
     ]

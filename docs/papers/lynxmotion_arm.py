@@ -55,7 +55,7 @@ RATE = 100.0
 FINE = 600.0
 """Sampling frequency [Hz] for maxima: a multiple of three, because phases end at thirds of a
 second."""
-GENERIC = "with lengths d1 70, a2 120, a3 90 and d5 50 mm"
+GENERIC = "the lengths are d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""
 PHASES = 3
@@ -119,19 +119,19 @@ def model(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["mdh"],
             joint.fk([0.7]),
-            "theta 0.7, alpha 0.3 rad, a 0.34, d 0.21 m",
+            "evaluated at theta = 0.7 rad, alpha = 0.3 rad, a = 0.34 m and d = 0.21 m",
             evaluated=at(**row),
         ),
         consistent(
             printed["table_1_1"],
             np.linalg.solve(T[:-1], T[1:]),
-            "an input, copied from the paper; by (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
+            "the rows are inputs, evaluated by (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
             evaluated=by_rows,
         ),
         agrees(
             printed["roll"],
             Finding(path < ROUNDING, f"a path of {1000 * path:.6f} mm"),
-            "while theta5 rotates by 360 deg",
+            "the path is measured while theta5 rotates by 360 deg",
         ),
     ]
 
@@ -148,7 +148,7 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
             consistent(printed[f"pitch_{k + 1}"], pitch[k], TWICE),
         ]
     for k in range(2, 4):
-        note = f"the figure is lost; pitch {np.degrees(pitch[k]):.1f} deg"
+        note = f"the figure is lost; the pitch of the tool is {np.degrees(pitch[k]):.1f} deg"
         found.append(lost(printed[f"position_{k + 1}"], T[k, :3, 3], note))
     upright = CONFIGURATIONS + np.array([0, np.pi / 2, 0, 0, 0])
     mirrored = CONFIGURATIONS * [1, -1, -1, -1, 1]
@@ -197,7 +197,7 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
     )
     measure = whole.size
     sampled = f"{measure.value:.4f} ± {measure.error:.4f} m³ from {SAMPLES} samples"
-    note = f"from its boundary arcs; {sampled}; the figure is lost"
+    note = f"our value follows from the boundary arcs; {sampled}; the figure is lost"
     tried = f"{SAMPLES} samples hit {np.count_nonzero(whole.hits)} cells of {side}"
     return [
         consistent(printed["limits"], limits),
@@ -242,7 +242,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["horizontal"],
             Finding(pitch < ROUNDING, f"elevation of at most {np.degrees(pitch):.6f} deg"),
-            "at all via points, elbow up",
+            "evaluated at all via points, with elbow up",
         ),
         *found,
     ]
@@ -409,12 +409,12 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["phases"],
             Finding(phases == PHASES, f"{phases} phases"),
-            "counted in the sampled speed of the first line",
+            "the phases are counted in the sampled speed of the first line",
         ),
         assumed(
             printed["line_time"],
             1.0,
-            "the axis is lost; ours as between the via points of figure 1.11",
+            "the time axis is lost; ours is the time between the via points of figure 1.11",
         ),
         lost(
             printed["line_speed"],
@@ -424,7 +424,8 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["line_rates"],
             np.abs(lines(FINE).qd).max(0)[:4],
-            f"the curves are lost; ours from {FINE:.0f} samples/s, as {RATE:.0f} miss the maxima",
+            f"the curves are lost; ours uses {FINE:.0f} samples/s, as {RATE:.0f} samples/s miss "
+            f"the maxima",
         ),
         consistent(printed["line_error"], off_lines(made), TWICE),
     ]
@@ -444,16 +445,17 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
     clear = clearance(around(FINE))
     return [
         assumed(printed["ball"], RADIUS, reason),
-        assumed(printed["detour"], DETOUR, "above the midpoint of points 3 and 4"),
+        assumed(printed["detour"], DETOUR, "the via point is above the midpoint of points 3 and 4"),
         not_printed(
             printed["blocked"],
             clearance(lines()),
-            "distance of the arm's axes; negative, because the line intersects the sphere",
+            "the distance of the arm's axes is negative, because the line intersects the sphere",
         ),
         not_printed(
             printed["clearance"],
             clear,
-            f"for the arm's axes on all five lines; links of {1000 * THICK:.0f} mm radius, as in "
+            f"the distance is for the arm's axes on all five lines; links of {1000 * THICK:.0f} "
+            f"mm radius, as in "
             f"part 3, would penetrate the sphere by {1000 * (THICK - clear):.1f} mm",
         ),
     ]

@@ -33,22 +33,24 @@ PAPERS = (
 )
 PROCESSES = 2
 DOTS_PER_INCH = 320
-HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
+HEAD = ("item", "values", "verdict", "note")
+SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 MEANINGS = {
-    "agrees": "ours equals the printed value to half a unit of its last digit. If the paper "
+    "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
-    "erratum": "the printed value is wrong, and ours agrees with the corrected value in the note. "
+    "erratum": "the printed value is wrong, and our value agrees with the corrected value in the "
+    "note. "
     "If the note states a cause, this cause reproduces the printed value.",
     "one reading": "the value follows if the text is read as the note states. The paper does not "
-    "say so, and other rows contradict this reading.",
+    "state this reading, and other rows contradict it.",
     "not reproducible": "the printed value does not follow from the paper; the note lists what we "
     "tried.",
     "consistency": "an input of chasles is compared with the printed value, or one model is "
     "computed twice. Agreement shows that nothing was mistyped, but proves nothing about the "
     "paper.",
     "assumed": "the paper needs the value and does not print it; the note gives our reason.",
-    "lost": "the value or curve is missing in the available text; ours replaces it.",
-    "not printed": "the paper neither prints nor needs the value; ours is an addition.",
+    "lost": "the value or curve is missing in the available text; our value replaces it.",
+    "not printed": "the paper neither prints nor needs the value; our value is an addition.",
 }
 VERDICTS = tuple(MEANINGS)
 DIGITS = (
@@ -73,10 +75,10 @@ TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
 
-`make reproduce` computes every number below with chasles, compares it with the printed one, writes
-all tables and pictures to `build/reproduce/index.html`, and checks these pages. The scripts in
-`docs/papers/` are examples to read. The verdict states how both numbers compare. The script stops
-if a verdict is wrong.
+`make reproduce` computes every number below with chasles, compares it with the printed number,
+writes all tables and pictures to `build/reproduce/index.html`, and checks these pages. The scripts
+in `docs/papers/` are examples to read. The verdict states how both numbers compare. The script
+stops if a verdict is wrong.
 
 {VERDICT_LIST}
 
@@ -89,7 +91,7 @@ body { font: 16px/1.45 sans-serif; max-width: 75rem; margin: auto; padding: 1rem
 table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }
 td, th { border-top: 1px solid #ccc; padding: 0.25rem 0.5rem; }
 td, th { text-align: left; vertical-align: top; }
-td:nth-child(2), td:nth-child(3) { font-variant-numeric: tabular-nums; }
+td:nth-child(2) { font-variant-numeric: tabular-nums; }
 figure { display: inline-block; margin: 0.5rem; width: 22rem; vertical-align: top; }
 figcaption { font-size: 0.8rem; }
 figure img { max-width: 100%; }
@@ -234,14 +236,34 @@ def _link(paper: str) -> str:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """Returns the cells of a row in the order of `HEAD`."""
-    return (row.item, *row.shown, row.unit, row.verdict, row.where, row.note)
+    """Returns the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
+    printed, ours = (f"{value} {row.unit}".rstrip() for value in row.shown)
+    kind = "Evaluated" if printed.startswith("[") else "Paper"
+    values = "No value in the paper" if row.printed is None else f"{kind}: {printed}"
+    note = _phrase(row.note.replace("; cause: ", ". Cause: "))
+    return (
+        f"{row.item} ({row.where}).",
+        f"{values}; chasles: {ours}.",
+        f"{row.verdict.capitalize()}.",
+        note,
+    )
+
+
+def _phrase(note: str) -> str:
+    """Returns a note with a period, and with a capital unless it starts with a symbol."""
+    first = re.match(r"[a-z]+(?=[\s,:])", note)
+    if first and len(first[0]) > 1 and first[0] not in SYMBOLS:
+        note = note[0].upper() + note[1:]
+    return f"{note}." if note and not note.endswith((".", ":")) else note
 
 
 def table(head: Sequence[str], rows: Any) -> list[str]:
     """Returns a table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]
+    first, *others = [
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |"
+        for line in (head, *rows)
+    ]
+    return [first, f"|{'---|' * len(head)}", *others]
 
 
 def html_page(chapters: Sequence[Chapter]) -> str:

@@ -79,7 +79,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
         not_printed(
             printed["inverse"],
             int(reached.count),
-            "closed form; number of solutions at the configuration below",
+            "the closed form has this number of solutions at the configuration below",
         ),
     ]
 
@@ -112,25 +112,27 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
         agrees(
             printed["dh"],
             np.delete(T.ravel(), 5),
-            "theta 0.7, alpha 0.3 rad, r 0.21, l 0.34 m",
+            "evaluated at theta = 0.7 rad, alpha = 0.3 rad, r = 0.21 m and l = 0.34 m",
             evaluated=lambda item: evaluated_rows(item, values),
         ),
         erratum(
             printed["dh_22"],
             T[1, 1],
             evaluated(right, **values),
-            "correct: cos(theta) for sin(theta); at the same values. Each alpha of table 1 is "
+            "correct: cos(theta) instead of sin(theta). Each alpha of table 1 is "
             "±90 deg, where the entry vanishes",
             evaluated=at(**values),
         ),
         consistent(
             printed["table_1"],
             own[:8],
-            "an input, copied from the paper; by the corrected (1), at the configuration below",
+            "the rows are inputs, evaluated by the corrected (1) at the configuration below",
             evaluated=lambda item: by_corrected_dh(item, symbols),
         ),
         *(
-            agrees(printed[name], step, "at the configuration below", evaluated=at(**symbols))
+            agrees(
+                printed[name], step, "evaluated at the configuration below", evaluated=at(**symbols)
+            )
             for name, step in zip(MATRICES, own, strict=True)
         ),
     ]
@@ -184,7 +186,8 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["s_model"],
             np.delete(T[:3].ravel(), 7),
-            "theta 0.7, alpha 0.3, beta -0.4 rad, (x, y, z) = (0.11, 0.23, -0.17) m",
+            "evaluated at theta = 0.7, alpha = 0.3, beta = -0.4 rad, (x, y, z) = (0.11, 0.23, "
+            "-0.17) m",
             evaluated=lambda item: evaluated_rows(item, symbols),
         ),
         erratum(
@@ -222,7 +225,10 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     first, *others = (evaluated(printed[name], **symbols) for name in MATRICES)
     product = np.linalg.multi_dot(others)
     whole = first @ product
-    note = "correct: A0 A1 ... A7 Aee, as the text says world frame; at the configuration below"
+    note = (
+        "correct: A0 A1 ... A7 Aee, as the text says world frame; evaluated at the "
+        "configuration below"
+    )
     return [
         erratum(
             printed["world"],

@@ -36,7 +36,7 @@ AHEAD = np.array([0.0, 0.3, 0.0])
 INWARDS = 1e-10
 """Relative displacement that moves a point of the workspace boundary inward, within reach."""
 BISECTIONS = 50
-LEG = "the lower left leg at (45 mm, 20 mm, 10 deg)"
+LEG = "evaluated for the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
 """A square millimeter [m^2]."""
 SPEED = np.array([0.1, 0.0, 0.0])
@@ -105,7 +105,7 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
         angle = np.mod(np.arctan2(points[:, 1], points[:, 0]), 2 * np.pi)[list(ORDER)]
         found += [
             consistent(
-                printed[name], angle[:2], "an input, copied from the paper: 90, 210", evaluated=at()
+                printed[name], angle[:2], "the angles 90 and 210 deg are inputs", evaluated=at()
             ),
             erratum(
                 printed[f"{name}3"],
@@ -123,7 +123,7 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["platform_joints"],
             on_platform(),
-            "at (45 mm, 20 mm, 10 deg)",
+            "evaluated at (45 mm, 20 mm, 10 deg)",
             evaluated=at_each_leg(r=r["r_p"].value, a=a, x=x, y=y),
         ),
         erratum(
@@ -187,7 +187,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["e1_e2"],
             np.array([e1, e2]),
-            f"from (B.2.1) at both solutions theta; {LEG}",
+            f"our values solve (B.2.1) at both solutions theta; {LEG}",
             evaluated=at(**values),
         ),
         erratum(
@@ -200,7 +200,7 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["half_tangents"],
             np.zeros(2),
-            f"at both solutions, with e3 corrected; {LEG}",
+            f"e3 is corrected; both solutions are {LEG}",
             evaluated=lambda item: np.array(
                 [evaluated(item, t=t, e1=e1, e2=e2, e3=e3) for t in np.tan(both / 2)]
             ),
@@ -208,13 +208,13 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["half_angle"],
             both,
-            f"with e3 corrected; {LEG}",
+            f"e3 is corrected; {LEG}",
             evaluated=at(e1=e1, e2=e2, e3=e3),
         ),
         agrees(
             printed["node_x"],
             node[0],
-            "with the base joints of (B.1.3); ours starts at the platform joint",
+            "the paper uses the base joints of (B.1.3); our value starts at the platform joint",
             evaluated=at(**sides),
         ),
         erratum(
@@ -237,7 +237,9 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
     for figure in ("2.4", "2.5"):
         q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
         item = printed[f"pose_{figure.replace('.', '_')}"]
-        found.append(lost(item, wrapped(q), "the figure is lost; both solutions of each leg"))
+        found.append(
+            lost(item, wrapped(q), "the figure is lost; the row has both solutions of each leg")
+        )
     solutions = platform().ik_planar(POSE)
     count = int((solutions.valid | solutions.other_mode).sum())
     return [*found, consistent(printed["branches"], count, TWICE)]
@@ -261,7 +263,11 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
         consistent(
             printed["modes"], x.shape[1], f"{TWICE}: number of slots, and degree of (B.1.7)"
         ),
-        not_printed(printed["modes_found"], counts, "not part of the paper; ours for all branches"),
+        not_printed(
+            printed["modes_found"],
+            counts,
+            "this row is not part of the paper; it counts the modes of all branches",
+        ),
     ]
 
 
@@ -271,7 +277,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
             item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
-            words = "only in figures, which are lost; ours is exact, from circular arcs"
+            words = "the figures are lost; our area is exact, from circular arcs"
             ours = consistent(item, area, TWICE) if item.value else lost(item, area, words)
             found.append(ours)
     return found
@@ -281,7 +287,7 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
     """States the three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
-    words = "not part of the paper"
+    words = "the value is not part of the paper"
     return [
         not_printed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),
         not_printed(

@@ -66,9 +66,9 @@ Verdict = Literal[
 ]
 Equation = Callable[[Printed], Value]
 """Evaluates the equations of an item."""
-ECHO = "an input, copied from the paper"
+ECHO = "the value is an input, copied from the paper"
 """Note on table rows that only repeat an input of the paper."""
-TWICE = "the same model, computed twice"
+TWICE = "both values come from the same model, computed twice"
 """Note on values that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9

@@ -108,11 +108,11 @@ def paths(printed: dict[str, Printed]) -> list[Row]:
     words = "the figure is lost; ours has walls with gaps and machines"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
     for name, own, reading, runs in (
-        ("path", rate, "step = largest distance between connected points", RUNS),
-        ("spread", spread_rate, "step = smallest distance between points", SPREAD_RUNS),
+        ("path", rate, "the step is the largest distance between connected points", RUNS),
+        ("spread", spread_rate, "the step is the smallest distance between points", SPREAD_RUNS),
     ):
         for k, (figure, case) in enumerate(CASES.items()):
-            note = f"{reading}; {runs} runs on our map; figure {figure} as described in the text"
+            note = f"{reading}; ours has {runs} runs on our map; the text describes figure {figure}"
             found.append(lost(printed[f"{name}_{k + 1}"], own(*case), note))
     return found
 
@@ -183,6 +183,6 @@ def arm(printed: dict[str, Printed]) -> list[Row]:
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
     words = (
-        "the report plans in a plane; ours moves the arm from point 1 to 5, length in joint space"
+        "the report plans in a plane; ours moves the arm from point 1 to 5; length in joint space"
     )
     return [not_printed(printed["arm"], plan.length, f"{words}; clearance {1000 * clear:.1f} mm")]

@@ -53,7 +53,7 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 
 FloatArray = NDArray[np.float64]
 
-BY_LAW = "with our assumption for 39-49 s"
+BY_LAW = "our assumption for 39-49 s is used"
 """Note on values of the last stage; the paper does not define its motion."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
@@ -130,7 +130,8 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["R_object"],
             at_the_object(),
-            f"theta2, 3, 5, 7 of (63) shifted by {shifts} deg, within half a unit of their last "
+            f"the start angles theta2, 3, 5, 7 are shifted by {shifts} deg, within half a unit "
+            f"of their last "
             f"digit, which moves R by up to {1e3 * digits_of_start():.2f} mm; (63) as printed "
             f"gives {shown_mm(tool[5])}",
         ),

@@ -72,13 +72,13 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["hat"],
             np.cross(A, B),
-            "multiplied by b, for generic a and b",
+            "the matrix is multiplied by b, for generic vectors a and b",
             evaluated=lambda item: at(**values)(item) @ B,
         ),
         agrees(
             printed["exponential"],
             whole,
-            "theta 0.7 rad, omega of length 1",
+            "evaluated at theta = 0.7 rad, with omega of length 1",
             evaluated=lambda _: by_equation_5(THETA),
         ),
         erratum(
@@ -156,12 +156,12 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["continuous_8"],
             Finding(convention("hayati5", 1).is_continuous, convention("hayati5", 1).verdict),
-            "between axes 2 and 3",
+            "evaluated between axes 2 and 3",
         ),
         agrees(
             printed["complete"],
             report.suitable_rank,
-            "the rank over random configurations, r = 5 and t = 2",
+            "our value is the rank over random configurations, with r = 5 and t = 2",
             evaluated=at(**numbers),
         ),
         erratum(
