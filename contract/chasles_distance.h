@@ -29,7 +29,7 @@ static inline double chasles_whole(double turns)
 }
 
 /* Returns the displacement of a coordinate. For a periodic coordinate, `turn` is CHASLES_FULL_TURN
- * and the displacement is the shorter one; otherwise `turn` is 0. */
+ * and the displacement is the shorter of both directions; otherwise `turn` is 0. */
 static inline double chasles_move(double apart, double turn)
 {
     return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));

@@ -7,8 +7,8 @@
 /* Two complex roots are tried as real roots if half their distance [rad] is below this value. A
  * residual of 1e-9 separates the two roots of a double root by 1e-4. */
 #define CHASLES_NEARLY_REAL 1e-3
-/* Size [rad] of the last Newton step to a root of the determinant; a further step would be
- * rounding. */
+/* Size [rad] of the last Newton step to a root of the determinant; a further step would only change
+ * rounding errors. */
 #define CHASLES_ROOT_FOUND 1e-9
 /* The series of an interval is recomputed if the ratio of the polynomial to its error is below this
  * value (five digits). */

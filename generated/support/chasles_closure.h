@@ -11,7 +11,7 @@
  *   CLOSURE_U, CLOSURE_M       are the numbers of unknown variables and of equations (M >= U).
  *   CLOSURE_AT(s)              computes the equations s->c and their derivative s->D (M x W)
  *                              at s->w.
- *   CLOSURE_BEND(w, wd, D)     computes the rate D of this derivative at the rates wd.
+ *   CLOSURE_BEND(w, wd, D)     computes the rate D of the derivative s->D at the rates wd.
  *   Tables actuated, ratio     contain the variable of each coordinate, and the change of this
  *                              variable per unit of the coordinate.
  *   Table unknown              contains the indices of the unknown variables.

@@ -140,8 +140,8 @@ static int chasles_general_bits(unsigned places)
     return count;
 }
 
-/* Returns whether solutions may be missing near a root of the determinant. As many solutions as
- * real roots must lie near a root; any further solutions near it come in pairs. */
+/* Returns whether solutions may be missing near a root of the determinant. Near a root, the number
+ * of solutions must be the number of real roots, or exceed it by an even number. */
 static int chasles_general_is_short(const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_general_start *starts, int count,

@@ -183,7 +183,7 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 }
 
 /* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b; these are vectors a + z
- * b whose rows are parallel. Returns 0 if the span contains no such products. */
+ * b whose rows are parallel. Returns 0 if the span does not contain two products of this form. */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -268,8 +268,8 @@ static int chasles_general_isolated(const chasles_general_system *system,
            (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
-/* Removes starts that solve the six equations but not the other eight; if both joints of the pair
- * are prismatic, half of the roots belong to such starts. Returns the number of remaining starts.
+/* Removes starts that solve the six equations but not the other eight. If both joints of the pair
+ * are prismatic, half of the roots give removed starts. Returns the number of remaining starts.
  */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)

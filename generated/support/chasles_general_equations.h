@@ -5,7 +5,7 @@
  * y = B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair),
  * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. The angle s belongs to another
  * joint, the suppressed joint. The target pose may be part of any constant transform of the loop.
- * Six linear combinations of the rows do not contain y. With the half angle of v, these
+ * Six linear combinations of the rows do not contain y. With the half angle of v, the six
  * combinations become twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a
  * trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
  * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
@@ -16,8 +16,8 @@
  * state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
- * joint either belongs to the pair, or is the one of the joints v and w without a half angle. If
- * both joints of the pair are prismatic, half of the roots are not solutions.
+ * joint either belongs to the pair, or is the joint without a half angle among v and w. If both
+ * joints of the pair are prismatic, half of the roots are not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -51,8 +51,8 @@
 /* If the largest coefficient of the determinant is below this value, with matrix entries of order
  * 1, the determinant may be a zero polynomial with rounding errors. The polynomial is accepted if
  * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
- * everywhere. For an arm within 1e-3 of such a structure, the determinant may be 1e-20 and still
- * have twelve valid digits. */
+ * everywhere. For an arm within 1e-3 of a structure with a zero determinant, the determinant may be
+ * 1e-20 and still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
 /* Largest residual of the eight other equations at a root that belongs to a solution, relative to
@@ -65,12 +65,13 @@
 /* If the squared angle [rad^2] is below this value, a series of third order is exact to rounding.
  */
 #define CHASLES_SMALL_TURN 1e-7
-/* Damping of Newton's steps relative to the squared entries of J, as four values: the initial
- * damping far from a solution and near a solution, the value below which damping becomes zero, and
- * the value at which the iteration is abandoned. */
+/* Initial damping of Newton's steps far from a solution, relative to the squared entries of J. */
 #define CHASLES_DAMPING_FAR 1e-5
+/* Initial damping of Newton's steps near a solution. */
 #define CHASLES_DAMPING_NEAR 1e-14
+/* Below this value, the damping becomes zero. */
 #define CHASLES_DAMPING_DROPPED 1e-13
+/* At this damping, the iteration is abandoned. */
 #define CHASLES_DAMPING_MAX 1e3
 /* This value is added to the diagonal of J^T J in the inverse iteration for the smallest
  * eigenvector. */

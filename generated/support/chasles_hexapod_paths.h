@@ -1,5 +1,5 @@
 /* Follows paths of complex poses from the start rods, for which all poses are known, to the current
- * rods. Part of chasles; the same for every platform on six rods.
+ * rods. This file is part of chasles and is the same for every platform on six rods.
  *
  * A step along a path consists of a Runge-Kutta step and two Newton corrections. Each SIMD lane
  * follows one path with its own step size. When a path ends, its lane takes the next path.

@@ -93,8 +93,8 @@ static void chasles_hexapod_rod(const chasles_hexapod_number *a, const double *b
     }
 }
 
-/* Computes the coefficients of all rods; the coefficients of the last rod are subtracted from those
- * of every other rod. */
+/* Computes the coefficients of all rods; the coefficients of the last rod are subtracted from the
+ * coefficients of every other rod. */
 static void chasles_hexapod_forms_of(const chasles_hexapod_number (*a)[3], const double (*b)[3],
                                      const chasles_hexapod_number *c, chasles_hexapod_forms *forms)
 {

@@ -79,7 +79,7 @@ static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nea
 }
 
 /* Writes the nearest solutions to dense rows of q, residual and margin. Also writes the slot of
- * each solution, or the reason why there is none. The compiled function is an inverse with k
+ * each solution, or the reason why there is no solution. The compiled function is an inverse with k
  * solution slots of n coordinates. */
 static LANES_TARGET __attribute__((unused)) void LANES_NAME(lanes_nearest)(
     LANES_NAME(lanes_kernel) kernel, const lanes_shape *shape, size_t count,

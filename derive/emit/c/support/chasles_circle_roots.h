@@ -110,8 +110,8 @@ typedef struct {
     double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, else 0 */
 } chasles_circle_roots;
 
-/* Taylor series of a polynomial at the angles with these cosines and sines; the angle is scaled by
- * a radius. The factor weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+/* Taylor series of a polynomial at angles with known cosines and sines; the angle is scaled by a
+ * radius. The factor weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)

@@ -2,28 +2,28 @@
  * This file is part of chasles and is the same for every robot.
  *
  * A full turn of a joint moves several coordinates, often by fractions of a turn, and the limits of
- * coordinates and joints form a polytope. For each joint that turns, the search covers the winding
- * within its limits that is nearest to the seed, and the windings next to it. If no solution is
- * within the limits, it covers four windings on each side.
+ * coordinates and joints form a polytope. For each revolute joint, the search covers the number of
+ * full turns within its limits that is nearest to the seed, and the adjacent numbers. If no
+ * solution is within the limits, the search covers four numbers on each side of the nearest number.
  */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
 #include "chasles_nearest.h"
 
-#define CHASLES_MAX_WINDINGS 4 /* windings on each side of the winding nearest to the seed */
+#define CHASLES_MAX_WINDINGS 4 /* full turns on each side of the value nearest to the seed */
 
 /* The couplings of n coordinates q and some joints theta. The independent joints phi determine q.
  */
 typedef struct {
     int n, joints;
     const double *measure; /* phi = measure q + constants (n, n) */
-    const double *step;    /* motion of q for a full turn of each phi (n, n); 0 if it cannot turn */
-    const double *joint;   /* theta = joint q + offset (joints, n) */
+    const double *step;  /* motion of q for a full turn of each phi (n, n); 0 if it is impossible */
+    const double *joint; /* theta = joint q + offset (joints, n) */
     const double *offset;
     const int *only;     /* the only phi on which each joint depends, or -1 (joints) */
-    const double *ratio; /* motion of each joint per unit of that phi */
-    const int *alone;    /* the only coordinate that the windings of each phi move, or -1 (n) */
+    const double *ratio; /* motion of each joint per unit of its phi */
+    const int *alone;    /* the only coordinate that full turns of each phi move, or -1 (n) */
 } chasles_couplings;
 
 /* Returns the sum of products of two rows; skips zeros, because limits may be infinite. */
@@ -84,8 +84,8 @@ static inline double chasles_distance_within(const chasles_couplings *c, const c
 }
 
 /* Writes the first and the last number of full turns that the search covers for an independent
- * joint, with `width` windings on each side. Returns 0 if its limits allow none, or if the seed is
- * not finite. */
+ * joint, with `width` turns on each side of the nearest value. Returns 0 if the joint limits allow
+ * no number of turns, or if the seed is not finite. */
 static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
                                 const double *slot, const double *q_seed, int j, int width,
                                 double *first, double *last)
@@ -105,8 +105,8 @@ static inline int chasles_turns(const chasles_couplings *c, const chasles_moves 
     return 1;
 }
 
-/* Returns whether the search turns an independent joint. A period of 0 in `moves` prevents full
- * turns of a coordinate, for example of a fixed coordinate. */
+/* Returns whether the search rotates an independent joint by full turns. A period of 0 in `moves`
+ * prevents full turns of a coordinate, for example of a fixed coordinate. */
 static inline int chasles_can_turn(const chasles_couplings *c, const chasles_moves *moves, int j)
 {
     const double *step = c->step + j * c->n;
@@ -118,9 +118,9 @@ static inline int chasles_can_turn(const chasles_couplings *c, const chasles_mov
     return 0;
 }
 
-/* Writes the winding of a solution that is nearest to the seed. Returns its distance, or INFINITY
- * if no winding is within the limits. Among equal distances, the smallest sum of displacements
- * decides. */
+/* Writes the solution after the full turns that bring it nearest to the seed. Returns the distance
+ * from the seed, or INFINITY if no number of turns is within the limits. Among equal distances, the
+ * smallest sum of displacements decides. */
 static inline double chasles_wound(const chasles_couplings *c, const chasles_moves *moves,
                                    const double *slot, const double *q_seed, int width, double *q)
 {

@@ -75,8 +75,8 @@ static const double lanes_arctangent[] = {
     lanes c, s;                \
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
-/* These functions take lanes by address, because the baseline ABI cannot pass wider vectors by
- * value. Each function calls libmvec once per register of the instruction set. */
+/* Functions of lanes take their arguments by address, because the baseline ABI cannot pass wider
+ * vectors by value. Each function calls libmvec once per register of the instruction set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                       \
@@ -308,7 +308,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* The condition is true for two infinite numbers (the quotient is then 0), false for two 0. */
+    /* The condition is true for two infinities (the quotient is then 0), false for two zeros. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));

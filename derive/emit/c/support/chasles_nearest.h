@@ -143,8 +143,8 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
 }
 
 /* Returns the result of chasles_nearest, given the distances without limits. Tests the solutions in
- * the order of these distances until no later solution can be nearer within its limits. Changes the
- * distances. */
+ * the order of their distances without limits until no later solution can be nearer within its
+ * limits. Changes the distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -168,8 +168,8 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 }
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
- * solution, the lowest slot for equal distances. Without a solution, returns the reason, and writes
- * NaN to q, and the smallest residual and its margin. q may be q_seed. */
+ * solution; for equal distances, the lowest slot. Without a solution, returns the reason, and
+ * writes NaN to q, and the smallest residual and its margin. q may be q_seed. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {

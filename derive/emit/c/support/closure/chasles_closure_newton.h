@@ -1,6 +1,6 @@
 /* Newton's iteration on closure equations, near a configuration with nearly closed loops. This file
- * is part of chasles and is the same for every robot. Included by chasles_closure.h and
- * chasles_closure_parametric.h after the robot's macros and tables. */
+ * is part of chasles and is the same for every robot. The headers chasles_closure.h and
+ * chasles_closure_parametric.h include this file after the robot's macros and tables. */
 #include <math.h>
 
 #include "chasles_closure_tolerances.h"

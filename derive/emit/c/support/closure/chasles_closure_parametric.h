@@ -1,5 +1,5 @@
 /* Solves loops whose geometry p is an input. Newton's iteration from the nominal configuration
- * closes these loops; further functions compute derivatives of the tool pose. This file is part of
+ * closes the loops; further functions compute derivatives of the tool pose. This file is part of
  * chasles and is the same for every robot.
  *
  * This file is included once for each robot, which defines the following macros and tables.

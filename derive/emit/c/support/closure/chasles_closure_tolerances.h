@@ -11,9 +11,9 @@
 #define CLOSURE_SETTLED 1e-8
 /* If the ratio of successive steps is above this value, the start was too far away. By the
  * Newton-Kantorovich theorem, a unique nearby solution exists if the Kantorovich constant is below
- * 1/2. The ratio of two successive steps is about half of this constant. */
+ * 1/2. The ratio of two successive steps is about half of the Kantorovich constant. */
 #define CLOSURE_CONTRACTION 0.2
-/* Maximum ratio of successive steps if the equations are redundant. The equations then have no
+/* Maximum ratio of successive steps if the equations are redundant. Redundant equations have no
  * determinant that distinguishes the branches. */
 #define CLOSURE_CAREFUL 0.05
 /* If the first step is larger than this value, the start was too far away. */

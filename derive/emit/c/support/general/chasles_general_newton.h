@@ -408,7 +408,8 @@ static int chasles_general_onto_curve(const chasles_general_six *six, const doub
     return 0;
 }
 
-/* Finds a point of the self-motion curve near a configuration. Returns whether such a point exists.
+/* Finds a point of the self-motion curve near a configuration. Returns whether the search found a
+ * point.
  */
 static int chasles_general_walk_start(const chasles_general_six *six, const double *T,
                                       const double *q, chasles_general_walk_point *point)

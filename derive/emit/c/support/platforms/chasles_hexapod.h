@@ -115,7 +115,7 @@ static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int
     return again;
 }
 
-/* Computes the real pose at the end of a path. Returns 0 if this path end is far from real or at
+/* Computes the real pose at the end of a path. Returns 0 if the path end is far from real or at
  * infinity. */
 static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_mode *mode)
 {

@@ -18,25 +18,23 @@
  *   POLISH_LENGTH              is the length of the arm (meter), which converts angles to lengths.
  *   POLISH_DEVIATION           is the axis deviation of the two arms (radian, or relative to the
  *                              length).
- *   POLISH_MEETS               states whether three consecutive axes nearly intersect in a point.
+ *   POLISH_MEETS               states whether three consecutive axes nearly intersect in one point.
  *
  *   POLISH_IS_GENERAL          states whether POLISH_GENERAL defines the arm for the general solver
  *                              (chasles_general.h), which completes uncertain branches.
  *   POLISH_IS_ASKED            states whether the general solver runs at every pose, because the
  *                              search at fold points may miss solutions.
- *   POLISH_IS_SEARCHED         states whether to search near uncertain branches. It is 0 for robots
- *                              with loops, because the true loops may lack a nominal branch.
- *   POLISH_IS_POSITION         states whether the target is a position only.
- *   POLISH_ON_LANES            states whether chasles_lanes.h was included before, so that each
- *                              lane computes one branch.
- *   POLISH_SEEDS               is the number of variables of iterated loops, or 0.
- *   POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from nearby loop variables w, or from the
- *                              reference if w[0] is NaN, and sets w to the values at q.
+ *   POLISH_IS_SEARCHED         states whether to search near uncertain branches. The value is 0 for
+ * robots with loops, because the true loops may lack a nominal branch. POLISH_IS_POSITION states
+ * whether the target is a position only. POLISH_ON_LANES            states whether chasles_lanes.h
+ * was included before, so that each lane computes one branch. POLISH_SEEDS               is the
+ * number of variables of iterated loops, or 0. POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from
+ * nearby loop variables w, or from the reference if w[0] is NaN, and sets w to the values at q.
  *   POLISH_REFERENCE           contains the reference coordinates. Angles stay within half a turn
  *                              of the reference, because loops may block full turns.
  *
  * Newton's step from q is dq = J^T (J J^T + lambda 1)^-1 e, with e the twist from the tool to the
- * pose and lambda proportional to |e|^2. This damping acts near singularities and vanishes with the
+ * pose and lambda proportional to |e|^2. The damping acts near singularities and vanishes with the
  * error. Near singularities, the solutions of the true arm may be anywhere, so the iteration also
  * starts from nominal solutions of surrounding poses. The pose, the Jacobian and the residual
  * belong to the true arm. With iterated loops, however, a slot keeps the nominal residual if the

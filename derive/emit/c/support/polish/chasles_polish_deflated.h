@@ -3,8 +3,8 @@
  *
  * The determinant is divided by sin((s - r) / 2) for each of an even number n of known roots r. The
  * quotient is a trigonometric polynomial in s, whose degree is lower by n / 2. If the quotient has
- * no real root, no root is missing and every known root is simple. This test is cheaper than
- * isolating the roots, because it needs fewer samples and cells.
+ * no real root, no root is missing and every known root is simple. The test of the quotient is
+ * cheaper than isolating the roots, because it needs fewer samples and cells.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H

@@ -1,6 +1,6 @@
 /* Solves the linear equations of a damped step, with one configuration per SIMD lane. This file is
- * part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
- * robot.
+ * part of chasles and is the same for every robot. The header chasles_polish.h includes this file
+ * once for each robot.
  */
 /* Near dead points of loops, block inverses lose small entries that are next to very large entries.
  */

@@ -1,5 +1,6 @@
 /* Finds solutions near fold points, where two solution branches meet. This file is part of chasles
- * and is the same for every robot. Included by chasles_polish.h, once for each robot.
+ * and is the same for every robot. The header chasles_polish.h includes this file once for each
+ * robot.
  *
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints can hardly reach. At q + s v, the twist to the pose has the
@@ -8,8 +9,9 @@
  * point; otherwise, it vanishes nowhere. The two values give starts for the two branches of the
  * true arm, even if the nominal arm has no solution.
  */
-/* Fold points, one per SIMD lane: a nearby configuration, v, u, the coefficients of the equation
- * (lack is never negative), the step orthogonal to v, and the square of this step. */
+/* Fold points, one per SIMD lane. A fold point has a nearby configuration, the directions v and u,
+ * the coefficients of the equation (lack is never negative), the step orthogonal to v, and the
+ * squared step. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
@@ -24,7 +26,7 @@ POLISH_INLINE void POLISH_NAME(weakest)(const double *T, POLISH_NAME(folds) * f)
     POLISH_NAME(evaluate)(T, &f->c);
     POLISH_NAME(weighted)(&f->c, J);
     POLISH_NAME(squared)(J, &added, a);
-    /* Two steps of inverse iteration from a generic direction give this singular vector. */
+    /* Two steps of inverse iteration from a generic direction give the singular vector v. */
     for (int i = 0; i < 6; i++)
         b[0][i] = POLISH_OF(1.0 - 0.3 * i);
     POLISH_NAME(solve)(a, b, 1, pivots);
@@ -103,9 +105,9 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a branch without a solution may be one of two meeting branches. In that case,
- * either the iteration found no new solution, or the nominal arm misses a pose that the true arm
- * may reach. Near a second singularity, the nominal arm may miss the pose by far. */
+/* Returns whether a branch without a solution may be one of two meeting branches. Either the
+ * iteration found no new solution for the branch, or the nominal arm misses a pose that the true
+ * arm may reach. Near a second singularity, the nominal arm may miss the pose by far. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -119,10 +121,10 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
 }
 
 /* Returns whether solutions may lie away from a fold point even if the nominal arm misses the pose
- * by far. In that case, the nearest configuration of the nominal arm is singular, but its error is
- * not along the unreachable direction. For example, a wrist rotation that does not move the tool
- * would bring the pose within reach. The argument `cost` is the squared error (radian, or relative
- * to the length). */
+ * by far. The nearest configuration of the nominal arm must be singular, with an error that is not
+ * along the unreachable direction. For example, a wrist rotation that does not move the tool would
+ * bring the pose within reach. The argument `cost` is the squared error (radian, or relative to the
+ * length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;

@@ -1,6 +1,6 @@
 /* Adds solutions of the general solver, each in the solution slot of the nearest branch. This file
- * is part of chasles and is the same for every robot. Included by chasles_polish.h, once for each
- * robot that the general solver supports.
+ * is part of chasles and is the same for every robot. The header chasles_polish.h includes this
+ * file once for each robot that the general solver supports.
  */
 /* Stores a further solution. The solution replaces a less exact copy of itself, or is stored in the
  * free slot of the nearest nominal branch, or in an extra slot. */
@@ -55,8 +55,8 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 }
 
 /* Returns whether the known solutions match the real roots of an elimination order one to one, and
- * no two roots are near each other. In this case, the solutions are complete. Certainly complex
- * roots do not count as solutions. */
+ * no two roots are near each other. The known solutions are complete if they match the roots. Roots
+ * that are certainly complex do not count. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
@@ -154,7 +154,7 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
-/* Adds those solutions of the general solver that are new. */
+/* Adds the new solutions of the general solver. */
 static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                    const chasles_general_six *six,
                                    const chasles_general_found *found)

@@ -1,12 +1,12 @@
 /* Searches for solutions that Newton's iteration does not reach from the nominal solutions. This
- * file is part of chasles and is the same for every robot. Included by chasles_polish.h, once for
- * each robot.
+ * file is part of chasles and is the same for every robot. The header chasles_polish.h includes
+ * this file once for each robot.
  *
  * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
  * uses poses on a straight line through the target T; each pose is T displaced by -mu u, with a
- * constant twist u. At the ends of this line, the nominal arm is away from its singularity, and
+ * constant twist u. At the ends of the pose line, the nominal arm is away from its singularity, and
  * Newton's iteration finds the true solutions. From these solutions, the search follows the curve
- * of configurations whose error is mu u. This curve passes through fold points, and crosses mu = 0
+ * of configurations whose error is mu u. The curve passes through fold points, and crosses mu = 0
  * at solutions of the target.
  */
 /* The solutions found so far, and the queued starts; a start waits until the queue fills all SIMD

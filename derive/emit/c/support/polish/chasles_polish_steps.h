@@ -1,9 +1,10 @@
 /* Steps of Newton's iteration, with one configuration per SIMD lane. This file is part of chasles
- * and is the same for every robot. Included by chasles_polish.h, once for each robot.
+ * and is the same for every robot. The header chasles_polish.h includes this file once for each
+ * robot.
  */
-/* Configurations in SIMD lanes, with their pose and Jacobian, the twist to the target (lengths
- * relative to the arm length), its square and the residual, and the start variables of iterated
- * loops. */
+/* Configurations in SIMD lanes. Each configuration has its pose and Jacobian, the twist to the
+ * target (lengths relative to the arm length), the squared twist, the residual, and the start
+ * variables of iterated loops. */
 typedef struct {
     lanes q[POLISH_N], at[16 + 6 * POLISH_N], e[6], cost, residual2;
 #if POLISH_SEEDS

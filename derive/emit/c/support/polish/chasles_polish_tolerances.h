@@ -17,8 +17,8 @@
  * copies of a double solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
 /* Two solutions whose residual stays above POLISH_SETTLED are equal if their coordinates differ by
- * less than this value [m, rad]. Such a pose is at the boundary of the reachable set, where a
- * residual of 1e-9 causes coordinate errors of about 3e-5. */
+ * less than this value [m, rad]. The pose of the two solutions is at the boundary of the
+ * reachable set, where a residual of 1e-9 causes coordinate errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
 /* Largest entry of R R^T - 1 for a valid rotation R; it is about 1e-15 for poses in double
  * precision, and 1e-7 in single precision. */
@@ -33,8 +33,8 @@
 #define POLISH_SHORT 1e-3
 #define POLISH_MAX_AGAIN 3
 /* Curvature bound of the reachable set of an arm with fewer than six joints, relative to the
- * squared step (radian, or relative to the arm length). For two revolute joints, this curvature is
- * at most 1. */
+ * squared step (radian, or relative to the arm length). For two revolute joints, the curvature of
+ * the reachable set is at most 1. */
 #define POLISH_BEND 8.0
 /* If the ratio of pivot to damping is above this value, damping hardly shortens the step. */
 #define POLISH_UNDAMPED 100.0
@@ -101,13 +101,15 @@
  * this value. */
 #define POLISH_OFF_CURVE 0.05
 
-/* Maximum numbers of steps from a nominal solution (each step doubles the digits), steps from a
- * crossing, strides along a curve, line directions, and line directions for branches with a known
- * solution. */
+/* Maximum number of steps from a nominal solution; each step doubles the digits. */
 #define POLISH_STEPS 6
+/* Maximum number of steps from a distant start, such as a point where a curve crosses mu = 0. */
 #define POLISH_MAX_STEPS 30
+/* Maximum number of strides along a curve. */
 #define POLISH_MAX_STRIDES 60
+/* Maximum number of directions of surrounding poses and of pose lines. */
 #define POLISH_DIRECTIONS 6
+/* Maximum number of directions of pose lines for a branch with a known solution. */
 #define POLISH_FEW_DIRECTIONS 2
 
 /* Offset [rad] from a fold point at which its curvature is measured. */
@@ -133,10 +135,10 @@
 /* Maximum relative error of the terms in the discriminant of the second-order equation. */
 #define POLISH_CLEAR 0.3
 /* Three bounds for a branch near a second singularity whose nominal solution misses the pose by
- * far: the square root of a pivot (rad), the residual, and the product of both (m, rad) relative to
- * the axis deviation. If the second singularity is nearer, the deviation moves the fold point
- * further. For residuals up to ten deviations, the square root of the pivot is bounded by
- * POLISH_NEARER deviations. */
+ * far. The bounds limit the square root of a pivot (rad), the residual, and the product of both
+ * (m, rad) relative to the axis deviation. If the second singularity is nearer, the deviation moves
+ * the fold point further. For residuals up to ten deviations, the square root of the pivot is
+ * bounded by POLISH_NEARER deviations. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
