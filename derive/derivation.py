@@ -284,7 +284,7 @@ class _LoopMakers:
     def handwritten_functions(
         self, functions: Sequence[str] | None, inverse: Inverses | None
     ) -> dict[str, NativeSolverFunction]:
-        """Returns the requested functions with handwritten C, and those of the inverse."""
+        """Returns the requested functions with handwritten C, and the functions of the inverse."""
         found = [*inverse.written] if inverse else []
         requested = [name for name in self.handwritten if functions is None or name in functions]
         made = [self.handwritten[name](self.loops) for name in requested]

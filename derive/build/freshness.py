@@ -131,7 +131,7 @@ def _description(job: Job) -> list[bytes]:
 
 
 def source_files(job: Job) -> list[Path]:
-    """Returns the files that describe a job's robot, with extended, included and nominal files.
+    """Returns the files of a job's robot, and the files that they extend, include or name.
 
     Raises:
         DescriptionError: The description is a xacro file that cannot be expanded.
@@ -166,7 +166,7 @@ def write_sources(job: Job, to: Path) -> None:
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
-    """Returns the bytes of a robot file and of its extended and nominal files, keyed by path."""
+    """Returns the bytes of a robot file and of the files that it extends or names, by path."""
     if not file.is_file() or file.resolve() in seen:
         return seen
     seen[file.resolve()] = content = read_bytes(file)

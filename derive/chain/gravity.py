@@ -1,8 +1,8 @@
 """Gravity torques on the coordinates of a chain with point masses, and their derivatives.
 
 Let M_k be the mass that joint k carries, c_k the first moment of this mass about the base origin,
-and (v_k; omega_k) the joint screw in the base frame. The gravity torque tau_k of joint k, with the
-gravity vector g, is
+and (v_k; omega_k) the joint screw in the base frame. The gravity torque tau_k of joint k follows
+from the gravity vector g:
 
     w_k = M_k v_k + omega_k x c_k, tau_k = g . w_k.
 

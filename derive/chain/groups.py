@@ -6,11 +6,11 @@ parallel axes share one angle in every convention:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
-A *group* consists of consecutive parallel axes between two tilts. All its axes are along the z axis
-of the group frame. The *stations* of a group are the successive angles phi, one per joint; each has
-a translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi between
-the axes) stay in the same group and get the sign -1. Rotations by constant right angles are exact
-permutations of axes and need no operations.
+A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
+z axis of the group frame. The *stations* of a group are the successive angles phi, one per joint;
+each has a translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi
+between the axes) stay in the same group and get the sign -1. Rotations by constant right angles are
+exact permutations of axes and need no operations.
 """
 
 from collections.abc import Callable, Sequence

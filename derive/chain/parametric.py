@@ -2,7 +2,7 @@
 
 Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain.
 Therefore, the Jacobian of the extended chain contains the screw of every motion. If motion m has
-the value v_m and the screw S_m, the Jacobians are
+the value v_m and the screw S_m, the Jacobians follow from two sums:
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 

@@ -2,9 +2,10 @@
 
 A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
 together with the geometry. All other functions use the true coordinates q. The conversions relate q
-to the controller readings r, so that
+to the controller readings r:
 
-    T = fk(coordinates_from_readings(r)) r = readings_from_coordinates(q), where q is one of ik(T).
+    T = fk(coordinates_from_readings(r)),
+    r = readings_from_coordinates(q), where q is one of ik(T).
 
 The inverse uses Newton's method per drive, starting from r = q / gain, with quadratic convergence.
 Springs couple the coordinates. Each fixed-point iteration uses the deflection at the value of r

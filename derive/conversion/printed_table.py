@@ -25,7 +25,7 @@ _POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
 def csv_table(robot: SerialRobot, convention: Convention) -> str:
     """Returns one row per joint between a row for the base and a row for the tool.
 
-    A column with the direction, screw pitch, coupling or limits exists if a joint has one.
+    Columns for directions, screw pitches, couplings and limits exist only if some joint needs them.
     """
     digits = digits_for(robot_size(robot))
     rules = {rule.joint: rule for rule in robot.couplings}

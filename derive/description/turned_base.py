@@ -70,7 +70,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        The axes, or None if the base frame already gives as many exact angles.
+        The axes, or None if the axes of the base frame already give as many exact angles.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]

@@ -280,7 +280,7 @@ class UrdfFile:
                 yield Coupling(own, scaled, offset + multiplier * shift)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """Returns the <mimic> elements from a joint to its last leader, and this leader."""
+        """Returns the <mimic> elements from a joint to its last leader, and the last leader."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")

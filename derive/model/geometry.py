@@ -9,7 +9,8 @@ contains it. The parameters of a joint are the fields of its convention, except 
 corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
 and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
 axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
-joint, 2 per prismatic joint, and 6 for the tool. The value of a joint, with the torque tau, is
+joint, 2 per prismatic joint, and 6 for the tool. The value of a joint follows from its coordinate q
+and the torque tau:
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 

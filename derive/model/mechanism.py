@@ -282,7 +282,7 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Moving joints and cylinders by name; a coordinate may move any of these."""
+        """Moving joints and cylinders by name; a coordinate may move each of them."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
@@ -376,7 +376,8 @@ class Mechanism:
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields default reference values in the middle of the limits.
 
-        These defaults exist only for cylinders, and for joints whose limits exclude zero.
+        Defaults in the middle of the limits exist only for cylinders, and for joints whose limits
+        exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}

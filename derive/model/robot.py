@@ -248,7 +248,7 @@ class Spring:
 class Springs:
     """The joint springs of an arm, which deflect under gravity.
 
-    At controller readings r, the true coordinate k is the drive output at r plus the deflection
+    At controller readings r, the true coordinate k is the drive output at r plus a deflection:
 
         compliance_k tau_k(r).
 

@@ -65,7 +65,8 @@ def with_input_check(program: Program) -> Program:
     """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
     If a prismatic joint is parallel to a base axis, its part of the residual is x - x, which
-    simplifies to 0 for every x. Without this function, a target with x = NaN would count as solved.
+    simplifies to 0 for every x. Without the added dependence, a target with x = NaN would count as
+    solved.
 
     Args:
         program: The program of an inverse, for all solutions or for a single solution.

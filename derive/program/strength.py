@@ -34,7 +34,7 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
     Args:
         program: The program.
         sign: An input with the value 1 or -1. In the returned program, as few angles as possible
-            depend on this input.
+            depend on the sign input.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))

@@ -1,1 +1,1 @@
-"""Named shared terms; vectors, derivatives and functions of such terms; Lie groups."""
+"""Named shared terms; vectors, derivatives and functions of named terms; Lie groups."""

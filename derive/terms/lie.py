@@ -228,7 +228,7 @@ def require_unit(a: Matrix, name: str) -> None:
 
 
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
-    """Returns M as an immutable matrix of a given shape; if one number is a Float, all are."""
+    """Returns M as an immutable matrix of a given shape; one Float makes all numbers Floats."""
     if M.shape != shape:
         msg = f"{name} has shape {M.shape}: expected {shape}"
         raise ValueError(msg)

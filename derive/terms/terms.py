@@ -317,7 +317,7 @@ def _is_signed_symbol(expression: sp.Expr) -> bool:
 
 
 def _has_only(expression: sp.Basic, symbols: Collection[sp.Symbol]) -> bool:
-    """Whether all symbols of an expression are in a collection; stops at the first exception."""
+    """Whether all symbols of an expression are in a collection; stops at the first other symbol."""
     if expression.is_Symbol:
         return expression in symbols
     return all(_has_only(argument, symbols) for argument in expression.args)

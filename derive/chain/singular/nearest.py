@@ -1,8 +1,9 @@
 """Searches numerically for singular configurations; used if the minors have no short factors.
 
 A configuration is singular if some wrench y does no work on any joint (J^T y = 0). With fewer
-joints than Jacobian rows, it is singular if some joint velocities x do not move the tool (J x = 0).
-Minimum-norm Newton steps on q and y (or x) converge to a nearby singular configuration.
+joints than Jacobian rows, a configuration is singular if some joint velocities x do not move the
+tool (J x = 0). Minimum-norm Newton steps on q and y (or x) converge to a nearby singular
+configuration.
 """
 
 import math

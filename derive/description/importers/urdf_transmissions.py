@@ -54,7 +54,7 @@ class TransmissionReader:
 
     Attributes:
         root: The element <robot>.
-        number: Reads a number from an element; the field is named in an error.
+        number: Reads a number from an element; an error names the field.
         fail: Raises the error for a field of an element, with its value and the expected value.
     """
 
@@ -71,8 +71,8 @@ class TransmissionReader:
             joints: Names of the moving joints in the chain, without mimic joints.
 
         Raises:
-            DescriptionError: A reduction is 0 or no number, or two transmissions have the same
-                joint or actuator.
+            DescriptionError: A reduction is 0 or is not a number, or two transmissions have the
+                same joint or actuator.
         """
         rows: dict[str, tuple[Ratios, sp.Expr]] = {}
         motors: list[str] = []
