@@ -7,6 +7,7 @@ The residual includes the other conditions of the pose. Maximum number of soluti
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from ...terms.vectors import Vector, combination
 from ..steps import three_joints
@@ -14,11 +15,14 @@ from ..steps.least_squares import step_on_all
 from ..steps.rotations import last_turn
 from ..steps.target import Target
 from ..steps.work import Work
-from ..structure.lines import Lines
+from ..structure.lines import SOME_SLIDE, Lines
 from ..structure.rank import directions_at_right_angles, moves_in_space
 from ..structure.requirement import Requirement, revolute
 from ..subproblems.turns import any_across
 from .family import Family
+
+_PARTS = tuple(sp.Rational(k, part) for part in (1, 2, 3, 4) for k in (0, 1, -1) if k or part == 1)
+"""Distances of the tried points of axis 4 from its origin, relative to the arm length."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -34,7 +38,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, arm, a4 = work.terms, _arm(lines), lines.axes[3]
-    case, point = three_joints.case_of(arm), _moved_points(lines)[0]
+    case, point = three_joints.case_of(arm), _best_point(lines)
     assert case is not None
     # 1 to 3. Joint 4 does not move the points on its axis.
     meaning = f"a point of axis {a4.name}"
@@ -47,22 +51,35 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     step_on_all(work, lines, target)
 
 
-def _moved_points(lines: Lines) -> list[Vector]:
+def _moved_points(lines: Lines) -> list[sp.Expr]:
     """Returns points of axis 4 that the first three joints move in three directions.
 
-    The first point is the point that moves in the most directions if the joints are at right
-    angles. For example, a point at the intersection of two joint axes does not determine the angles
-    of these joints.
+    Each point is given by its distance from the origin of the axis.
     """
-    terms, a4, arm = lines.terms, lines.axes[3], _arm(lines)
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
-    found: list[tuple[int, Vector]] = []
-    for along in (sp.S.Zero, size, -size):
-        there = a4.origin + float(along) * a4.direction
-        if moves_in_space(arm, there):
-            point = combination(terms, (sp.S.One, along), (a4.p, a4.h))
-            found.append((directions_at_right_angles(arm, there), point))
-    return [point for _, point in sorted(found, key=lambda each: -each[0])]
+    points = [part * size for part in _PARTS]
+    return [along for along in points if moves_in_space(_arm(lines), _there(lines, float(along)))]
+
+
+def _best_point(lines: Lines) -> Vector:
+    """Returns the point of axis 4 that determines the first three joints most often.
+
+    At some joint values, a point reaches the intersection of two joint axes and does not determine
+    the angles of these joints. A point in general position has the fewest such values at right
+    angles; the first point with as few of them is selected.
+    """
+    arm, points = _arm(lines), _moved_points(lines)
+    most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
+
+    def directions(along: sp.Expr) -> int:
+        return min(directions_at_right_angles(arm, _there(lines, float(along))), most)
+
+    best = max(points, key=directions)
+    return combination(lines.terms, (sp.S.One, best), (lines.axes[3].p, lines.axes[3].h))
+
+
+def _there(lines: Lines, along: float) -> NDArray[np.float64]:
+    return lines.axes[3].origin + along * lines.axes[3].direction
 
 
 def _arm(lines: Lines) -> Lines:
