@@ -307,10 +307,10 @@ axis or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Up to this smallest singular value, unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Up to this sine of the angle between axis 6 and axes 2 to 4, all these axes count as parallel.
+"""Up to this sine of the angle between two directions, they count as parallel.
 
-If the axes count as parallel, the sum of angles 2 to 4 may change by at most this angle to bring
-the elbow within reach.
+A joint angle or angle sum that the directions determine is then chosen within reach of the other
+joints. Prismatic joints count as perpendicular to an axis up to the same cosine.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Up to this distance (meter) of a point from an axis, a rotation does not move the point.

@@ -5,19 +5,25 @@ this axis. Therefore, a plane or a sphere determines one prismatic joint, and th
 follow from this joint.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import sympy as sp
 
-from ...model.tolerances import EXACT_STRUCTURE, OBLIQUE_AXES
-from ...terms.vectors import Vector, added, combination, dot, subtracted
+from ...model.tolerances import EXACT_STRUCTURE, OBLIQUE_AXES, UNDETERMINED_SUM
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement
 from ..subproblems.equations import LineAndSphere
 from ..subproblems.found import FoundLength
+from ..subproblems.quartic import select
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import perpendicular, rotated
+from ..subproblems.turns import CosSin, perpendicular, rotated
+from .position_in_reach import hypotenuse2, slide_in_reach, slide_to_distance, turn_in_reach
 from .triangle import triangle
 from .work import Work
 
@@ -42,18 +48,66 @@ def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     u, c = subtracted(terms, W, a1.p), subtracted(terms, center, a1.p)
     # 1. The lift joint compensates the height change of the other prismatic joint. The two
     # prismatic joints together move the point perpendicular to axis 1 at the target height.
-    rate = dot(terms, a1.h, lift.h)
-    ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
-    displacement = combination(terms, (_ONE, ratio), (other.h, lift.h))
-    height = terms.let(dot(terms, a1.h, subtracted(terms, u, c)) / rate)
-    length = _to_distance(
-        work, other, a1, displacement, combination(terms, (_ONE, height), (c, lift.h)), u
-    )
+    sign = work.sign()
+    length, height = _two_lengths(terms, a1, (lift.h, other.h), (c, u), sign)
+    rate, other_rate = (dot(terms, a1.h, slide.h) for slide in (lift, other))
+    if not terms.is_constant(rate) and other_rate != 0:
+        # At some values of the fixed joints, only the other prismatic joint changes the height.
+        swapped = _two_lengths(terms, a1, (other.h, lift.h), (c, u), sign)
+        is_steeper = terms.let(rate**2) >= terms.let(other_rate**2)
+        length, height = (
+            replace(one, length=select(terms, is_steeper, one.length, two.length))
+            for one, two in zip((length, height), swapped[::-1], strict=True)
+        )
+    work.slide(other, "line-sphere intersection", _keeps_distance(a1), length)
     # 2. The lift joint.
-    reached = combination(terms, (_ONE, length), (c, other.h))
-    extended = _to_height(work, lift, a1, reached, u)
+    work.slide(lift, "line-plane intersection", _keeps_height(a1), height)
     # 3. The revolute joint.
-    _turn(work, a1, combination(terms, (_ONE, extended), (reached, lift.h)), u)
+    reached = combination(terms, (_ONE, length.length), (c, other.h))
+    _turn(work, a1, combination(terms, (_ONE, height.length), (reached, lift.h)), u)
+
+
+def _two_lengths(
+    terms: Terms,
+    axis: Axis,
+    slides: tuple[Vector, Vector],
+    points: tuple[Vector, Vector],
+    sign: sp.Expr,
+) -> tuple[FoundLength, FoundLength]:
+    """Returns the displacements of two prismatic joints: first the second joint, then the lift.
+
+    Args:
+        terms: Table of named terms.
+        axis: The axis of the revolute joint before both joints.
+        slides: The directions of the lift, which changes the height, and of the other joint.
+        points: The point in the home pose and its target, relative to the axis.
+        sign: Selects one of two solutions.
+    """
+    (lift, other), (start, goal) = slides, points
+    rate = dot(terms, axis.h, lift)
+    ratio = terms.let(-dot(terms, axis.h, other) / rate)
+    height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
+    is_flat = sp.false
+    if not terms.is_constant(rate):
+        # Both prismatic joints are perpendicular to the axis. The lift is chosen such that the line
+        # of the other joint meets the axis; every distance from the axis is then reached.
+        is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
+        to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
+        ratio = select(terms, is_flat, sp.S.Zero, ratio)
+        height = select(terms, is_flat, to_axis, height)
+    displacement = combination(terms, (_ONE, ratio), (other, lift))
+    raised = combination(terms, (_ONE, height), (start, lift))
+    length = _length_to_distance(terms, axis, displacement, raised, goal, sign)
+    reached = combination(terms, (_ONE, length.length), (start, other))
+    rise = slide_to_plane(terms, axis.h, lift, reached, dot(terms, axis.h, goal))
+    return length, replace(rise, length=select(terms, is_flat, height, rise.length))
+
+
+def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
+    """Returns the displacement to a plane through the axis; 0 if it is along the plane."""
+    rate = dot(terms, normal, slide)
+    size2 = terms.let(rate**2 + UNDETERMINED_SUM**2)
+    return terms.let(-rate * dot(terms, normal, start) / size2)
 
 
 def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
@@ -75,7 +129,14 @@ def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
         rise = _to_height(work, sense, a2, own, there)
         here = combination(terms, (_ONE, rise), (own, sense.h))
     else:
-        rise = _to_height(work, sense, a2, own, goal)
+        rise = _to_height(
+            work,
+            sense,
+            a2,
+            own,
+            goal,
+            lambda: slide_to_distance(terms, a2.h, sense.h, own, hypotenuse2(terms, a2.h, own2)),
+        )
         here = combination(terms, (_ONE, rise), (own, sense.h))
         length = _to_distance(work, other, a2, sense2.h, own2, here)
         there = combination(terms, (_ONE, length), (own2, sense2.h))
@@ -97,18 +158,20 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
     reach = subtracted(terms, center, a3.p)
+    d = dot(terms, a1.h, subtracted(terms, W, a3.p))
+    found = sp4(terms, a1.h, a3.h, reach, d, sign := work.sign())
+
+    def in_reach() -> CosSin:
+        # The line of the prismatic joint is as near to axis 1 as possible.
+        normal = cross(terms, a1.h, a2.h)
+        nearest = dot(terms, normal, subtracted(terms, a1.p, a3.p))
+        return sp4(terms, normal, a3.h, reach, nearest, sign).turn
+
     q3 = work.step(
         [a3],
         "subproblem 4",
         f"{a1.name} and {a2.name} do not move the center along axis {a1.name}",
-        sp4(
-            terms,
-            a1.h,
-            a3.h,
-            reach,
-            dot(terms, a1.h, subtracted(terms, W, a3.p)),
-            work.sign(),
-        ),
+        turn_in_reach(terms, (a1.h, a3.h), found, in_reach),
     )
     # 2, 3. The distance of the point from axis 1 determines the prismatic joint; the revolute joint
     # follows.
@@ -127,15 +190,28 @@ def _is_across(slide: Axis, axis: Axis) -> bool:
     return abs(float(slide.direction @ axis.direction)) <= EXACT_STRUCTURE
 
 
-def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector) -> sp.Expr:
-    """Solves for the prismatic joint that moves ``point`` to the height of ``goal``."""
+def _to_height(
+    work: Work,
+    slide: Axis,
+    axis: Axis,
+    point: Vector,
+    goal: Vector,
+    in_reach: Callable[[], sp.Expr] | None = None,
+) -> sp.Expr:
+    """Solves for the prismatic joint that moves ``point`` to the height of ``goal``.
+
+    Args:
+        work: Records the step.
+        slide: The prismatic joint.
+        axis: The revolute axis, whose direction is the height.
+        point: The position of the point.
+        goal: The goal point.
+        in_reach: Returns the displacement if the prismatic joint does not change the height.
+    """
     terms = work.terms
-    return work.slide(
-        slide,
-        "line-plane intersection",
-        f"{axis.name} does not move the center along its axis",
-        slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal)),
-    )
+    found = slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal))
+    found = slide_in_reach(terms, found, in_reach) if in_reach else found
+    return work.slide(slide, "line-plane intersection", _keeps_height(axis), found)
 
 
 def _to_distance(
@@ -151,19 +227,38 @@ def _to_distance(
         point: The position of the point relative to the axis.
         goal: The goal point, relative to the axis.
     """
-    terms = work.terms
+    found = _length_to_distance(work.terms, axis, displacement, point, goal, work.sign())
+    return work.slide(slide, "line-sphere intersection", _keeps_distance(axis), found)
+
+
+def _length_to_distance(
+    terms: Terms, axis: Axis, displacement: Vector, point: Vector, goal: Vector, sign: sp.Expr
+) -> FoundLength:
+    """Returns the displacement that :func:`_to_distance` records."""
     across, offset, wanted = (perpendicular(terms, axis.h, v) for v in (displacement, point, goal))
-    inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, across, across))))
+    square = dot(terms, across, across)
+    inverse = terms.let(1 / terms.let(sp.sqrt(square)))
     unit = combination(terms, (inverse,), (across,))
-    found = slide_to_sphere(terms, unit, offset, dot(terms, wanted, wanted), work.sign())
+    found = slide_to_sphere(terms, unit, offset, dot(terms, wanted, wanted), sign)
     assert isinstance(found.equation, LineAndSphere)
     equation = LineAndSphere(
         terms.let(found.equation.linear * inverse),
         terms.let(found.equation.constant * terms.let(inverse**2)),
     )
-    scaled = FoundLength(terms.let(found.length * inverse), equation, found.sign, found.margin)
-    reason = f"{axis.name} keeps the center's distance from its axis"
-    return work.slide(slide, "line-sphere intersection", reason, scaled)
+    length = terms.let(found.length * inverse)
+    if not terms.is_constant(square):
+        # A displacement along the axis does not change the distance.
+        is_along = square <= terms.let(UNDETERMINED_SUM**2)
+        length = select(terms, is_along, sp.S.Zero, length)
+    return FoundLength(length, equation, found.sign, found.margin)
+
+
+def _keeps_height(axis: Axis) -> str:
+    return f"{axis.name} does not move the center along its axis"
+
+
+def _keeps_distance(axis: Axis) -> str:
+    return f"{axis.name} keeps the center's distance from its axis"
 
 
 def _turn(work: Work, axis: Axis, before: Vector, after: Vector) -> None:

@@ -5,16 +5,20 @@ joints position the tool and set its pitch in the arm plane. A fifth joint rotat
 axis in the arm plane.
 """
 
+from collections.abc import Sequence
+
 import sympy as sp
 
 from ...terms.vectors import Vector, added, cross, dot, subtracted
 from ..structure.lines import Axis, Lines
 from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
+from ..subproblems.sp3 import by_cosine
 from ..subproblems.sp4 import sp4
 from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from ..subproblems.two_lines import EQUATIONS, component, of_two_lines
 from .parallel_slides import telescope
+from .position_in_reach import hypotenuse2, turn_in_reach
 from .rotations import last_turn
 from .target import Target
 from .triangle import remaining, triangle
@@ -27,7 +31,13 @@ DIGITS = 20
 
 
 def turn_to_plane(
-    work: Work, first: Axis, second: Axis, carried: Vector, position: Vector, reason: str
+    work: Work,
+    first: Axis,
+    second: Axis,
+    carried: Vector,
+    position: Vector,
+    reason: str,
+    sides: Sequence[Vector] = (),
 ) -> tuple[Vector, CosSin]:
     """Solves for joint 1 if no other joint moves a point along the second axis.
 
@@ -38,6 +48,8 @@ def turn_to_plane(
         carried: The point in the home pose.
         position: The target position of the point.
         reason: Explains why no other joint moves the point along the second axis.
+        sides: Vectors that the later joints place at any angle. If the two axes are parallel at
+            some values of fixed joints, joint 1 brings the target into their reach.
 
     Returns:
         The target position relative to the second axis, rotated back by joint 1, and the rotation
@@ -46,11 +58,18 @@ def turn_to_plane(
     terms = work.terms
     V = subtracted(terms, position, first.p)
     d = dot(terms, second.h, subtracted(terms, carried, first.p))
+    found = sp4(terms, V, first.h, second.h, d, sign := work.sign())
+
+    def in_reach() -> CosSin:
+        distance2 = hypotenuse2(terms, second.h, *sides)
+        offset = subtracted(terms, first.p, second.p)
+        return by_cosine(terms, first.reversed().h, offset, V, distance2, sign)
+
     turn = work.step(
         [first],
         "subproblem 4",
         reason,
-        sp4(terms, V, first.h, second.h, d, work.sign()),
+        turn_in_reach(terms, (second.h, first.h), found, in_reach) if sides else found,
         "with the point on the first axis the angle is arbitrary and taken as 0",
     )
     return seen_behind(work, first, second, V, turn), turn

@@ -20,9 +20,9 @@ from ..structure.requirement import Requirement, across, askew, meeting, paralle
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..subproblems.sp3 import sp3, squared_across
+from ..subproblems.sp3 import by_cosine, sp3, squared_across
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import perpendicular, rotated
+from ..subproblems.turns import CosSin, perpendicular, rotated
 from .loop_of_three import loop_of_three, negative
 from .one_turn import (
     rises,
@@ -32,6 +32,7 @@ from .one_turn import (
     turn_then_slides,
 )
 from .plane import turn_to_plane
+from .position_in_reach import hypotenuse2, slide_in_reach, slide_to_distance, turn_in_reach
 from .triangle import triangle
 from .work import Work
 
@@ -103,7 +104,8 @@ def _last_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> N
     a1, a2, a3 = lines.axes
     # 1. Joints 2 and 3 do not move the center along the common direction of their axes.
     reason = f"{a2.name} and {a3.name} do not move the center along their axes"
-    U, _ = turn_to_plane(work, a1, a2, center, W, reason)
+    sides = subtracted(work.terms, a3.p, a2.p), subtracted(work.terms, center, a3.p)
+    U, _ = turn_to_plane(work, a1, a2, center, W, reason, sides)
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     triangle(work, a2, a3, center, U)
 
@@ -113,11 +115,18 @@ def _first_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     # 1. Joints 1 and 2 do not move the center along the common direction of their axes.
     fore = subtracted(terms, center, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
+    found = sp4(terms, a1.h, a3.h, fore, d, sign := work.sign())
+
+    def in_reach() -> CosSin:
+        sides = subtracted(terms, W, a1.p), subtracted(terms, a2.p, a1.p)
+        distance2 = hypotenuse2(terms, a1.h, *sides)
+        return by_cosine(terms, a3.h, subtracted(terms, a3.p, a2.p), fore, distance2, sign)
+
     q3 = work.step(
         [a3],
         "subproblem 4",
         f"{a1.name} and {a2.name} do not move the center along their axes",
-        sp4(terms, a1.h, a3.h, fore, d, work.sign()),
+        turn_in_reach(terms, (a1.h, a3.h), found, in_reach),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, fore))
@@ -214,11 +223,18 @@ def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> 
 def _parallel_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the prismatic joint moves the center along the parallel axes.
+    found = slide_to_plane(terms, a1.h, a3.h, center, dot(terms, a1.h, W))
+
+    def in_reach() -> sp.Expr:
+        sides = subtracted(terms, W, a1.p), subtracted(terms, a2.p, a1.p)
+        start, distance2 = subtracted(terms, center, a2.p), hypotenuse2(terms, a1.h, *sides)
+        return slide_to_distance(terms, a1.h, a3.h, start, distance2)
+
     length = work.slide(
         a3,
         "line-plane intersection",
         f"{a1.name} and {a2.name} do not move the center along their axes",
-        slide_to_plane(terms, a1.h, a3.h, center, dot(terms, a1.h, W)),
+        slide_in_reach(terms, found, in_reach),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     extended = combination(terms, (sp.Integer(1), length), (center, a3.h))
@@ -229,7 +245,9 @@ def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> N
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Neither joint 2 nor the perpendicular prismatic joint moves the center along axis 2.
     reason = f"{a2.name} and {a3.name} do not move the center along axis {a2.name}"
-    U, _ = turn_to_plane(work, a1, a2, center, W, reason)
+    levers = (W, a1.p), (a2.p, a1.p), (center, a2.p)
+    sides = [subtracted(terms, *lever) for lever in levers]
+    U, _ = turn_to_plane(work, a1, a2, center, W, reason, sides)
     # 2. Joint 2 does not change the distance of the center from its axis.
     A = perpendicular(terms, a2.h, U)
     reach = perpendicular(terms, a2.h, subtracted(terms, center, a2.p))
@@ -286,11 +304,18 @@ def _across(terms: Terms, a: Vector, b: Vector) -> Vector:
 def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the prismatic joint moves the center along the parallel axes.
+    found = slide_to_plane(terms, a2.h, a1.h, center, dot(terms, a2.h, W))
+
+    def in_reach() -> sp.Expr:
+        sides = subtracted(terms, a3.p, a2.p), subtracted(terms, center, a3.p)
+        start, distance2 = subtracted(terms, W, a2.p), hypotenuse2(terms, a2.h, *sides)
+        return slide_to_distance(terms, a2.h, negative(a1.h), start, distance2)
+
     length = work.slide(
         a1,
         "line-plane intersection",
         f"{a2.name} and {a3.name} do not move the center along their axes",
-        slide_to_plane(terms, a2.h, a1.h, center, dot(terms, a2.h, W)),
+        slide_in_reach(terms, found, in_reach),
     )
     # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
     A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))

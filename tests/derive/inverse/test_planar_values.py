@@ -1,0 +1,83 @@
+"""Arms that a fixed joint makes planar: at 0, it aligns axes that are oblique at other values.
+
+Three joints position the center of a spherical wrist. At the planar values, one of the three joints
+does not change the height of the center, and any value of it may be a solution.
+"""
+
+import numpy as np
+import pytest
+
+from chasles.derive import read_text
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.terms.terms import Terms
+from tests.campaigns.losses import trial
+from tests.support.generators.drawn_arms import Derived
+from tests.support.generators.poses import PoseSet
+from tests.support.oracles.verdict import judged
+
+X, Y, Z, XY = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)
+FIXED = ("F", X)
+PLANAR = {
+    "axes 1 and 2 parallel, a slide along them": [("R", Z), ("R", Z), FIXED, ("P", Y)],
+    "a slide along parallel axes 2 and 3": [("P", Y), FIXED, ("R", Z), ("R", Z)],
+    "axes 1 and 2 parallel": [("R", Z), ("R", Z), FIXED, ("R", Z)],
+    "axes 2 and 3 parallel": [("R", Z), FIXED, ("R", Z), ("R", Z)],
+    "a turn and two slides": [("R", Z), FIXED, ("P", Y), ("P", XY)],
+    "a turn and two slides, one of them across": [("R", Z), ("P", Y), FIXED, ("P", Y)],
+    "a turn between slides, the first across": [("P", X), ("R", Z), FIXED, ("P", Y)],
+    "a turn between slides, the second across": [("P", Y), FIXED, ("R", Z), ("P", X)],
+    "a turn between slides along it": [("P", Z), ("R", Z), FIXED, ("P", Z)],
+    "a slide across axis 1": [("R", Z), ("P", X), FIXED, ("R", Z)],
+    "a slide across axis 2": [("R", Z), FIXED, ("R", Z), ("P", Y)],
+}
+"""Type and axis direction of the first four joints; F is the fixed joint, which is revolute."""
+EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
+"""At a right angle of the fixed joint, only the other prismatic joint changes the height."""
+OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]
+"""Differences of the fixed joint from the planar value (radian)."""
+WRIST = [X, Y, X]
+POSES = 200
+
+
+def case_of(joints, seed):
+    """Returns the inverse for a value of the fixed joint as input; lengths are random."""
+    rng = np.random.default_rng(seed)
+    text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']
+    axes = [*joints, *(("R", axis) for axis in WRIST)]
+    for k, (kind, axis) in enumerate(axes):
+        at = rng.uniform(-0.3, 0.3, 3).round(2).tolist() if k <= len(joints) else [0, 0, 0]
+        name = "prismatic" if kind == "P" else "revolute"
+        text += ["[[joints]]", f'name = "j{k}"\ntype = "{name}"\nxyz = {at}\naxis = {list(axis)}']
+    robot = read_text("\n".join(text))
+    give = (joints.index(FIXED),)
+    found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}), give=give)
+    assert found.classification.found.family.title == "spherical wrist"
+    return Derived("planar", "ik", described=robot, inverses=found)
+
+
+def verdict(joints, value, seed=0):
+    """Returns the verdict on the slots at random poses, without any iteration."""
+    case = case_of(joints, seed)
+    q = case.random(np.random.default_rng(seed), POSES)
+    q[:, joints.index(FIXED)] = value
+    return judged(case, PoseSet("planar", q, regular=True), case.answers)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+@pytest.mark.parametrize("joints", PLANAR.values(), ids=PLANAR)
+def test_every_pose_of_a_planar_arm_has_a_solution(joints, offset):
+    found = verdict(joints, offset)
+    assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_prismatic_joints_exchange_their_roles(offset):
+    found = verdict(EXCHANGED, np.pi / 2 + offset)
+    assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("seed", [88000183])
+def test_slots_of_drawn_arm_solve_planar_poses(seed):
+    outcome = trial(seed)
+    assert outcome.counts["inverses"] > 0
+    assert outcome.counts["losses without refinement"] == 0
