@@ -57,7 +57,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
     Returns:
         The factored minors, up to sign. The robot is singular in the configurations in which all
         minors are 0; the tuple is empty if all minors are 0 in every configuration. The result is
-        None for coupled or helical joints, for inexact decimal numbers in the description, or if a
+        None for coupled or helical joints, for lengths with pi or inexact decimal numbers, or if a
         minor has only large blocks.
     """
     joints = robot.moving
@@ -71,6 +71,9 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
+    # A position before a prismatic joint occurs in the points alone.
+    if not all(_is_exact(minor.view.point) for minor in found):
+        return None
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL
     if max((minor.size for minor in found), default=0) > most:
         return None

@@ -1,7 +1,9 @@
 r"""Draws a robot in TikZ, in the style of scientific papers."""
 
+import math
 import re
 from collections.abc import Sequence
+from itertools import count
 
 from ...chain.body_shapes import Skeleton
 from ...loops.model.planes import loops
@@ -215,9 +217,10 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
 
 def _scale(per_meter: float, corner: Point) -> list[str]:
     """Draws a scale bar whose length is round; the label states its length in meters."""
+    start = math.floor(math.log10(_SHORTEST / per_meter)) - 1
     meters = next(
         digit * 10.0**power
-        for power in range(-9, 9)
+        for power in count(start)
         for digit in _SCALES
         if rounded(digit * 10.0**power * per_meter) >= _SHORTEST
     )

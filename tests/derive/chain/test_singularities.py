@@ -333,3 +333,17 @@ def test_conditions_of_arm_without_spherical_wrist_are_singular():
         q = np.array([0.3, 0.9, -0.5, 1.1, 0.4, 0.8, 0.2])
         q[joint] = value
         assert np.linalg.matrix_rank(J(q), FULL) == 5
+
+
+def test_arm_with_pi_in_a_length_before_a_prismatic_joint_has_numeric_singularities():
+    """The length occurs in no screw, because a prismatic joint has no position."""
+    robot = chasles.derive.read_text(
+        'name = "column"\nconvention = "mdh5"\n[[joints]]\na = 0.3\nc = "pi/2"\n'
+        '[[joints]]\ntype = "prismatic"\na = 0.2\nc = "pi/2"\n[[joints]]\na = 0.1\n'
+    )
+    assert factored_minors(robot, coordinates(robot)) is None
+    found = Page.of(chasles.derive.derive(robot, functions=["fk"])).singular
+    J = jacobian(robot)
+    assert found.rank is None
+    for q in found.configurations:
+        assert np.linalg.matrix_rank(J(np.array(q)), LOST) == 2

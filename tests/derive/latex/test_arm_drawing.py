@@ -5,10 +5,12 @@ import re
 import numpy as np
 import pytest
 
+from chasles.derive import derive, read_text
 from chasles.derive.chain.drawn_configuration import from_aside
 from chasles.derive.latex.drawing import DrawnMembers, arm_drawing
 from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
 from chasles.derive.latex.drawing.parts import scene
+from chasles.derive.latex.drawing.view import view_of_arm
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import committed
 from tests.support.printed_robots import derived
@@ -81,3 +83,24 @@ def test_drawn_configurations_are_round_and_within_limits(name):
 def test_article_contains_the_figure_of_its_robot(name):
     found = derived(name)
     assert committed(name)["drawing.tex"] == arm_drawing(found.robot, found.skeleton)
+
+
+@pytest.mark.parametrize("length", ["1e-12", "0.3", "1e27"])
+def test_the_scale_bar_has_its_length_for_arms_of_any_size(length):
+    robot = read_text(
+        'name = "arm"\nconvention = "dh"\nunits = { length = "m" }\n'
+        + 2 * f"[[joints]]\na = {length}\n"
+    )
+    skeleton = derive(robot, functions=["fk"]).skeleton
+    text = arm_drawing(robot, skeleton)
+    start, end, meters = re.search(
+        r"\|-\|\] \((\S+),.*\) -- \((\S+),.*\n.*\$(\S+)\\,\\mathrm", text
+    ).groups()
+    coordinates = {joint.name: k for k, joint in enumerate(robot.coordinates, 1)}
+    members = DrawnMembers(coordinates, coordinates)
+    paper = Paper.around(
+        view_of_arm(skeleton)[0], scene(skeleton, skeleton.q_drawn, members).points
+    )
+    drawn = float(end) - float(start)
+    assert drawn == pytest.approx(float(meters) * paper.scale / 10, abs=0.1)
+    assert 15 <= drawn < 40
