@@ -105,6 +105,26 @@ def run_rows(
     _share(work, iter([*parts]), len(operands), threads)
 
 
+def call_in_parts(
+    work: Callable[..., Any], operands: Sequence[FloatArray], cores: Sequence[int], cost: int
+) -> Any:
+    """Return the results of a generalized ufunc; Ctrl-C ends the call between parts of the batch.
+
+    `cores` has the number of core dimensions of each operand; `cost` is the cost of a row.
+    """
+    leads = [x.ndim - core for x, core in zip(operands, cores, strict=True)]
+    if not any(leads):
+        return work(*operands)
+    batch = np.broadcast_shapes(*(x.shape[:k] for x, k in zip(operands, leads, strict=True)))
+    axis, cuts = _cut(batch, math.ceil(math.prod(batch) * cost / _MAX))
+    if len(cuts) < 2:  # noqa: PLR2004
+        return work(*operands)
+    start = axis - len(batch)
+    parts = (_parts(x, k + start, cuts) for x, k in zip(operands, leads, strict=True))
+    found = [work(*part) for part in zip(*parts, strict=True)]
+    return tuple(np.concatenate(fields, axis) for fields in zip(*found, strict=True))
+
+
 def _division(work: int, threads: int) -> tuple[int, int]:
     """Return the numbers of threads and parts for a number of floating-point operations."""
     cores = count_cores()

@@ -66,7 +66,14 @@ static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_i
     return PyArray_SimpleNew(leading + more, dims, type);
 }
 
-/* ------------------------------------------------------------------ limits */
+/* Returns the result of a loop over poses, or NULL if a signal such as Ctrl-C ends the loop. */
+static PyObject *unless_stopped(PyObject *result, npy_intp pose)
+{
+    if (pose % 1024 == 1023 && PyErr_CheckSignals() < 0) {
+        Py_CLEAR(result);
+    }
+    return result;
+}
 
 /* Limits of the coordinates, and their numbers of windings (full turns within the limits). */
 typedef struct {
@@ -158,7 +165,7 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
     q = value ? new_like(given_q, NPY_DOUBLE, 2, slots.k * limits.count, slots.n)
               : PyErr_NoMemory();
     valid = q ? new_like(given_q, NPY_BOOL, 1, slots.k * limits.count, 0) : NULL;
-    for (npy_intp i = 0; valid && i < slots.poses * slots.k; i++) {
+    for (npy_intp i = 0; valid && i < slots.poses * slots.k; valid = unless_stopped(valid, i++)) {
         npy_bool *inside = (npy_bool *)(value + listed), *to = PyArray_DATA((PyArrayObject *)valid);
         double *rows = PyArray_DATA((PyArrayObject *)q);
         write_turns(&limits, slots.n, slots.q + i * slots.n, value, inside);
@@ -172,8 +179,6 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
     }
     return Py_BuildValue("NN", q, valid);
 }
-
-/* ------------------------------------------------------------------ distances */
 
 /* One seed for all poses, or one for each pose, and the distance metric. */
 typedef struct {
@@ -272,7 +277,7 @@ static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
         return NULL;
     }
     PyObject *found = new_like(q, NPY_DOUBLE, 1, slots.n, 0);
-    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+    for (npy_intp pose = 0; found && pose < slots.poses; found = unless_stopped(found, pose++)) {
         double *to = (double *)PyArray_DATA((PyArrayObject *)found) + pose * slots.n;
         const npy_intp best = nearest_slot(&slots, &seeds, pose);
         for (npy_intp j = 0; j < slots.n; j++) {
@@ -301,7 +306,7 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
     }
     Ranked *order_of = PyMem_Malloc((size_t)(slots.k + 1) * sizeof *order_of);
     PyObject *found = order_of ? new_like(q, NPY_INTP, 1, slots.k, 0) : PyErr_NoMemory();
-    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+    for (npy_intp pose = 0; found && pose < slots.poses; found = unless_stopped(found, pose++)) {
         npy_intp *to = (npy_intp *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k;
         for (npy_intp slot = 0; slot < slots.k; slot++) {
             order_of[slot] = ranked(&slots, &seeds, pose, slot, UINT64_MAX);
@@ -314,8 +319,6 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
     PyMem_Free(order_of);
     return found;
 }
-
-/* ------------------------------------------------------------------ repetitions */
 
 #define MAX_GROUPS 16
 
@@ -403,7 +406,7 @@ static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
     const double *most = of_turn ? dense(tolerance, NPY_DOUBLE, slots.n) : NULL;
     const double *of_whole = most ? dense(whole, NPY_DOUBLE, slots.n) : NULL;
     PyObject *found = of_whole ? PyArray_NewCopy((PyArrayObject *)valid, NPY_CORDER) : NULL;
-    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+    for (npy_intp pose = 0; found && pose < slots.poses; found = unless_stopped(found, pose++)) {
         if (are_groups_distinct(&slots, pose, group, of_whole, most)) {
             continue;
         }

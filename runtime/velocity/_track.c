@@ -48,15 +48,17 @@ static int read_arrays(Tracking *t, const Py_buffer *arrays)
 
 static PyObject *run(Tracking *t, double border, double damping)
 {
-    int defined;
+    int defined = 1;
     if (!tracking_new(t, border, damping)) {
         return PyErr_NoMemory();
     }
-    Py_BEGIN_ALLOW_THREADS;
-    defined = track_path(t);
-    Py_END_ALLOW_THREADS;
+    for (ptrdiff_t k = 0; defined && k < t->m && PyErr_CheckSignals() == 0; k += 1024) {
+        Py_BEGIN_ALLOW_THREADS;
+        defined = track_path(t, k, k + 1024);
+        Py_END_ALLOW_THREADS;
+    }
     tracking_free(t);
-    return PyBool_FromLong(defined);
+    return PyErr_Occurred() ? NULL : PyBool_FromLong(defined);
 }
 
 static PyObject *track_follow(PyObject *Py_UNUSED(module), PyObject *args)

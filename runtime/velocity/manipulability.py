@@ -6,7 +6,7 @@ Jacobian J at the tip becomes dimensionless, and so do its singular values:
     J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 revolute, L prismatic).
 
 Source:
-    Yoshikawa, Manipulability of robotic mechanisms, 1985.
+    Yoshikawa, Manipulability of robotic mechanisms, 1985; section 5 for forces.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
+from ..call.threads import call_in_parts
 from ..errors import InputValueError
 from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates
@@ -29,6 +30,8 @@ from .characteristic_length import LengthMethods
 Part = Literal["all", "linear", "angular"]
 
 PART: Mapping[Part, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
+COST = 20_000
+"""Floating-point operations of one singular value decomposition, with joint rates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +128,7 @@ class ManipulabilityMethods(LengthMethods):
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
-        gradient: FloatArray = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)[1]
-        return gradient
+        return gradient_of(J, H, metric)
 
     @needs("jacobian_mixed")
     def velocity_ellipsoid(
@@ -143,10 +145,7 @@ class ManipulabilityMethods(LengthMethods):
 
         Returns:
             Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`, or NaN if q is not finite.
-
-        Raises:
-            ShapeError: If q is not (..., n).
-            InputValueError: If the components are unknown or the length is not positive.
+            Errors are as for `manipulability`.
         """
         metric = self._metric("velocity_ellipsoid", components, characteristic_length)
         return self._ellipsoid(q, metric, components)
@@ -161,9 +160,6 @@ class ManipulabilityMethods(LengthMethods):
         "linear" components are forces without a torque, in 1/meter (newton per newton meter), inf
         at a singularity. The components "all" are wrenches (force * length, torque). Arguments,
         result and errors are as for `velocity_ellipsoid`.
-
-        Source:
-            Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
         """
         metric = self._metric("force_ellipsoid", components, characteristic_length)
         velocity = self._ellipsoid(q, metric, components)
@@ -221,6 +217,13 @@ def metric_of(
     return Metric(unit, row, rank, length)
 
 
+def gradient_of(J: FloatArray, H: FloatArray, metric: Metric) -> FloatArray:
+    """Return the gradient (..., n) of the product of the singular values of J (..., 6, n)."""
+    operands = J, H, metric.unit, metric.row, np.asarray(metric.rank)
+    gradient: FloatArray = call_in_parts(_rates.gradient, operands, (2, 3, 1, 1, 0), COST)[1]
+    return gradient
+
+
 def _decomposed(
     J: FloatArray, metric: Metric, components: Part
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -228,7 +231,7 @@ def _decomposed(
     part = PART[components]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))
-    axes, values, _ = np.linalg.svd(
-        np.where(sound[..., None, None], scaled, 0.0), full_matrices=False
-    )
+    finite = np.where(sound[..., None, None], scaled, 0.0)
+    decompose = functools.partial(np.linalg.svd, full_matrices=False)
+    axes, values, _ = call_in_parts(decompose, [finite], [2], COST)
     return axes[..., : metric.rank], values[..., : metric.rank], sound

@@ -23,10 +23,11 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
+from ..call.threads import call_in_parts
 from ..errors import InputTypeError, InputValueError, ShapeError
 from ..fixed import Fixed, fixed_coordinates
 from . import _rates
-from .manipulability import PART, ManipulabilityMethods, Metric, Part
+from .manipulability import COST, PART, ManipulabilityMethods, Metric, Part, gradient_of
 
 Representation = Literal["space", "body", "mixed"]
 Redundancy = Literal["minimum_norm", "limits", "manipulability"]
@@ -72,9 +73,7 @@ class Accelerations:
             representation.
         scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
         limited: (..., n) whether a limit of the joint is active.
-        min_singular_value: (...,) the smallest singular value, as in `Rates`.
-        damping_squared: (...,) lambda^2 of the smallest singular value, as in `Rates`.
-        singular_direction: (..., 6) twist for the smallest singular value, as in `Rates`.
+        min_singular_value, damping_squared, singular_direction: See `Rates`.
     """
 
     qdd: FloatArray
@@ -207,11 +206,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Returns:
             Joint accelerations, the resulting derivative of the twist, damping and limits, or NaN
-            if an input is not finite or a loop is open.
-
-        Raises:
-            ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is invalid.
+            if an input is not finite or a loop is open. Errors are as for `joint_rates`.
         """
         method = "joint_accelerations"
         limits, kept = self._fixed_limits(method, "acceleration_limits", acceleration_limits, fixed)
@@ -243,9 +238,10 @@ class VelocityMethods(ManipulabilityMethods):
         origin, J = posed
         try:
             at_tip = twist if origin is None else _shifted(twist, origin)
-            qd, reached, damping, sigma, direction, scale, limited = _rates.solve(
-                J, at_tip, *bounds, secondary, metric.unit, metric.row, threshold, metric.rank
-            )
+            scales = metric.unit, metric.row, np.asarray(threshold), np.asarray(metric.rank)
+            operands = J, at_tip, *bounds, secondary, *scales
+            found = call_in_parts(_rates.solve, operands, (2, 1, 1, 1, 1, 1, 1, 0, 0), COST)
+            qd, reached, damping, sigma, direction, scale, limited = found
         except ValueError:
             given = {"q": J[..., 0, :], "V" if method == "joint_rates" else "A": twist}
             if bounds[0].shape[:-1] not in {(), J.shape[:-2]}:
@@ -310,8 +306,7 @@ class VelocityMethods(ManipulabilityMethods):
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 J[..., list(fixed)] = H[..., list(fixed), :] = 0
-                _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
-                return np.asarray(weight * upwards)
+                return np.asarray(weight * gradient_of(J, H, metric))
             if redundancy == "limits":
                 bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
                 lower, upper = np.where(bounded, (self.lower, self.upper), ([[-1.0], [1.0]]))

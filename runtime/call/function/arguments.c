@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-/* ------------------------------------------------------------------ names */
-
 /* Returns the name of an argument (an input, out, threads, fixed), or NULL if it has no keyword. */
 static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
@@ -161,8 +159,6 @@ long read_threads(const Kernel *kernel, PyObject *given)
                  kernel->label, given);
     return -1;
 }
-
-/* ------------------------------------------------------------------ inputs */
 
 int has_override(PyObject *object)
 {

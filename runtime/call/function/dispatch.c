@@ -17,8 +17,6 @@
 
 #define MIN_LONG 8192 /* rows */
 
-/* ------------------------------------------------------------------ single */
-
 /* Tests whether the kernel can write directly into the caller's arrays. An output must not share
  * memory with any other operand, as kernels may read inputs after writing outputs. */
 static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
@@ -79,8 +77,6 @@ static PyObject *call_single(Function *self, PyObject *const *inputs, PyObject *
     }
     return pack(self, inputs, results, outs);
 }
-
-/* ------------------------------------------------------------------ dense */
 
 /* Returns the common leading dimensions if all inputs are dense float64 arrays, otherwise NULL. */
 static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *const *inputs,
@@ -166,8 +162,6 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     NPY_END_THREADS
     return pack(self, inputs, results, NULL);
 }
-
-/* ------------------------------------------------------------------ general */
 
 /* Calls the ufunc, with out=outs if outs is not NULL. */
 static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
@@ -335,8 +329,6 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
     }
     return result;
 }
-
-/* ------------------------------------------------------------------ vectorcall */
 
 /* Calls the kernel with one object for each input, by the fastest of the three functions. */
 static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,

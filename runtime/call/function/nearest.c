@@ -12,8 +12,6 @@
 
 enum { FIELD_Q, FIELD_RESIDUAL, FIELD_MARGIN, FIELD_VALID };
 
-/* ------------------------------------------------------------------ type */
-
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;

@@ -12,8 +12,6 @@ PyObject *new_tuple(int n, PyObject *const *items)
     return tuple;
 }
 
-/* ------------------------------------------------------------------ branches */
-
 /* Indices of the outputs of a function that returns all branches, followed by `valid`. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
@@ -175,8 +173,6 @@ int set_refinement(Function *self, PyObject *refinement)
     self->refinement = Py_NewRef(refinement);
     return 0;
 }
-
-/* ------------------------------------------------------------------ guard */
 
 static int values_are_finite(const double *values, npy_intp size)
 {

@@ -39,8 +39,6 @@ void rate_problem_free(RateProblem *p)
     free(p->memory);
 }
 
-/* ------------------------------------------------------------------ one candidate */
-
 /* Writes y = J# V with the damped inverse J#. The gain of J# is 1 / sigma, or sigma / border^2 for
  * singular values below the border. */
 static void apply_damped_inverse(const RateProblem *p, const double *V, double *y)
@@ -147,8 +145,6 @@ static Candidate compute_candidate(RateProblem *p)
     return found;
 }
 
-/* -------------------------------------------------------------- joints fixed at bounds */
-
 static void keep_better(RateProblem *p, Candidate found, Candidate *best)
 {
     if (found.scale > best->scale) {
@@ -228,8 +224,6 @@ double solve_within_bounds(RateProblem *p)
     }
     return scale;
 }
-
-/* ------------------------------------------------------------------ null space */
 
 /* Projects joint rates d (n,) to the null space of the task. */
 static void project_to_null_space(const RateProblem *p, double *d)

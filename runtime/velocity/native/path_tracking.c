@@ -50,11 +50,11 @@ static int forward_kinematics(Tracking *t, const double *q)
 
 /* Writes the displacement from the tool to pose k, records its size, adapts the damping, and
  * decomposes the Jacobian, with zero columns for coordinates whose rate limit is 0. */
-static void measure_error(Tracking *t, ptrdiff_t k, double *missing)
+static void measure_error(Tracking *t, ptrdiff_t k)
 {
-    displacement_between(t->T, t->poses + POSE * k, missing);
-    t->error[2 * k] = sqrt(dot(missing, missing, 3));
-    t->error[2 * k + 1] = sqrt(dot(missing + 3, missing + 3, 3));
+    displacement_between(t->T, t->poses + POSE * k, t->missing);
+    t->error[2 * k] = sqrt(dot(t->missing, t->missing, 3));
+    t->error[2 * k + 1] = sqrt(dot(t->missing + 3, t->missing + 3, 3));
     for (int i = 0; i < TWIST; i++) {
         for (int j = 0; j < t->n; j++) {
             double scaled = t->J[i * t->n + j] * (i < 3 ? 1 : t->length) / t->unit[j];
@@ -85,15 +85,14 @@ static double step_coordinate(const Tracking *t, int j, double from, double step
     return to;
 }
 
-/* Computes the damped least-squares step to the next pose within the limits; `missing` is the
- * displacement to pose k. */
-static void compute_step(Tracking *t, ptrdiff_t k, const double *missing)
+/* Computes the damped least-squares step from pose k to the next pose within the limits. */
+static void compute_step(Tracking *t, ptrdiff_t k)
 {
     double ahead[TWIST], asked[TWIST], all[TWIST];
     displacement_between(t->poses + POSE * k, t->poses + POSE * (k + 1), ahead);
     for (int i = 0; i < TWIST; i++) {
-        asked[i] = (ahead[i] + t->gain * missing[i]) * (i < 3 ? 1 : t->length);
-        all[i] = (ahead[i] + missing[i]) * (i < 3 ? 1 : t->length);
+        asked[i] = (ahead[i] + t->gain * t->missing[i]) * (i < 3 ? 1 : t->length);
+        all[i] = (ahead[i] + t->missing[i]) * (i < 3 ? 1 : t->length);
     }
     const double *q = t->q + k * t->n;
     for (int j = 0; j < t->n; j++) {
@@ -136,17 +135,18 @@ static void take_step(Tracking *t, ptrdiff_t k)
     }
 }
 
-int track_path(Tracking *t)
+int track_path(Tracking *t, ptrdiff_t first, ptrdiff_t last)
 {
-    double missing[TWIST];
-    if (!forward_kinematics(t, t->q)) {
-        return 0;
+    if (first == 0) {
+        if (!forward_kinematics(t, t->q)) {
+            return 0;
+        }
+        measure_error(t, 0);
     }
-    measure_error(t, 0, missing);
-    for (ptrdiff_t k = 0; k + 1 < t->m; k++) {
-        compute_step(t, k, missing);
+    for (ptrdiff_t k = first; k < last && k + 1 < t->m; k++) {
+        compute_step(t, k);
         take_step(t, k);
-        measure_error(t, k + 1, missing);
+        measure_error(t, k + 1);
     }
     return 1;
 }

@@ -23,9 +23,9 @@ typedef struct {
     unsigned char *touched;             /* (m - 1, n) bits that mark the active limits */
     DampedBox box;
     double *memory;
-    double *J, *scaled;        /* (6, n) */
-    double *low, *high, *step; /* (n,) bounds of the scaled step; the step in coordinates */
-    double T[POSE];
+    double *J, *scaled;             /* (6, n) */
+    double *low, *high, *step;      /* (n,) bounds of the scaled step; the step in coordinates */
+    double T[POSE], missing[TWIST]; /* the pose, and the displacement to the path */
     double before,
         expected; /* squared error to the next pose, before a step and as predicted after */
 } Tracking;
@@ -35,7 +35,8 @@ int tracking_new(Tracking *t, double border, double damping);
 
 void tracking_free(Tracking *t);
 
-/* Tracks the poses from the first row of q on. Returns 0 if a loop is open at this row. */
-int track_path(Tracking *t);
+/* Takes the steps from the poses first to last - 1, after all earlier steps. Returns 0 if a loop is
+ * open at the first row of q. */
+int track_path(Tracking *t, ptrdiff_t first, ptrdiff_t last);
 
 #endif

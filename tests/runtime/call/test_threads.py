@@ -430,35 +430,3 @@ threads = [threading.Thread(target=lambda: results.append(tiny.fk([0.5, 1.0]))) 
 assert len(results) == 5 and all(np.array_equal(x, results[0]) for x in results)
 """
     subprocess.run([sys.executable, "-c", code], cwd=folder.path.parent, check=True)
-
-
-# ---------------------------------------------------------------- Ctrl-C
-
-INTERRUPTED = """
-import os, signal, sys, threading, time
-import numpy as np, chasles
-# A shell starts background commands with SIGINT ignored.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-arm = chasles.load("ur5e")
-n = 600_000
-T = arm.fk(np.random.default_rng(0).uniform(-3, 3, (n, 6)))
-results = np.full((n, 8, 6), np.nan)
-def interrupt():
-    while np.isnan(results[:1000]).all(axis=(1, 2)).any():
-        time.sleep(0.0001)
-    os.kill(os.getpid(), signal.SIGINT)
-threading.Thread(target=interrupt, daemon=True).start()
-try:
-    arm.ik(T, out=(results, *np.empty((2, n, 8))), threads=int(sys.argv[1]))
-except KeyboardInterrupt:
-    print("stopped", np.isnan(results).mean())
-"""
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_interrupt_stops_batch_early(threads):
-    command = [sys.executable, "-c", INTERRUPTED, str(threads)]
-    finished = subprocess.run(command, capture_output=True, text=True, check=True, timeout=SECONDS)
-    said, missing = finished.stdout.split()
-    assert said == "stopped"
-    assert float(missing) > 0.5
