@@ -13,7 +13,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
@@ -86,6 +86,17 @@ class _OneNumber(Measurements):
         del other
         return self
 
+    def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
+        """Return the best fit from several targets, because the fit has local minima.
+
+        Args:
+            T: (N, 4, 4) nominal tool poses.
+            start: Function that returns the start of all unknowns for a target (3,).
+        """
+        return min(
+            (self._refined(T, start(target)) for target in _TARGETS), key=lambda fit: fit.misfit
+        )
+
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
         """Fit only the unknowns at the nominal poses, and return the start values."""
         still = np.zeros((len(T), 6, 0))
@@ -113,13 +124,18 @@ class Distances(_OneNumber):
         return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin, and the fixed point from a linear fit."""
+        """Start with targets at and around the tool origin."""
+        return self._best(T, lambda target: self._linear(T, target))
+
+    def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
+        """Return the unknowns for a target (3,), with the fixed point from a linear fit."""
         # The squared distance of point p from the center c is d^2 = |p|^2 - 2 p . c + |c|^2
-        p = T[:, :3, 3] - T[:, :3, 3].mean(0)
+        points = points_on_tool(T, target[None])[:, 0]
+        p = points - points.mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
         # At height 0 above coplanar points, the derivative with respect to the height is 0.
         c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
-        return self._refined(T, np.concatenate([np.zeros(3), c + T[:, :3, 3].mean(0)]))
+        return np.concatenate([target, c + points.mean(0)])
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances, in standard deviations."""
@@ -155,12 +171,16 @@ class SphereContacts(_OneNumber):
         return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin, and the sphere from a linear fit."""
+        """Start with targets at and around the tool origin."""
+        return self._best(T, lambda target: self._linear(T, target))
+
+    def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
+        """Return the unknowns for a target (3,), with the sphere from a linear fit."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
-        p = T[:, :3, 3] - T[:, :3, 3].mean(0)
+        points = points_on_tool(T, target[None])[:, 0]
+        p = points - points.mean(0)
         c, rest, _ = _sphere(p, (p**2).sum(-1))
-        center, radius = c + T[:, :3, 3].mean(0), np.sqrt(rest + c @ c)
-        return self._refined(T, np.concatenate([np.zeros(3), center, [radius]]))
+        return np.concatenate([target, c + points.mean(0), [np.sqrt(rest + c @ c)]])
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances from the surface, in standard deviations."""
@@ -237,6 +257,8 @@ _STEP = 1e-6
 values."""
 _EVALUATIONS = 50
 """Maximum number of evaluations of the fit of the start values."""
+_TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 0.06
+"""Targets at which the fit starts [m]: the tool origin, and the corners of a tetrahedron."""
 _HEIGHT = 0.1
 """Minimum height of a fixed point above a plane of points, relative to the extent of these
 points."""
