@@ -3,7 +3,8 @@
 Dynamic programming over the self-motion: at knots on the curve, the inverse solves the pose for a
 grid of parameters. Among all sequences of these configurations within the limits, the sequence with
 the smallest integral of squared joint rates is chosen. The search continues with finer grids around
-this sequence, and then with cubic splines through the parameters.
+this sequence. A cubic spline passes through the parameters. A spline exceeds limits that a motion
+must follow, so the last attempt uses a monotone interpolation.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from chasles import InputValueError, JointPath, OutOfReachError, Robot, ShapeError
 from chasles.arrays import real_array
@@ -24,12 +25,20 @@ from chasles.fixed import values_at
 
 FloatArray = NDArray[np.float64]
 
-_TRIES = ((17, 1.0, 0.02), (33, 1.0, 0.01), (49, 1.5, 0.004), (65, 2.0, 0.001), (65, 4.0, 0.001))
-"""Attempts of the search: number of knots, relative grid resolution, and margin from the limits
-relative to the joint range.
+_TRIES = (
+    (17, 1.0, 0.02, CubicSpline),
+    (33, 1.0, 0.01, CubicSpline),
+    (49, 1.5, 0.004, CubicSpline),
+    (65, 2.0, 0.001, CubicSpline),
+    (65, 4.0, 0.001, CubicSpline),
+    (129, 1.0, 0.0001, PchipInterpolator),
+)
+"""Attempts of the search: number of knots, relative grid resolution, margin from the limits
+relative to the joint range, and interpolation of the parameters.
 
 The next attempt follows if no sequence exists, or if the joints between the knots leave the limits.
-A spline between configurations at a limit exceeds the limit between them.
+A spline between configurations at a limit exceeds the limit between them. A monotone interpolation
+stays between the values at the knots, but its second derivatives jump at the knots.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Number of grid values per parameter, for each number of parameters."""
@@ -51,7 +60,8 @@ class ParameterCurve:
 
     Attributes:
         names: The parameters.
-        spline: The parameters (m, p) at positions (m,), with continuous second derivatives.
+        spline: The parameters (m, p) at positions (m,). The first derivatives are continuous; so
+            are the second derivatives, except for parameters that must follow a limit.
         q_start: (n,) coordinates at the start [rad or m].
     """
 
@@ -114,7 +124,7 @@ def parameter_curve(
     if not robot.redundancy:
         raise InputValueError(f"{robot.name}: no redundancy parameters")
     failure = ""
-    for count, resolution, margin in _TRIES:
+    for count, resolution, margin, interpolation in _TRIES:
         knots = np.unique(np.rint(np.linspace(0, len(s) - 1, count)).astype(np.intp))
         search = _Search(robot, T[knots], q_seed, bounds + margin * _inwards(bounds))
         try:
@@ -123,7 +133,7 @@ def parameter_curve(
             place = _part(s, int(knots[blocked.knot]))
             failure = f"no value of {search.listed} reaches the pose at {place}"
             continue
-        curve = ParameterCurve(search.names, _through(s[knots], parameters), q_start)
+        curve = ParameterCurve(search.names, _through(interpolation, s[knots], parameters), q_start)
         path = robot.ik_path(T, q_start, fixed=curve.at(s))
         end = _first_outside(path, bounds)
         if end == len(s):
@@ -295,11 +305,13 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
     return int(np.argmax(outside)) if outside.any() else len(path.q)
 
 
-def _through(s: FloatArray, parameters: FloatArray) -> Callable[..., FloatArray]:
-    """Return the spline through parameters; constant for a single knot."""
+def _through(
+    interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
+) -> Callable[..., FloatArray]:
+    """Return the curve through parameters; constant for a single knot."""
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
-    spline: Callable[..., FloatArray] = CubicSpline(s, parameters)
+    spline: Callable[..., FloatArray] = interpolation(s, parameters)
     return spline
 
 

@@ -131,6 +131,13 @@ def test_camera_looks_at_a_target_within_limits():
         assert not outcome.failures
 
 
+def test_motion_that_must_follow_a_limit_is_found():
+    """A carriage stays at its limit for a part of the path; a spline would exceed the limit."""
+    outcome = redundancy.trial(77000106)
+    assert outcome.counts == {"resolved": 1}
+    assert not outcome.failures
+
+
 def test_errors_name_the_place_and_the_remedy():
     robot = chasles.load("panda")
     q = np.array([0.1, -0.4, 0.2, -1.8, 0.3, 1.6, 0.5])
