@@ -10,6 +10,7 @@ CasADi graph and are omitted. Velocities through loops without a closed form are
 are also omitted.
 """
 
+import textwrap
 from collections.abc import Iterator, Sequence
 
 import casadi as ca
@@ -19,6 +20,7 @@ from ..loops.parametric.parametric_loops import START
 from ..program.programs import Programs
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
+from .c.expressions import WIDTH
 from .casadi_loops import is_of_positions, with_loops
 
 
@@ -33,7 +35,18 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     for function in (*plain, *_through_loops(derivation, functions)):
         generator.add(function)
         generator.add(function.jacobian())
-    return {name: generator.dump()}
+    return {name: f"{_missing(derivation, functions)}{generator.dump()}"}
+
+
+def _missing(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> str:
+    """Returns a comment that names the public functions that the file omits, or an empty text."""
+    others = (f for f in (*derivation.functions, *derivation.written) if f not in functions)
+    names = ", ".join(f.name for f in others if not f.role.is_intermediate)
+    if not names:
+        return ""
+    text = f"Only in the default C, because of branches, solvers or rates through loops: {names}."
+    lines = textwrap.wrap(text, WIDTH - 3)
+    return "\n".join([f"/* {lines[0]}", *(f" * {line}" for line in lines[1:]), " */\n"])
 
 
 def _through_loops(

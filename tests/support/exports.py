@@ -10,7 +10,8 @@ def inputs_of(robot, info, q):
     rng = np.random.default_rng(3)
     if info.role.is_inverse:
         return [robot.fk(q), *(q[:, [k]] for k in info.role.fixed)]
-    return [q, *(rng.uniform(-1, 1, (len(q), *item.shape)) for item in info.inputs[1:])]
+    first = robot.chain(q) if info.inputs[0].name == "theta" else q
+    return [first, *(rng.uniform(-1, 1, (len(q), *item.shape)) for item in info.inputs[1:])]
 
 
 def expected(robot, info, inputs):

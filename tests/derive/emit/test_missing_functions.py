@@ -1,0 +1,70 @@
+"""Each language prints a public function, or names it as missing."""
+
+import re
+from functools import cache
+
+import pytest
+
+from chasles.derive import derive
+from chasles.derive.build.generate import files_of
+from chasles.derive.emit.languages import ON_DEMAND
+from tests.support.derivations import robot_of
+
+ROBOTS = ["ur5e", "planar_3rrr", "jaco2"]
+"""An arm with a closed form, and two robots with solvers that only the C contains."""
+PRINTED = {
+    "c_float": ("{robot}_float.h", r"^void {robot}_float_{function}\("),
+    "rust": ("src/lib.rs", r"^pub fn {function}\("),
+    "cuda": ("{robot}.cuh", r"\b{function}_kernel\("),
+    "jax": ("{robot}_jax.py", r"^def {function}\("),
+    "casadi_c": ("{robot}_casadi.c", r"\b{robot}_{function}\(const casadi_real\*\* arg"),
+    "cpp": ("include/chasles/{robot}.hpp", r"^inline .*\b{function}\("),
+    "mex": ("src/{robot}_functions.h", r"\bcall_{function}\("),
+    "moveit": ("include/chasles_{robot}_moveit/{robot}.h", r"^void {robot}_{function}\("),
+}
+"""The file with the public functions of a robot, and the pattern of a printed function."""
+COMPLETE = ("cpp", "mex", "moveit")
+"""Languages that call the C of the robot, which has all functions."""
+MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
+"""A function of a robot that calls an iterative solver."""
+MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
+"""A function of a robot with branches, or a velocity through loops without a closed form."""
+CASES = [(language, robot) for language in PRINTED for robot in ROBOTS]
+
+
+@cache
+def derived(name):
+    return derive(robot_of(name))
+
+
+def public(name):
+    functions = (*derived(name).functions, *derived(name).written)
+    return {function.name for function in functions if not function.role.is_intermediate}
+
+
+def test_all_languages_are_tested():
+    assert PRINTED.keys() == ON_DEMAND.keys()
+
+
+@pytest.mark.parametrize(
+    ("language", "name"), [case for case in CASES if case != ("moveit", "planar_3rrr")]
+)
+def test_each_function_is_printed_or_named_as_missing(language, name):
+    file, pattern = PRINTED[language]
+    files = files_of(derived(name), (ON_DEMAND[language],))
+    text = files[file.format(robot=name)]
+    printed = {
+        function
+        for function in public(name)
+        if re.search(pattern.format(robot=name, function=function), text, re.MULTILINE)
+    }
+    sentences = re.sub(r"\n *(\*|//!)? *", " ", text)
+    named = {
+        function
+        for names in re.findall(r"Only in [\w ]+, because of [^:]+: ([\w, ]+)\.", sentences)
+        for function in names.split(", ")
+    }
+    assert printed | named == public(name)
+    assert not printed & named
+    missing = MISSING_IN_CASADI if language == "casadi_c" else MISSING
+    assert (missing.get(name) in named) == (language not in COMPLETE and name in missing)
