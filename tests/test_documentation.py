@@ -84,27 +84,6 @@ def test_casadi_page_examples_run(tmp_path):
     np.testing.assert_allclose(found, names["goal"], atol=1e-6)
 
 
-def test_optimal_control_page_computes_a_motion_within_the_limits(capsys):
-    names = run("how-to/optimal-control.md")
-    robot, dt = chasles.load("excavator"), names["fastest"] / names["N"]
-    controls = names["solution"].value(names["controls"]).T
-    s = np.linspace(0, dt, 10)[:, None, None]
-    qd = names["qd_path"][:-1] + s * controls
-    q = names["q_path"][:-1] + s * names["qd_path"][:-1] + s**2 / 2 * controls
-    poses = robot.fk(q.reshape(-1, 4))
-    assert np.all(np.abs(controls) <= names["acceleration_limits"] + 1e-6)
-    assert np.all(np.abs(qd) <= names["rate_limits"] + 1e-6)
-    assert np.all(np.abs(qd) @ names["volumes"] <= names["flow_limit"] + 1e-6)
-    assert np.all(q >= robot.limits[:, 0] - 1e-6)
-    assert np.all(q <= robot.limits[:, 1] + 1e-6)
-    assert np.min([poses[:, 2, 3], (poses @ names["heel"])[:, 2]]) > names["clearance"] - 0.01
-    np.testing.assert_allclose(poses[-1], robot.fk(names["q_end"]), atol=1e-6)
-    np.testing.assert_allclose(q[0, 0], names["q_start"], atol=1e-6)
-    assert names["fastest"] < 0.95 * names["straight"]
-    for line in capsys.readouterr().out.splitlines():
-        assert f"# {line}" in text("how-to/optimal-control.md")
-
-
 def test_latex_page_prints_as_documented(capsys):
     run("how-to/latex.md")
     assert capsys.readouterr().out in examples("how-to/latex.md", "")
