@@ -238,15 +238,10 @@ def _link(paper: str) -> str:
 def cells(row: Row) -> tuple[str, ...]:
     """Returns the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
     printed, ours = (f"{value} {row.unit}".rstrip() for value in row.shown)
-    kind = "Evaluated" if printed.startswith("[") else "Paper"
-    values = "No value in the paper" if row.printed is None else f"{kind}: {printed}"
+    source = "its equations give" if printed.startswith("[") else "the paper states"
+    values = f"{source} {'no value' if row.printed is None else printed}, and chasles has {ours}."
     note = _phrase(row.note.replace("; cause: ", ". Cause: "))
-    return (
-        f"{row.item} ({row.where}).",
-        f"{values}; chasles: {ours}.",
-        f"{row.verdict.capitalize()}.",
-        note,
-    )
+    return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}.", note
 
 
 def _phrase(note: str) -> str:
