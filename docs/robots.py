@@ -9,8 +9,8 @@ ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
 TEXT = """\
 # Arms that can be loaded by name
 
-`python docs/robots.py` writes this page. The column *inverse* names the structure of the axes that
-the inverse uses. If joints are fixed, the number of solutions is the maximum for one
+`python docs/robots.py` writes this page. The tables name the structure of the axes that the
+inverse uses. If joints are fixed, the number of solutions is the maximum for one
 value of these joints. If the axes have a structure only approximately, chasles solves a nominal arm
 and [refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
 
@@ -40,9 +40,7 @@ def page() -> str:
 def _table(folder: Path) -> str:
     robots = [read(file) for file in sorted(folder.glob("*.toml"))]
     rows = [_row(robot) for robot in robots if isinstance(robot, SerialRobot)]
-    return "\n".join(
-        ["| name | arm | axes | inverse | solutions |", "|---|---|---|---|---|", *rows]
-    )
+    return "\n".join(["| name | arm | inverse |", "|---|---|---|", *rows])
 
 
 def _row(robot: SerialRobot) -> str:
@@ -50,7 +48,8 @@ def _row(robot: SerialRobot) -> str:
     axes = len(robot.coordinates)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
     most = explanation.max_solutions
-    cells = (f"`{robot.name}`", robot.title, axes, structure if most else "no closed form", most)
+    inverse = f"Inverse: {structure}, up to {most} solutions." if most else "No closed form."
+    cells = (f"`{robot.name}`", f"{robot.title} with {axes} axes.", inverse)
     return f"| {' | '.join(map(str, cells))} |"
 
 
