@@ -15,7 +15,7 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
         kinds: The expected class, or several classes.
 
     Raises:
-        InputTypeError: The value is not an object of these classes.
+        InputTypeError: The value is not an object of the expected class.
     """
     if not isinstance(value, kinds):
         expected = " or ".join(kind.__name__ for kind in kinds)

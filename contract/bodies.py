@@ -73,9 +73,9 @@ class Span:
     Attributes:
         name: Name of the strut.
         bodies: Indices of the bodies at the first and the second end.
-        ends: The end points of the strut in the frames of these bodies [m].
-        across: A direction in the frame of the first body. The component of this direction normal
-            to the strut is the y axis of the strut.
+        ends: The end points of the strut in the frames of both bodies [m].
+        across: A direction in the frame of the first body. The y axis of the strut is the part
+            of the direction that is normal to the strut.
         from_end: Whether the body's frame is at the second end instead of the first.
     """
 

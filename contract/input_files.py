@@ -39,8 +39,8 @@ def as_path(name: str, path: Any) -> Path:
 def input_folder(file: Path) -> Path:
     """Returns the folder whose files a description may include.
 
-    This is the folder of the ROS package with the description, otherwise the description's own
-    folder.
+    The folder is the ROS package that contains the description. Without a package, the folder is
+    the description's own folder.
     """
     folders = list(file.resolve().parents)[:FOLDERS_UP]
     return next((own for own in folders if (own / PACKAGE_FILE).is_file()), folders[0])

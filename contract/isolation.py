@@ -41,7 +41,7 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
 
     On Linux, the process is a fork. The fork avoids locks that other threads may hold; if a library
     waits for such a lock, the time limit ends the process. On other systems, a new interpreter
-    starts. This takes one second longer, and ``work`` must be picklable.
+    starts. The start takes one second, and ``work`` must be picklable.
 
     Args:
         work: Computes plain data.

@@ -438,7 +438,7 @@ class Manifest:
         return shared if shared.is_file() and not own.exists() else own
 
     def sources(self) -> dict[str, str]:
-        """Returns the text of every C file and header by name; raises like `read_source`."""
+        """Returns the text of every C file and header by name, with the errors of `read_source`."""
         return {file: self.read_source(file).decode() for file in self.c_files}
 
     def read_source(self, file: str) -> bytes:

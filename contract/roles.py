@@ -130,7 +130,7 @@ class Role:
         domain: The vector of the first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
         fixed: Indices in q of the coordinates that the second and later inputs of an inverse
-            determine. These coordinates are constant during the refinement.
+            determine. A fixed coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
         directions: Indices (0 to 5) of the twist components (v, omega) that belong to the columns
             of the first matrix in a velocity relation.

@@ -13,8 +13,8 @@ if sys.platform != "win32":
 TEMPORARY = ".chasles-"
 """Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
 _SUFFIX = "[0-9a-f]" * 16
-"""Pattern of the random digits at the end of the folder names: a folder of a user has no such
-name."""
+"""Pattern of the random digits at the end of the folder names; the names of a user's folders do
+not match."""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if its file system has no locks."""
 

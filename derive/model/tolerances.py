@@ -481,7 +481,7 @@ configuration, so that the printed digits (1e-5) are correct. If two singulariti
 is small long before q is accurate."""
 OTHER_CONFIGURATION = 0.02
 """Above this distance (radian, or relative to the arm's length), configurations count as different.
-A reader notices about a degree."""
+Readers notice a difference of about one degree."""
 RANK_LOST = 1e-6
 """Below this singular value, a Jacobian of an arm with unit length is rank deficient. At
 drawn configurations, a full-rank arm has more than 1e-3, a deficient arm only rounding errors."""

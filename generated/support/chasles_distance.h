@@ -60,7 +60,7 @@ static inline double chasles_sum_of_moves(int n, const double *q_seed, const dou
 }
 
 /* Returns the bits of a distance; the low bits, which rounding may change, are zero. As integers,
- * these bits have the order of the distances, which are not negative; NaN is last. */
+ * the bits have the order of the distances, which are not negative; NaN is last. */
 static inline uint64_t chasles_rounded(double distance)
 {
     uint64_t bits;

@@ -298,7 +298,7 @@ static void chasles_joint_pose(const chasles_double_joints *joints, const double
 }
 
 /* Computes the real pose for a zero of the polynomial, which is the angle of the first joint.
- * Returns whether this pose exists. */
+ * Returns whether the pose exists. */
 static int chasles_joint_real(const chasles_double_joints *joints, double angle, double (*x)[3])
 {
     chasles_joint_pair pairs[2];

@@ -1,7 +1,7 @@
 /* Selects the solutions nearest to seed configurations for a batch of poses while the solutions are
  * still in SIMD lanes. This file is part of chasles and is the same for every robot.
  *
- * Included after chasles_batch.h for each instruction set.
+ * The file is included after chasles_batch.h, once for each instruction set.
  */
 #ifndef CHASLES_NEAREST_BATCH_H
 #define CHASLES_NEAREST_BATCH_H

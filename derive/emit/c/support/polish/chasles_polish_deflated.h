@@ -27,7 +27,7 @@
 #define CHASLES_WIDE_HALVINGS 9
 
 /* Computes samples of the quotient, the determinant divided by the products of sines. Returns the
- * largest determinant. */
+ * largest absolute value of the determinant. */
 static double chasles_polish_quotients(const chasles_general_system *system, const double *root,
                                        int count, double *quotient)
 {

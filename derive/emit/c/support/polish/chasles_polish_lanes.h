@@ -1,6 +1,6 @@
 /* Lane types for chasles_polish.h: vectors of chasles_lanes.h if POLISH_ON_LANES is 1, otherwise
- * scalars. This file is part of chasles and is the same for every robot. Included once for each
- * robot.
+ * scalars. This file is part of chasles and is the same for every robot. The file is included
+ * once for each robot.
  */
 #undef POLISH_INLINE
 #undef POLISH_UNROLL
