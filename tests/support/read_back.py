@@ -49,7 +49,7 @@ def read_back(found, poses=POSES, texts=None):
     fk, ik = lower([found.function("fk"), function], "arm")
     others = {f.role.name: f for f in found.inverse.others}
     rng, count = np.random.default_rng(9), 0
-    for q in rng.uniform(-1.2, 1.2, (poses, len(robot.moving))):
+    for q in rng.uniform(-1.2, 1.2, (poses, len(robot.coordinates))):
         T = np.array(fk(q)).reshape(4, 4)
         values, given = [], {}
         for argument in function.inputs[1:]:
@@ -72,7 +72,7 @@ def read_back(found, poses=POSES, texts=None):
             known = printed.solve(T, given, signs)
             own = np.array([known.get(f"q_{{{k + 1}}}", 0.0) for k in range(len(q))])
             off = own - slots[slot]
-            turns = [joint.kind == "revolute" for joint in robot.moving]
+            turns = [coordinate.unit == "rad" for coordinate in robot.coordinates]
             off[turns] = np.angle(np.exp(1j * off[turns]))
             np.testing.assert_allclose(off, 0.0, atol=SAME)
             count += 1

@@ -1,14 +1,16 @@
 r"""Prints a coupled serial robot: its chain in joint coordinates, and the map from q to theta."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import cycle
 
 import numpy as np
 import sympy as sp
 
 from ...derivation import Derivation, derive
-from ...inverse.coupled_chain import coupled_chain
+from ...inverse.coupled_chain import CoupledChain, coupled_chain
 from ...inverse.structure.words import listed
 from ...model.coupling import Motor
 from ...model.geometry import Geometry
@@ -22,10 +24,11 @@ from ..setting.page import Page, sentence, text
 from ..setting.sharing import PRINTED
 from . import tables
 from .example_fragment import ANGLES, example, value_at, within
-from .given_fragment import parameters
+from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
-JOINT = r"\theta"
+JOINT, INDEPENDENT = r"\theta", r"\varphi"
+"""LaTeX of the joints, and of the joints of the chain without dependent joints."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,25 @@ class CoupledPage:
         chain = Page.of(plain, called)
         geometry = derivation.geometry if isinstance(derivation.geometry, Geometry) else None
         return cls(robot, derivation, replace(chain, geometry=geometry))
+
+    @cached_property
+    def free(self) -> CoupledChain:
+        """The chain without the joints that do not move independently."""
+        return coupled_chain(self.robot)
+
+    @cached_property
+    def merged(self) -> Page | None:
+        """The printed chain without dependent joints, or None if it has all joints of the robot.
+
+        Its cosines, sines, terms and constants have other letters than those of the robot's chain.
+        """
+        shorter, letters = self.free.robot, self.chain.equations.notation.letters
+        if len(shorter.moving) == len(self.robot.moving):
+            return None
+        called = [rf"{INDEPENDENT}_{{{k}}}" for k, _ in enumerate(shorter.moving, 1)]
+        reserved = [letters[kind] for kind in ("cos", "sin", "term", "constant", "geometry")]
+        plain = derive(shorter, functions=PRINTED, families=self.derivation.families)
+        return Page.of(plain, called, reserved=reserved)
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
@@ -100,26 +122,58 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Prints the inverse of the chain or, if its joints are coupled, the structure of its axes."""
-    chain = coupled_chain(page.robot)
+    """Prints the inverse of the chain without couplings, and its solutions in coordinates."""
     found = page.derivation.inverse or page.chain.inverse
-    if len(chain.robot.moving) == len(page.robot.moving) == chain.C.cols:
-        return text(inverse(page.chain).rstrip(), _LINEAR if page.chain.inverse.solved else "")
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))
+    arm, opening = page.chain, ""
+    if page.merged is not None:
+        arm = page.merged
+        opening = text(_merged_joints(page, arm), symbols(arm)).rstrip()
     attempt = found.classification.found
-    free = _COUPLED if attempt.family.has_couplings else _FREE
-    return text(
-        structure(page.chain, found.classification, attempt),
-        free if chain.surplus > 0 else _ABSORBED,
-        _LINEAR,
-    )
+    if attempt.family.has_couplings:
+        shown = text(structure(arm, found.classification, attempt), _COUPLED)
+    else:
+        tasks = {name: task for name, task in arm.inverse.solved.items() if name in found.solved}
+        shown = inverse(replace(arm, inverse=replace(arm.inverse, solved=tasks)))
+    surplus = _SURPLUS if page.free.surplus > 0 and not attempt.family.has_couplings else ""
+    return text(opening, shown.rstrip(), surplus, _motor_angles(page, arm))
+
+
+def _merged_joints(page: CoupledPage, arm: Page) -> str:
+    """Prints the joints of the chain in which joints that follow others are merged."""
+    values = page.free.joints_at(page.q)
+    shown = [
+        (arm.tex(name), page.chain.equations.printer.terms(value))
+        for name, value in zip(arm.equations.notation.q, values, strict=True)
+    ]
+    return sentence(_MERGED, aligned(shown))
+
+
+def _motor_angles(page: CoupledPage, arm: Page) -> str:
+    """Prints the coordinates as functions of the joints of the printed chain."""
+    notation, printer = arm.equations.notation, arm.equations.printer
+    for symbol in page.q:
+        notation.symbol(symbol.name, page.chain.equations.notation.order[symbol])
+    L, joints = page.free.inverse()
+    shown = [
+        (arm.tex(name), printer.terms(value))
+        for name, value in zip(page.q, L * _motions(page, arm, joints), strict=True)
+    ]
+    return sentence("The coordinates of each solution are", aligned(shown))
+
+
+def _motions(page: CoupledPage, arm: Page, joints: Sequence[int]) -> sp.Matrix:
+    """Returns the motions of joints in the chain without couplings, less their offsets."""
+    chain, moving = page.free, arm.robot.moving
+    theta = arm.equations.notation.q
+    return sp.Matrix([moving[j].direction * theta[j] - chain.c[j] for j in joints])
 
 
 def singularities_of_coupled(page: CoupledPage) -> str:
-    """Prints the singular configurations of the chain, if its joints are independent."""
-    independent = len(page.robot.moving) == len(page.robot.coordinates)
-    return singularities(page.chain) if independent else ""
+    """Prints the singular configurations of the chain whose joints are independent, if any."""
+    arm = page.merged or page.chain
+    return singularities(arm) if page.free.surplus == 0 else ""
 
 
 def example_of_coupled(page: CoupledPage) -> str:
@@ -144,17 +198,15 @@ def _theta(page: CoupledPage, q: np.ndarray) -> list[float]:
     return [float(value) for value in C @ q + c[:, 0]]
 
 
-_LINEAR = r"The coordinates $q$ follow linearly from the joints."
-_ABSORBED = (
-    "In this structure, a joint that follows others is part of a joint with the same or a parallel"
-    r" axis. The command \texttt{chasles explain} prints the steps."
-)
-_FREE = (
-    "This is the structure of the chain with its dependent joints free. The solutions of the"
-    " robot are the solutions of the free chain that satisfy the joint couplings; the residual"
-    r" includes the couplings. The command \texttt{chasles explain} prints the steps."
+_MERGED = (
+    "A joint that follows others is part of a joint with the same or a parallel axis. The tool has"
+    " the pose of a chain without this joint, whose joints move by"
 )
 _COUPLED = (
     "The steps of this structure include the joint couplings. The command"
     r" \texttt{chasles explain} prints the steps."
+)
+_SURPLUS = (
+    "These are the solutions of the chain with its dependent joints free. A solution of the robot"
+    " also satisfies the couplings: its residual is evaluated at the coordinates."
 )

@@ -8,7 +8,7 @@ from ...model.convention import Convention, motions_before
 from ...model.mechanism import Mechanism
 from ...model.robot import SerialRobot
 from ..setting.layout import aligned
-from ..setting.names import escape
+from ..setting.names import escape, head
 from ..setting.notation import COMMAS_FROM, Notation
 from ..setting.page import Page, sentence, text
 from ..setting.printer import Printer
@@ -199,8 +199,9 @@ def _rules(page: Page) -> list[str]:
     q = "q"
     rules = []
     if notation.called:
-        q = r"\theta"
-        rules = [r"Here $\theta_i$ stands for the coordinate of the $i$-th joint."]
+        q, *others = {head(name) for name in notation.called}
+        q = r"\theta" if others else q
+        rules = [rf"Here ${q}_i$ stands for the coordinate of the $i$-th joint."]
     rules.append(rf"Cosines and sines are written ${c}_i = \cos {q}_i$ and ${s}_i = \sin {q}_i$.")
     angles = notation.angles
     if any(len(angle.free_symbols & set(notation.q)) > 1 for angle in angles):

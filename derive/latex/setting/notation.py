@@ -5,7 +5,7 @@ A short symbol is a SymPy symbol whose name is its LaTeX; braces distinguish it 
 and for tests of printed equations.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import sympy as sp
 
@@ -60,16 +60,30 @@ class Notation:
     """
 
     def __init__(
-        self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
+        self,
+        robot: SerialRobot,
+        terms: Terms,
+        q: Sequence[sp.Symbol],
+        called: Sequence[str] = (),
+        reserved: Collection[str] = (),
     ) -> None:
-        """Starts the notation of a chain, with the symbols of its coordinates and parameters."""
+        """Starts the notation of a chain, with the symbols of its coordinates and parameters.
+
+        Args:
+            robot: The chain.
+            terms: The terms and constants of the derivation.
+            q: The coordinates.
+            called: LaTeX of the coordinates, or empty if their symbols are q_1 and so on.
+            reserved: Letters that have another meaning in the article.
+        """
         self.terms, self.q = terms, tuple(q)
         self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         self.tex = {p.symbol: parameters[p.name] for p in robot.parameters}
         tex = self.called or [f"q_{{{k}}}" for k in range(1, len(self.q) + 1)]
         self.tex |= dict(zip(self.q, tex, strict=True))
-        self.letters = _letters(set(map(names.head, (*parameters.values(), *self.called))))
+        heads = map(names.head, (*parameters.values(), *self.called))
+        self.letters = _letters({*heads, *reserved})
         self.order: dict[sp.Symbol, Order] = {
             symbol: (LENGTH, place) for symbol, place in _places(robot, self.q).items()
         }

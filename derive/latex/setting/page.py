@@ -1,6 +1,6 @@
 """Collects everything that the fragments of a chain print in the article."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -52,6 +52,7 @@ class Page:
         called: Sequence[str] = (),
         coordinates: int | None = None,
         methods: Sequence[Method] = METHODS,
+        reserved: Collection[str] = (),
     ) -> "Page":
         """Collects the printed expressions of a serial robot.
 
@@ -61,10 +62,11 @@ class Page:
                 otherwise q_1 and so on.
             coordinates: The number of coordinates that move the main chain of a robot with loops.
             methods: The inverse methods that the article may print.
+            reserved: Letters that have another meaning in the article.
         """
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
-        found = equations(derivation, called or own_symbols(robot))
+        found = equations(derivation, called or own_symbols(robot), reserved)
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
         screws = screw_displays(robot, found)

@@ -7,7 +7,7 @@ the terms of forward kinematics.
 """
 
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -61,7 +61,9 @@ class PrintedEquations:
     forward: SymbolicFunction
 
 
-def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEquations:
+def equations(
+    derivation: Derivation, called: Sequence[str] = (), reserved: Collection[str] = ()
+) -> PrintedEquations:
     """Returns forward kinematics and Jacobians in short symbols and shared terms.
 
     If the derivation lacks forward kinematics or a Jacobian, these functions are derived again.
@@ -69,13 +71,14 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
     Args:
         derivation: A serial robot with its functions.
         called: LaTeX of the coordinates; if empty, q_1 and so on.
+        reserved: Letters that have another meaning in the article.
     """
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     if not {function.name for function in derivation.functions}.issuperset(PRINTED):
         derivation = derive(robot, functions=PRINTED)
     fk = derivation.function("fk")
-    notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
+    notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called, reserved)
     printer = Printer.of(notation)
     sharing = _Sharing(notation, printer)
     return PrintedEquations(
