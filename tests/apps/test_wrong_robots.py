@@ -14,8 +14,8 @@ from chasles.study.motion import MotionSequence, concatenate, limit_violations, 
 
 MODULES = ("calibration", "drawing", "study", "study.motion", "study.planning", "view")
 OPTIONAL = {"for_jax": "jax", "for_torch": "torch", "Kernels": "cuda"}
-INTERNAL = {"ConfigurationSpace", "DifferentiableArm", "LiveView", "Skeleton"}
-"""Results that store a robot without using it; LiveView calls `skeleton` as draw does."""
+INTERNAL = {"ConfigurationSpace", "DifferentiableArm", "Skeleton"}
+"""Results that store a robot without using it."""
 
 
 def functions_of_robots():
@@ -102,6 +102,12 @@ def test_argument_that_is_no_description_is_named(wrong):
         for call in calls:
             with pytest.raises(InputTypeError, match=rf"^\w+: {name}: expected a .*, got "):
                 call(wrong)
+
+
+@pytest.mark.parametrize("wrong", [None, 3, np.zeros((2, 2))], ids=repr)
+def test_argument_of_casadi_function_that_is_no_description_is_named(wrong):
+    with pytest.raises(InputTypeError, match=r"^casadi_function: robot: expected a .*, got "):
+        derive.casadi_function(wrong, "fk")
 
 
 @pytest.mark.parametrize("wrong", [None, "x", [1, 2], np.zeros(3), 1j], ids=repr)
