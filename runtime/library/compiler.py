@@ -20,8 +20,7 @@ from ..errors import CompileError, CompilerNotFoundError
 FLAGS = (
     "-std=c99",
     "-O3",
-    # With -ffast-math, poses out of reach would count as reached (UNSAFE_FLAGS). The next two
-    # flags preserve NaN and infinity, and drop only errno and traps, which are not used.
+    # The next two flags preserve NaN and infinity, and drop only errno and traps, which are unused.
     "-fno-math-errno",
     "-fno-trapping-math",
     # Fused multiply-add: one rounding instead of two.
@@ -35,7 +34,9 @@ FLAGS = (
     "-shared",
     "-fvisibility=hidden",
 )
-UNSAFE_FLAGS = frozenset({"-ffast-math", "-Ofast", "-ffinite-math-only"})
+UNSAFE_FLAGS = frozenset(
+    ("-ffast-math", "-Ofast", "-ffinite-math-only", "-fno-honor-nans", "-ffp-model=fast")
+)
 """Flags with which `isnan` is always false."""
 MAX_LINES = 30
 """Maximum lines of compiler output in an error message."""
@@ -108,10 +109,9 @@ def find_compiler() -> Compiler:
     # loading a robot. A new compiler behind the same wrapper script is not detected.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
-    unsafe = UNSAFE_FLAGS.intersection(extra)
-    if unsafe:
+    if unsafe := UNSAFE_FLAGS.intersection((*command, *extra)):
         raise CompileError(
-            f"CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
+            f"CC or CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
         )
     return Compiler(tuple(command), (*FLAGS, *extra), identity)
 

@@ -233,8 +233,11 @@ def test_long_compiler_output_is_truncated(folder):
 @pytest.mark.parametrize(
     ("variable", "text", "message"),
     [
-        ("CHASLES_CFLAGS", "-O2 -ffast-math", "CHASLES_CFLAGS: -ffast-math would make poses"),
-        ("CHASLES_CFLAGS", "-Ofast", "CHASLES_CFLAGS: -Ofast would make poses"),
+        ("CHASLES_CFLAGS", "-O2 -ffast-math", "CC or CHASLES_CFLAGS: -ffast-math would make poses"),
+        ("CHASLES_CFLAGS", "-Ofast", "CC or CHASLES_CFLAGS: -Ofast would make poses"),
+        ("CHASLES_CFLAGS", "-ffinite-math-only", "CC or CHASLES_CFLAGS: -ffinite-math-only would"),
+        ("CHASLES_CFLAGS", "-ffp-model=fast", "CC or CHASLES_CFLAGS: -ffp-model=fast would"),
+        ("CC", "cc -ffast-math", "CC or CHASLES_CFLAGS: -ffast-math would make poses"),
         ("CHASLES_CFLAGS", "-D'x", 'CHASLES_CFLAGS="-D\'x": no closing quotation'),
         ("CC", 'gcc "', "CC='gcc \"': no closing quotation"),
     ],
