@@ -307,7 +307,7 @@ axis or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Up to this smallest singular value, unit directions are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Up to this sine of the angle between two directions, they count as parallel.
+"""Up to this sine of the angle between two directions, the directions count as parallel.
 
 A joint angle or angle sum that the directions determine is then chosen within reach of the other
 joints. Prismatic joints count as perpendicular to an axis up to the same cosine.
@@ -315,8 +315,8 @@ joints. Prismatic joints count as perpendicular to an axis up to the same cosine
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Up to this distance (meter) of a point from an axis, a rotation does not move the point.
 
-The rotation angle is then chosen for the later joints, which moves the point by at most twice this
-value.
+The rotation angle is then chosen for the later joints; the choice moves the point by at most twice
+this value.
 """
 ALIGNED_AXES = sp.Float("1e-8", 20)
 """Two axes count as aligned if the sine of their angle is below this value.

@@ -74,12 +74,12 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Returns the displacements of two prismatic joints: first the second joint, then the lift.
+    """Returns the displacements of two prismatic joints: of ``other``, then of the lift.
 
     Args:
         terms: Table of named terms.
         axis: The axis of the revolute joint before both joints.
-        slides: The directions of the lift, which changes the height, and of the other joint.
+        slides: The directions of the lift, which changes the height, and of the ``other`` joint.
         points: The point in the home pose and its target, relative to the axis.
         sign: Selects one of two solutions.
     """
@@ -89,8 +89,8 @@ def _two_lengths(
     height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
     is_flat = sp.false
     if not terms.is_constant(rate):
-        # Both prismatic joints are perpendicular to the axis. The lift is chosen such that the line
-        # of the other joint meets the axis; every distance from the axis is then reached.
+        # If both prismatic joints are perpendicular to the axis, the lift moves the line of the
+        # other joint to the axis; the other joint then reaches every distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)
@@ -104,7 +104,7 @@ def _two_lengths(
 
 
 def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
-    """Returns the displacement to a plane through the axis; 0 if it is along the plane."""
+    """Returns the displacement to a plane through the axis, or 0 for a joint along the plane."""
     rate = dot(terms, normal, slide)
     size2 = terms.let(rate**2 + UNDETERMINED_SUM**2)
     return terms.let(-rate * dot(terms, normal, start) / size2)
@@ -162,7 +162,7 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
     found = sp4(terms, a1.h, a3.h, reach, d, sign := work.sign())
 
     def in_reach() -> CosSin:
-        # The line of the prismatic joint is as near to axis 1 as possible.
+        # The angle moves the line of the prismatic joint as near to axis 1 as possible.
         normal = cross(terms, a1.h, a2.h)
         nearest = dot(terms, normal, subtracted(terms, a1.p, a3.p))
         return sp4(terms, normal, a3.h, reach, nearest, sign).turn

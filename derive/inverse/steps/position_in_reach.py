@@ -1,10 +1,10 @@
 """Joints whose motion does not change a height at some values of the fixed joints.
 
-The height of a point along a revolute axis determines a joint. If the angles between the axes
-depend on fixed joints, the joint does not change the height at some values of these joints: a
-revolute joint is then parallel to the other axis, and a prismatic joint perpendicular to it. The
-arm positions the point in a plane, and any joint value is valid if the other joints reach the
-target. Each function below replaces the undetermined value by one in reach.
+The height of a point along a revolute axis determines the value of a joint. If the angles between
+the axes depend on fixed joints, the joint does not change the height at some values of the fixed
+joints: a revolute joint is then parallel to the other axis, and a prismatic joint perpendicular to
+the other axis. The arm positions the point in a plane, and any joint value is valid if the other
+joints reach the target. The functions below replace an undetermined value by a value in reach.
 """
 
 from collections.abc import Callable
@@ -26,12 +26,12 @@ from ..subproblems.turns import CosSin, perpendicular
 def slide_in_reach(
     terms: Terms, found: FoundLength, in_reach: Callable[[], sp.Expr]
 ) -> FoundLength:
-    """Returns a displacement found from a plane, or another value if the joint moves in the plane.
+    """Returns the displacement to a plane, or ``in_reach()`` if the joint moves along the plane.
 
     Args:
         terms: Table of named terms.
         found: The displacement that the plane determines.
-        in_reach: Returns the other displacement.
+        in_reach: Returns a displacement at which the other joints reach the target.
     """
     assert isinstance(found.equation, LineAndPlane)
     rate = found.equation.rate
@@ -44,13 +44,13 @@ def slide_in_reach(
 def turn_in_reach(
     terms: Terms, axes: tuple[Vector, Vector], found: FoundTurn, in_reach: Callable[[], CosSin]
 ) -> FoundTurn:
-    """Returns an angle found from a height, or another angle if the two axes are parallel.
+    """Returns the angle for a height, or ``in_reach()`` if the two axes are parallel.
 
     Args:
         terms: Table of named terms.
         axes: The direction of the height, and the axis of the angle.
         found: The angle that the height determines.
-        in_reach: Returns the other angle.
+        in_reach: Returns an angle at which the other joints reach the target.
     """
     across = perpendicular(terms, *axes)
     if all(map(terms.is_constant, across)):
@@ -62,10 +62,10 @@ def turn_in_reach(
 
 
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
-    """Returns the sum of the squared lengths of vectors without their components along an axis.
+    """Returns the sum of the squared lengths of vectors, measured perpendicular to an axis.
 
-    If an elbow angle is adjustable, the two links reach this distance with a right angle between
-    them. A distance between the limits of the links is thus always in reach.
+    Two links with a right angle between them span a distance whose square is the sum. If the elbow
+    angle is adjustable, the links always reach a point at this distance.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))
@@ -74,7 +74,7 @@ def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
 def slide_to_distance(
     terms: Terms, axis: Vector, slide: Vector, start: Vector, distance2: sp.Expr
 ) -> sp.Expr:
-    """Returns the displacement that moves a point to a squared distance from an axis, or nearest.
+    """Returns the displacement that moves a point to a squared axis distance, or nearest to it.
 
     Args:
         terms: Table of named terms.
