@@ -195,10 +195,12 @@ def _of_mechanism(
     parametric: bool,
 ) -> Derivation:
     # Each step of the derivation uses only results and folders of earlier steps.
-    loops = solved_loops(loop_model(mechanism))
+    model = loop_model(mechanism)
+    loops = solved_loops(model)
     makers = _LoopMakers.of(loops)
     is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())
     varied = ParametricLoops(loops) if is_varied else None
+    makers = makers.with_legs()
     inverse = _loop_inverse(makers, functions, families, fixed)
     makers = makers.without_replaced(inverse)
     written = makers.handwritten_functions(functions, inverse)
@@ -253,19 +255,25 @@ class _LoopMakers:
 
     @classmethod
     def of(cls, loops: SolvedLoops) -> "_LoopMakers":
-        """Collects the functions of the loops, of the platform and of its legs."""
+        """Collects the functions of the loops and of the platform."""
         closed = maps.makers(loops) | constraint_functions.makers(loops) | platforms.makers(loops)
-        handwritten = platforms.written_makers(loops)
-        legs = backward_inverse.makers(loops) | leg_inverse.makers(loops)
         closure = loop_closure(loops) if loops.forward.open else None
         iteration = _iteration(closure)
-        if iteration is None:
-            return cls(loops, closure, None, closed | legs, handwritten, {})
-        iterated = iterated_makers(iteration, closed)
-        legs, checked = mode_check.with_legs(legs, iteration.closure)
-        symbolic = iterated | closed | legs | inner_makers(iteration.closure)
-        called = dict.fromkeys([*FUNCTIONS, *iterated], iteration.closure.functions)
-        return cls(loops, closure, iteration, symbolic, handwritten | checked, called)
+        iterated = iterated_makers(iteration, closed) if iteration else {}
+        solver = iteration.closure.functions if iteration else ()
+        called = dict.fromkeys([*FUNCTIONS, *iterated], solver)
+        handwritten = platforms.written_makers(loops)
+        return cls(loops, closure, iteration, iterated | closed, handwritten, called)
+
+    def with_legs(self) -> "_LoopMakers":
+        """Adds the inverses that solve each leg; an iteration checks their assembly modes."""
+        legs = backward_inverse.makers(self.loops) | leg_inverse.makers(self.loops)
+        if self.iteration is None:
+            return replace(self, symbolic={**self.symbolic, **legs})
+        closure = self.iteration.closure
+        legs, checked = mode_check.with_legs(legs, closure)
+        symbolic = {**self.symbolic, **legs, **inner_makers(closure)}
+        return replace(self, symbolic=symbolic, handwritten={**self.handwritten, **checked})
 
     @property
     def names(self) -> list[str]:

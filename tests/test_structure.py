@@ -225,11 +225,26 @@ def test_steps_of_a_mechanism_follow_the_plan():
         for folder in PLAN
         if f"{node.module}.{alias.name}".startswith(f"{folder}.")
     }
-    (plan,) = (node for node in tree.body if getattr(node, "name", "") == "_of_mechanism")
-    names = [node for part in plan.body for node in ast.walk(part) if isinstance(node, ast.Name)]
-    names.sort(key=lambda node: (node.lineno, node.col_offset))
-    entered = dict.fromkeys(folder_of[node.id] for node in names if node.id in folder_of)
+    entered = dict.fromkeys(folder_of[name] for name in names_read(tree) if name in folder_of)
     assert [*entered] == [*PLAN]
+
+
+def names_read(tree: ast.Module) -> Iterator[str]:
+    """Yields the names that the derivation of a mechanism reads, those of its steps in place."""
+    steps = [part for node in tree.body for part in (node, *getattr(node, "body", ()))]
+    step_of = {step.name: step for step in steps if isinstance(step, ast.FunctionDef)}
+
+    def read(step: ast.FunctionDef) -> Iterator[str]:
+        nodes = [node for part in step.body for node in ast.walk(part)]
+        named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
+        # The name of a method ends after the names of its object.
+        named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
+        for node in named:
+            name = node.id if isinstance(node, ast.Name) else node.attr
+            inner = step_of.get(name)
+            yield from (name,) if inner is None or inner is step else read(inner)
+
+    yield from read(step_of["_of_mechanism"])
 
 
 def test_ends_of_loop_joints_are_placed_by_the_loop_model_and_the_scene_only():
