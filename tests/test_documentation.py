@@ -1,5 +1,6 @@
 """The examples of README.md and of the pages in docs run as printed, page by page."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from tests.support.compiling import deriving_only, own_robots_compiled_quickly
 from tests.support.pages import PAGES, ROOT, examples, run, text
 
 README = "../README.md"
+LANGUAGE = re.compile(r"^```(\w+)$", re.MULTILINE)
+SINGLE_FIELDS = {("how-to/loops-as-built.md", "toml")}
+"""Pages whose blocks are single fields of a file."""
 
 
 @pytest.fixture(autouse=True)
@@ -23,12 +27,30 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 def test_every_page_with_examples_has_a_test():
-    tests = "".join(
-        file.read_text(encoding="utf-8") for file in Path(__file__).parent.rglob("test_*.py")
-    )
+    tests = "".join(sources())
     for page in PAGES:
         if examples(page):
             assert f'run("{page}"' in tests or f'PAGE = "{page}"' in tests, page
+
+
+def test_examples_in_other_languages_are_read_by_a_test_of_their_page():
+    """Blocks without a language are commands, and outputs of programs."""
+    tests = sources()
+    found = {
+        (page, language)
+        for page in PAGES
+        for language in set(LANGUAGE.findall(text(page))) - {"python", "sh"}
+    }
+    assert len(found) >= 12
+    for page, language in found - SINGLE_FIELDS:
+        call = re.compile(rf'examples\([^()]*, "{language}"\)')
+        assert any(f'"{page}"' in test and call.search(test) for test in tests), (page, language)
+
+
+def sources():
+    """Returns the texts of all test files."""
+    files = Path(__file__).parent.rglob("test_*.py")
+    return [file.read_text(encoding="utf-8") for file in files]
 
 
 def test_readme_examples_run_one_by_one(tmp_path, capsys):

@@ -38,6 +38,17 @@ CALLED = {"sinf", "cosf", "sincosf", "sqrtf", "atan2f"}
 SAMPLES = 10_000
 PAGE = "how-to/microcontroller.md"
 SOLVED = 2e-5
+INTERRUPT = """\
+#include "control_step.c"
+
+static struct { volatile unsigned SR; } timer, *const TIM6 = &timer;
+static float target[16], q[UR5E_FLOAT_N];
+void send_to_drives(const float *q);
+void stop_drives(void);
+void TIM6_DAC_IRQHandler(void);
+
+"""
+"""The names that the program of an STM32 defines."""
 SINGLE = ctypes.POINTER(ctypes.c_float)
 
 
@@ -204,6 +215,19 @@ def test_example_of_the_page_prints_its_comment(exported, tmp_path):
     done = subprocess.run([tmp_path / "main"], capture_output=True, check=True)
     (comment,) = re.findall(r"/\* (\d.*) \*/", example)
     assert done.stdout.decode().strip() == comment
+
+
+@needs(cortex_m4.CC)
+def test_command_and_interrupt_of_the_page_compile(exported, tmp_path):
+    command, handler = examples(PAGE, "")
+    code = exported / "ur5e"
+    words = command.split()
+    assert words[0] == cortex_m4.CC
+    compiled(words[0], [*words[1:], *FLAGS, "-o", str(tmp_path / "robot.o")], code)
+    comment = (code / "control_step.c").read_text().split("*/")[0]
+    assert handler in re.sub(r"^ \*   ", "", comment, flags=re.MULTILINE)
+    (tmp_path / "main.c").write_text(INTERRUPT + handler)
+    compiled(words[0], ["-I", str(code), "-Wall", "-Werror", "-c", "main.c"], tmp_path)
 
 
 def test_header_names_functions_that_need_double_precision(tmp_path):

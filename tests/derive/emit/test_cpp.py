@@ -23,11 +23,8 @@ CONSUMER = """\
 cmake_minimum_required(VERSION 3.16)
 project(consumer CXX)
 include(FetchContent)
-find_package(chasles_ur5e REQUIRED)
 add_executable(ur5e ur5e.cpp)
-add_executable(page page.cpp)
-target_link_libraries(ur5e PRIVATE chasles::ur5e)
-target_link_libraries(page PRIVATE chasles::ur5e)
+add_executable(program page.cpp)
 """
 FETCHED = """\
 FetchContent_Declare(chasles_{name} SOURCE_DIR {source})
@@ -69,10 +66,13 @@ def built(tmp_path_factory):
     """Creates a folder with the sources of each robot, an installed package, and a program for each
     robot.
 
-    For ur5e, the test program uses the installed package; for other robots, it fetches the sources.
+    For ur5e, the commands of the page install the package that the test program uses; for other
+    robots, the program fetches the sources.
     """
     folder = tmp_path_factory.mktemp("packages")
-    project = CONSUMER
+    (folder / "robots").symlink_to(folder)
+    project = CONSUMER + examples(PAGE, "cmake")[0]
+    project += "target_link_libraries(ur5e PRIVATE chasles::ur5e)\n"
     for name in NAMES:
         functions = sorted(FUNCTIONS & set(chasles.load(name).functions))
         write(robot_of(name), folder / name, functions=functions, languages=["cpp"])
@@ -80,12 +80,11 @@ def built(tmp_path_factory):
         project += FETCHED.format(name=name, source=folder / name) if name != "ur5e" else ""
     (folder / "CMakeLists.txt").write_text(project)
     (folder / "page.cpp").write_text(examples(PAGE, "cpp")[0])
-    kind, installed = "-DCMAKE_BUILD_TYPE=Debug", folder / "installed"
-    run("cmake", "-S", folder / "ur5e", "-B", folder / "ur5e" / "build", kind)
-    run("cmake", "--build", folder / "ur5e" / "build")
-    run("cmake", "--install", folder / "ur5e" / "build", "--prefix", installed)
-    run("cmake", "-S", ".", "-B", "build", kind, f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
-    run("cmake", "--build", "build", cwd=folder)
+    debug = os.environ | {"HOME": str(folder), "CMAKE_BUILD_TYPE": "Debug"}
+    run("bash", "-ec", examples(PAGE, "")[0], cwd=folder, env=debug)
+    prefix = f"-DCMAKE_PREFIX_PATH={folder / '.local'}"
+    run("cmake", "-S", ".", "-B", "consumer", prefix, cwd=folder, env=debug)
+    run("cmake", "--build", "consumer", cwd=folder)
     return folder
 
 
@@ -96,7 +95,7 @@ def test_functions_return_what_the_robot_returns(name, built):
     for info in compiled_functions(robot):
         inputs = inputs_of(robot, info, rng, count)
         rows = np.hstack([item.reshape(count, -1) for item in inputs])
-        printed = run(built / "build" / name, info.name, given=rows.tobytes())
+        printed = run(built / "consumer" / name, info.name, given=rows.tobytes())
         expected = getattr(robot, info.name)(*inputs)
         if info.role.is_inverse:
             expected = (expected.q, expected.residual, expected.margin)
@@ -117,11 +116,11 @@ def test_headers_and_example_compile_without_warnings(name, built):
 
 def test_example_of_the_page_prints_its_comment(built):
     (expected,) = re.findall(r"// (.*)", examples(PAGE, "cpp")[0])
-    assert run(built / "build" / "page").decode().strip() == expected
+    assert run(built / "consumer" / "program").decode().strip() == expected
 
 
 def test_control_loop_follows_its_path(built):
-    printed = run(built / "ur5e" / "build" / "control_loop").decode()
+    printed = run(built / "build" / "control_loop").decode()
     values = dict(re.findall(r"(\w+) = (\S+) rad", printed))
     assert list(values) == [joint.name for joint in robot_of("ur5e").coordinates]
     assert float(values["elbow"]) == pytest.approx(0.4)
@@ -132,7 +131,7 @@ def test_pkg_config_and_eigen_find_the_installed_package(built, tmp_path):
     if subprocess.run(["pkg-config", "--exists", "eigen3"], check=False).returncode:
         pytest.skip(reason("pkg-config"))
     (tmp_path / "program.cpp").write_text(EIGEN)
-    (folder,) = built.joinpath("installed").rglob("pkgconfig")
+    (folder,) = built.joinpath(".local").rglob("pkgconfig")
     path = {"PKG_CONFIG_PATH": str(folder), "PATH": os.environ["PATH"]}
     flags = run("pkg-config", "--cflags", "--libs", "chasles_ur5e", "eigen3", env=path)
     words = flags.decode().split()

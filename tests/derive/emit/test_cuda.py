@@ -15,11 +15,22 @@ from chasles.derive import write
 from tests.support.cuda_shim import SOLVED, Shim, differing, incomplete
 from tests.support.derivations import robot_of
 from tests.support.exports import configurations, inverse_of, regular_slots, right_angles
+from tests.support.pages import examples
 from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
+PAGE = "how-to/cuda.md"
 SAMPLES = 2000
 """The campaign ``exports`` tests 10,000 samples."""
+
+CALLED = """\
+{includes}
+void called(size_t poses, const float *T, float *q, float *residual, float *margin)
+{{
+{statements}
+}}
+"""
+"""A function that contains the statements of the example on the page."""
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +121,18 @@ def test_header_names_functions_that_exist_only_in_c(tmp_path):
     assert " fk_kernel(" in text
     assert "ik_kernel" not in text
     assert not (tmp_path / "example.cu").exists()
+
+
+@pytest.mark.skipif(not shutil.which("nvcc"), reason="nvcc is not installed")
+def test_nvcc_compiles_the_example_of_the_page(shims):
+    (example,) = examples(PAGE, "cuda")
+    includes, statements = example.split("\n\nconst ")
+    text = CALLED.format(includes=includes, statements=f"const {statements}")
+    folder = shims("ur5e").folder
+    (folder / "page.cu").write_text(text)
+    command = ["nvcc", "-std=c++17", "-arch=sm_90", "-Werror", "all-warnings", "-c", "page.cu"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
 
 
 @pytest.mark.skipif(not shutil.which("nvcc"), reason="nvcc is not installed")

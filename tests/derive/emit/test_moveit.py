@@ -422,6 +422,13 @@ def test_descriptions_of_the_package_name_the_plugin(packages):
     )
 
 
+def test_parameters_of_the_page_are_in_the_package(packages):
+    text = (packages("ur5e") / "config" / "kinematics.yaml").read_text()
+    lines = text.replace("# chasles_", "chasles_").splitlines()
+    for example in examples(PAGE, "yaml"):
+        assert set(example.splitlines()) <= set(lines)
+
+
 def test_missing_functions_are_named(tmp_path):
     with pytest.raises(InputValueError, match="planar_3rrr: a plugin of MoveIt needs an inverse"):
         write(robot_of("planar_3rrr"), tmp_path, functions=["fk"], languages=["moveit"])

@@ -249,6 +249,7 @@ def test_nearest_solution_reports_its_reason(crates):
 @pytest.mark.parametrize("name", NAMES)
 def test_example_prints_the_same_without_the_standard_library(name, crates):
     crate, own = crates / name, crates / name / "own"
+    assert examples(PAGE, "") == ["cargo run --release --example solutions\n"]
     printed = cargo(crate, "run", "--example", "solutions")
     assert "margin" in printed
     bare = ["--no-default-features", "--target-dir", str(own)]
@@ -264,6 +265,17 @@ def test_examples_of_the_page_print_their_comments(example, crates):
     (crates / "ur5e" / "examples" / "page.rs").write_text(example)
     (comment,) = re.findall(r"// (\d.*)$", example, re.MULTILINE)
     assert cargo(crates / "ur5e", "run", "--example", "page").strip() == comment
+
+
+def test_dependency_of_the_page_links_the_mathematical_functions_of_c(crates, tmp_path):
+    (dependency,) = examples(PAGE, "toml")
+    (tmp_path / "robots").symlink_to(crates)
+    package = '[package]\nname = "program"\nversion = "1.0.0"\nedition = "2021"\n\n'
+    (tmp_path / "Cargo.toml").write_text(package + dependency)
+    (tmp_path / "src").mkdir()
+    program = examples(PAGE, "rust")[0]
+    (tmp_path / "src" / "main.rs").write_text(program)
+    assert f"// {cargo(tmp_path, 'run').strip()}\n" in program
 
 
 def test_crate_names_functions_that_need_a_solver(tmp_path):
