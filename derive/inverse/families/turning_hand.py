@@ -64,9 +64,9 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 def _best_point(lines: Lines) -> Vector:
     """Returns the point of axis 4 that leaves joints 1 to 3 undetermined at the fewest values.
 
-    At some joint values, a point reaches the intersection of two joint axes and does not determine
-    the angles of these joints. A point in general position has the fewest such values at right
-    angles; the first point with as few values is selected.
+    At some joint values, a point is on the axis of an earlier joint and does not determine the
+    angle of this joint. A point in general position has the fewest such values at right angles; the
+    first point with as few of them is selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))

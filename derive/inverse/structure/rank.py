@@ -1,6 +1,6 @@
 """Degrees of freedom of the tool: the rank of the Jacobian."""
 
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,22 +33,32 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
-    """Counts the directions in which a chain moves a point, summed over right-angle configurations.
+    """Counts the directions in which sets of joints move a point, over right-angle configurations.
+
+    The sets include single joints: a joint on whose axis the point lies does not move it.
 
     Args:
         lines: The chain.
         point: The point in the home pose (meter).
     """
     values = [_QUARTERS if axis.turns else (0.0,) for axis in lines.axes]
-    return sum(_directions(lines, point, np.array(q)) for q in product(*values))
+    rates = np.array([_rates(lines, point, np.array(q)) for q in product(*values)])
+    joints = range(len(lines.axes))
+    sets = [chosen for count in joints for chosen in combinations(joints, count + 1)]
+    ranks = [np.linalg.matrix_rank(rates[..., chosen], tol=JACOBIAN_RANK) for chosen in sets]
+    return int(np.sum(ranks))
 
 
 def _directions(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> int:
+    return int(np.linalg.matrix_rank(_rates(lines, point, q), tol=JACOBIAN_RANK))
+
+
+def _rates(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns the velocities (3, n) of a point per joint rate, relative to the arm length."""
     size = lines.length or 1.0
     J, R, t = _jacobian(lines, q)
     there = R @ (point / size) + t
-    rates = J[:3] + np.cross(J[3:], there, axis=0)
-    return int(np.linalg.matrix_rank(rates, tol=JACOBIAN_RANK))
+    return np.asarray(J[:3] + np.cross(J[3:], there, axis=0))
 
 
 def _random_configurations(lines: Lines) -> NDArray[np.float64]:
