@@ -30,6 +30,8 @@ _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
 """Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
 configurations at which the loops must close."""
+_PERIOD = 4.0
+"""Duration of the motion of a single coordinate [s]."""
 _DOTS = 200
 """Pixels per inch; a figure 8 cm wide has 630 pixels."""
 
@@ -48,7 +50,8 @@ def animate(
         robot: The robot.
         trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
             configurations (k, n) [rad or m], one per frame. None moves one coordinate after
-            another to both sides of the configuration that `draw` selects, within the limits.
+            another to both sides of the configuration that `draw` selects, within the limits. A
+            single coordinate moves through a full turn, or through its range.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
         views: One or more views, as for `draw`; None selects the plane of a planar robot, otherwise
@@ -103,8 +106,14 @@ def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
     robot, q = bodies.robot, bodies.q_drawn
     units = np.array([coordinate.unit for coordinate in robot.coordinates])
     reach = np.where(units == "rad", _SWEEP, _SWEEP_LENGTH * bodies.size)
+    count = max(round(fps * _SWEEP_TIME), _FEWEST)
+    if robot.n == 1:
+        count, reach = max(round(fps * _PERIOD), _FEWEST), np.where(units == "rad", np.pi, np.inf)
+        turn = q + np.linspace(0, 2 * np.pi, count, endpoint=False)[:, None]
+        if units[0] == "rad" and robot.is_within_limits(turn).all() and _closes(bodies, turn).all():
+            return np.asarray(turn)
     low, high = np.fmax(robot.lower, q - reach), np.fmin(robot.upper, q + reach)
-    s = np.sin(np.linspace(0, 2 * np.pi, max(round(fps * _SWEEP_TIME), _FEWEST)))
+    s = np.sin(np.linspace(0, 2 * np.pi, count))
     rows = []
     for k in range(robot.n):
         way = np.where(np.arange(robot.n) == k, 1.0, 0.0)
@@ -112,13 +121,18 @@ def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
         rows.append(q + np.where(s > 0, s, 0)[:, None] * up - np.where(s < 0, s, 0)[:, None] * down)
     found = np.concatenate(rows)
     # Loops that are solved by iteration may fail between the tested configurations.
-    return found[np.isfinite(bodies.poses(found)).all(axis=(1, 2, 3))]
+    return found[_closes(bodies, found)]
+
+
+def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
+    """Return at which configurations (k, n) the loops close."""
+    return np.asarray(np.isfinite(bodies.poses(q)).all(axis=(1, 2, 3)))
 
 
 def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
     """Return the largest part of a move from q over which the loops close."""
     parts = np.linspace(0, 1, _PARTS)
-    closes = np.isfinite(bodies.poses(q + parts[:, None] * move)).all(axis=(1, 2, 3))
+    closes = _closes(bodies, q + parts[:, None] * move)
     closed = int(np.argmin(closes)) if not closes.all() else _PARTS
     return np.asarray(parts[max(closed - 1, 0)] * move)
 
@@ -135,8 +149,10 @@ def _pictures(
     every = [_scenes(bodies, poses[: k + 1], poses, views) for k in range(len(rows))]
     boxes = [_around([moment[j] for moment in every]) for j in range(len(every[0]))]
     places: list[Places] = [{} for _ in boxes]
-    for moment in every:
+    for k, moment in enumerate(every):
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
+        # The first frame has no path yet.
+        figure.legends[0].set_visible(k > 0)
         figure.set_dpi(_DOTS)
         figure.canvas.draw()
         picture = np.asarray(figure.canvas.buffer_rgba())[..., :3]
@@ -193,7 +209,7 @@ def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> N
         from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
-    # One palette for all images prevents flickering colors.
-    palette = images[0].quantize(128)
+    # One palette for all images prevents flickering colors; only the last image has the whole path.
+    palette = images[-1].quantize(128)
     first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     first.save(target, save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)

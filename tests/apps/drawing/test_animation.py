@@ -143,3 +143,27 @@ def test_film_without_trajectory_moves_every_coordinate_within_its_limits(name):
     # One coordinate moves at a time, and the animation ends where it starts.
     assert ((np.abs(rows - bodies.q_drawn) > 1e-12).sum(axis=1) <= 1).all()
     np.testing.assert_allclose(rows[[0, -1]], bodies.q_drawn[None].repeat(2, 0), atol=1e-12)
+
+
+def test_crank_makes_a_full_turn_at_constant_speed():
+    crank, slider = (skeleton(chasles.load(name)) for name in ("four_bar", "slider_crank"))
+    rows = animation._sweep(crank, fps=20)
+    assert len(rows) == 80
+    np.testing.assert_allclose(np.diff(rows[:, 0]), 2 * np.pi / 80, rtol=1e-9)
+    np.testing.assert_allclose(rows[0], crank.q_drawn)
+    rows = animation._sweep(slider, fps=20)
+    assert len(rows) == 80
+    assert slider.robot.is_within_limits(rows).all()
+    assert np.isfinite(slider.poses(rows)).all()
+
+
+def test_legend_and_color_of_the_path_start_with_the_path(tmp_path):
+    robot = chasles.load("four_bar")
+    rows = np.array(robot.reference.q) + np.linspace(0, 1, 4)[:, None]
+    first, second, *_, last = pictures(chasles.animate(robot, rows, tmp_path / "a.gif", fps=5))
+    legend = slice(int(0.93 * len(first)), None)
+    assert np.ptp(first[legend]) == 0
+    assert np.ptp(second[legend]) > 0
+    # The path is pink: more red and blue than green.
+    is_pink = (last[..., 0] - last[..., 1] > 50) & (last[..., 2] - last[..., 1] > 30)
+    assert is_pink.sum() > 50
