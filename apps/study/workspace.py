@@ -36,6 +36,8 @@ _SLOPE = 1e-14
 FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
+_PATH_POINTS = 10_001
+"""Points of the tool path of a robot with one coordinate, whose chords add up to its length."""
 _SIDE = 8
 """Number of belts, and of meridians, that divide the directions of the z axis into 64 sectors."""
 
@@ -61,9 +63,11 @@ class Workspace(StudyResult):
         n_open: Number of configurations at which loops do not close.
         sampling: Sampling method of the configurations.
         rng: The int that reproduces the configurations.
+        path_length: Length [m] of the curve that the tool of a robot with one coordinate traces
+            between its limits, with an error estimate; None for other robots.
     """
 
-    _parts = (Grid,)
+    _parts = (Grid, SizeEstimate)
 
     robot: str
     grid: Grid
@@ -76,6 +80,7 @@ class Workspace(StudyResult):
     n_open: int
     sampling: Sampling
     rng: int
+    path_length: SizeEstimate | None = None
 
     def __repr__(self) -> str:
         """Short summary with the main values."""
@@ -95,8 +100,8 @@ class Workspace(StudyResult):
 
     @property
     def size(self) -> SizeEstimate:
-        """Volume [m^3], area [m^2] of a planar workspace, or length [m] of a straight workspace."""
-        return size_of(self.grid, self.hits)
+        """Volume [m^3], area [m^2] of a planar workspace, or length [m] of a curve."""
+        return self.path_length or size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
         """Return the hits in the layer of cells at one coordinate.
@@ -271,7 +276,18 @@ def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
         n_open=int(tally.hits[-1]),
         sampling=points.sampling,
         rng=points.key,
+        path_length=_path_length(work.robot, points) if work.robot.n == 1 else None,
     )
+
+
+def _path_length(robot: Robot, points: Samples) -> SizeEstimate:
+    """Return the length of the tool path between the limits; parts with open loops are omitted."""
+    q = np.linspace(points.lower, points.upper, _PATH_POINTS)
+    p = robot.fk(q)[:, :3, 3]
+    fine, coarse = (
+        float(np.nansum(np.linalg.norm(np.diff(p[::k], axis=0), axis=-1))) for k in (1, 2)
+    )
+    return SizeEstimate(fine, abs(fine - coarse), "m")
 
 
 def _axis(method: str, name: str) -> int:

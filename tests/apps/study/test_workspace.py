@@ -164,3 +164,16 @@ def test_workspace_plot_labels_axes(lynxmotion):
 def test_invalid_workspace_arguments_are_rejected(lynxmotion, arguments, message):
     with pytest.raises(InputValueError, match=message):
         workspace(lynxmotion, **{"samples": 100, **arguments})
+
+
+def test_workspace_of_one_coordinate_has_the_length_of_its_path(tmp_path):
+    linkage = chasles.load("four_bar")
+    found = workspace(linkage, 1000, resolution=20, progress=False)
+    q = np.linspace(-np.pi, np.pi, 100_001)[:, None]
+    chords = np.linalg.norm(np.diff(linkage.fk(q)[:, :3, 3], axis=0), axis=-1)
+    assert found.size.unit == "m"
+    assert abs(found.size.value - chords.sum()) <= 4 * found.size.error
+    assert found.size.error < 1e-6
+    found.save(tmp_path / "path.npz")
+    assert Workspace.load(tmp_path / "path.npz").size == found.size
+    assert workspace(chasles.load("scara"), 1000, resolution=10, progress=False).path_length is None
