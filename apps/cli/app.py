@@ -13,14 +13,16 @@ import typer
 
 from chasles import ChaslesError, __version__
 
-from . import calibrating, compiling, environment, loops, pictures, solving
+from . import calibrating, compiling, environment, listing, loops, pictures, solving
 from .console import err
+from .options import Group
 
 _DEFECT = "This is a defect of chasles. Please report it with the lines above and the input."
 INTERRUPTED = 130
 """Exit status after Ctrl-C; shells report the same status for any program that SIGINT ends."""
 
 app = typer.Typer(
+    cls=Group,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
@@ -28,7 +30,7 @@ app = typer.Typer(
     epilog="Values take units (90deg, 250mm); without a unit they are in rad and m. "
     "Each subcommand has a help with an example: [bold]chasles ik --help[/]",
 )
-for _room in (solving, loops, pictures, compiling, calibrating, environment):
+for _room in (solving, listing, loops, pictures, compiling, calibrating, environment):
     _room.add_to(app)
 
 

@@ -17,7 +17,7 @@ from chasles import ChaslesError
 from chasles.contract import make_folder, output_file, requires
 
 from .console import err, out, print_json, say, stop
-from .options import Base, Exact, Json, Robot, Robots, Tip, add, listed
+from .options import DEFAULT_TIP, Base, Exact, Json, Robot, Robots, Tip, add, listed
 
 if TYPE_CHECKING:
     from chasles.derive import Finding
@@ -32,7 +32,7 @@ Tips = Annotated[
     typer.Option(
         metavar="LINK",
         help="Tip link in a tree of links; several tips define several robots. "
-        "Default: the end of the longest chain.",
+        "Default: " + DEFAULT_TIP,
     ),
 ]
 Groups = Annotated[list[str] | None, typer.Option(help="Group of an SRDF instead of base and tip.")]

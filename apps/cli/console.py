@@ -22,6 +22,11 @@ def print_json(result: Any) -> None:
     print(json.dumps(result, indent=2))
 
 
+def warn(message: str) -> None:
+    """Print a warning."""
+    err.print(message, style="yellow", markup=False)
+
+
 def stop(message: str) -> NoReturn:
     """Print an error message and exit with status 1."""
     err.print(message, style="red", markup=False)

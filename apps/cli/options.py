@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from chasles import robots, shelf_robots
 
@@ -37,11 +38,15 @@ Base = Annotated[
     str | None,
     typer.Option(metavar="LINK", help="Base link in a tree of links. Default: its root."),
 ]
+DEFAULT_TIP = (
+    "the link on the last joint with a tool name, such as tool0, tcp or flange; without such a "
+    "link, the only end of the chain."
+)
 Tip = Annotated[
     str | None,
     typer.Option(
         metavar="LINK",
-        help="Tip link in a tree of links. Default: the end of the longest chain.",
+        help="Tip link in a tree of links. Default: " + DEFAULT_TIP,
     ),
 ]
 Exact = Annotated[
@@ -59,12 +64,37 @@ Picture = Annotated[
 ]
 
 
+class Command(TyperCommand):
+    """A subcommand whose help omits the type of options without a value."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters with an empty type for flags."""
+        return _with_plain_flags(super().get_params(ctx))
+
+
+class Group(TyperGroup):
+    """The command with subcommands whose help omits the type of options without a value."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters with an empty type for flags."""
+        return _with_plain_flags(super().get_params(ctx))
+
+
+def _with_plain_flags(parameters: list[Any]) -> list[Any]:
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False) and parameter.metavar is None:
+            parameter.metavar = ""
+    return parameters
+
+
 def add(app: typer.Typer, subcommand: Callable[..., None], example: str, name: str = "") -> None:
     """Add a subcommand to the command line; its help ends with an example."""
     parameters = signature(subcommand).parameters.values()
     needs_arguments = any(parameter.default is parameter.empty for parameter in parameters)
     example = f"Example: [bold]{example}[/]"
-    app.command(name or None, no_args_is_help=needs_arguments, epilog=example)(subcommand)
+    app.command(name or None, cls=Command, no_args_is_help=needs_arguments, epilog=example)(
+        subcommand
+    )
 
 
 def listed(words: str) -> tuple[str, ...]:

@@ -77,14 +77,15 @@ def animate(
     ] = None,
     play: Play = None,
     views: Views = "",
-    fps: Annotated[float, typer.Option(help="Frames per second.")] = 10.0,
+    fps: Annotated[float, typer.Option(help="Frames per second.")] = 20.0,
     base: Base = None,
     tip: Tip = None,
     exact: Exact = False,
 ) -> None:
     """Write a film of a moving robot.
 
-    Without --play, one coordinate after another moves to both sides.
+    Without --play, one coordinate after another moves to both sides. The coordinate of a linkage
+    with one degree of freedom moves through a full turn, or through its range.
     """
     arm = load(robot, base=base, tip=tip, exact=exact)
     file = to or Path(f"{arm.name}.gif")
@@ -165,7 +166,8 @@ def workspace(
 ) -> None:
     """Sample the positions that the tool reaches.
 
-    A file that ends in .npz holds the counts of all cells instead of a picture.
+    The size is a volume, an area for a planar robot, or the length of the path for a robot with one
+    coordinate. A file that ends in .npz holds the counts of all cells instead of a picture.
     """
     from chasles import study  # noqa: PLC0415
 
@@ -183,7 +185,7 @@ def workspace(
         threads="all" if threads == "all" else int(threads),
         progress=False if no_progress else None,
     )
-    say(str(found))
+    _say_workspace(found)
     file = to or Path(f"{arm.name}_workspace.svg")
     if file.suffix == ".npz":
         found.save(file)
@@ -193,6 +195,20 @@ def workspace(
         figure.savefig(stream, dpi=200, bbox_inches="tight", format=file.suffix[1:])
         write_files({file: stream.getvalue()})
     say(f"written: {file}")
+
+
+def _say_workspace(found: Any) -> None:
+    """Print size, bounds and samples of a workspace."""
+    of = " of the path of the tool" if found.path_length else ""
+    spans = zip("xyz", found.bounds.T * 1000, strict=True)
+    say(f"{found.robot}: {found.size}{of}")
+    say(", ".join(f"{axis} {low:.4g} to {high:.4g} mm" for axis, (low, high) in spans))
+    cells = " x ".join(map(str, found.grid.shape))
+    lost = f", loops open at {found.n_open:,}" if found.n_open else ""
+    say(
+        f"{found.samples:,} configurations by {found.sampling}{lost}; "
+        f"{cells} cells of {found.grid.side * 1000:.4g} mm"
+    )
 
 
 def pdf(

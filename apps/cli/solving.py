@@ -1,24 +1,22 @@
-"""The subcommands `fk`, `ik`, `info` and `list`."""
+"""The subcommands `fk` and `ik`."""
 
 from __future__ import annotations
 
 import math
 import re
-import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
 
 import chasles
-from chasles import InputValueError, load, robots, se3, shelf_robots
-from chasles.contract import Argument, Coordinate, Manifest, read_manifest
-from chasles.library import find_folder, options_of, shelf, shipped_folders
+from chasles import InputValueError, load, se3
+from chasles.contract import Coordinate, Redundancy, TaskName
 from chasles.tolerances import AT_LIMIT
 
-from .console import err, print_json, say
+from .console import print_json, say, warn
 from .options import Base, Exact, Fixed, Json, Robot, Tip, add
 from .values import (
     FloatArray,
@@ -32,8 +30,28 @@ from .values import (
 )
 
 _XYZ = ("x", "y", "z")
-_POSITION = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-"""Weights of the tool's position and orientation for the task "position"."""
+_WEIGHTS: Mapping[TaskName, tuple[float, ...]] = {
+    "pose": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+    "position": (1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+    "position_direction": (1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
+    "orientation": (0.0, 0.0, 0.0, 1.0, 1.0, 1.0),
+}
+"""Weights of the pose error in tool axes, for the tasks that `ik_numeric` can solve."""
+_COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
+    "position": lambda T: T[:3, 3],
+    "plane": lambda T: T[:2, 3],
+    "orientation": lambda T: T[:3, :3],
+    "direction": lambda T: T[:3, 2],
+    "pitch": lambda T: [math.atan2(T[2, 2], math.hypot(T[0, 2], T[1, 2]))],
+    "heading": lambda T: [math.atan2(T[1, 0], T[0, 0])],
+}
+"""The components of a task, as functions of the pose."""
+_FREER: tuple[TaskName, ...] = ("position_direction", "position_pitch", "position")
+"""Tasks that prescribe the position and less than the orientation."""
+_ORIENTATION = "orientation out of reach"
+"""Reason for a missing solution if the tool reaches the position with a different orientation."""
+_REASONS = {"stalled": "no closer pose found"}
+"""Reasons of `ik_numeric` in the words of the command line."""
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
@@ -46,8 +64,6 @@ def add_to(app: typer.Typer) -> None:
     """Add the subcommands to the command line."""
     add(app, fk, "chasles fk ur5e --q 0,-90deg,90deg,0,90deg,0")
     add(app, ik, "chasles ik ur5e --xyz 300mm,100mm,500mm --rpy 180deg,0,0")
-    add(app, info, "chasles info panda")
-    add(app, list_robots, "chasles list --json", "list")
 
 
 def fk(
@@ -70,12 +86,13 @@ def fk(
     arm = load(robot, base=base, tip=tip, exact=exact)
     at = coordinates(arm, q, "--q")
     if outside := _outside(arm, at):
-        _warn(f"outside the limits: {outside}")
+        warn(f"outside the limits: {outside}")
     T = np.asarray(arm.fk(at))
     theta = np.asarray(arm.chain(at)) if "chain" in arm.functions else None
+    swivel = {one.name: float(getattr(arm, one.name)(at)) for one in _computed(arm)}
     if as_json:
         chain = {} if theta is None else {"theta": theta.tolist()}
-        print_json({"robot": arm.name, "q": at.tolist(), **chain, "T": T.tolist()})
+        print_json({"robot": arm.name, "q": at.tolist(), **chain, **swivel, "T": T.tolist()})
         return
     say(f"{arm.name}: pose of {arm.tip_frame} in {arm.base_frame}")
     say(f"at {_configuration(arm.coordinates, at)}")
@@ -88,6 +105,14 @@ def fk(
     say(f"\nxyz [mm]    {_row(p, 'm')}")
     say(f"rpy [deg]   {_row(angles, 'rad')}")
     say(f"quat (wxyz) {'  '.join(f'{rounded(number, 8):12.8f}' for number in quaternion)}")
+    for one in _computed(arm):
+        heading = f"{one.name} [{shown_unit(one.unit)}]"
+        say(f"{heading:<12}{shown(swivel[one.name], one.unit):>12}  {one.meaning}")
+
+
+def _computed(arm: chasles.Robot) -> list[Redundancy]:
+    """Return the redundancy parameters that are not coordinates, such as the swivel angle."""
+    return [one for one in arm.redundancy if one.index is None and one.name in arm.functions]
 
 
 def ik(
@@ -111,7 +136,12 @@ def ik(
     ] = None,
     fixed: Fixed = None,
     task: Annotated[
-        Literal["pose", "position"], typer.Option(help="What the tool reaches.")
+        TaskName,
+        typer.Option(
+            help="Part of the pose that the tool reaches. position_pitch: the position and the "
+            "elevation of the tool's z axis; position_direction: the position and the direction "
+            "of this axis; planar: x, y and the rotation in the plane."
+        ),
     ] = "pose",
     q_seed: Annotated[
         str | None,
@@ -122,7 +152,13 @@ def ik(
         ),
     ] = None,
     nearest: Annotated[
-        bool, typer.Option("--nearest", help="Only the solution nearest to --q-seed.")
+        bool,
+        typer.Option(
+            "--nearest",
+            help="Only the solution nearest to --q-seed, or else to the reference configuration: "
+            "the largest move of a joint is minimal. Without --fixed, a redundant robot keeps its "
+            "redundancy parameter, such as the swivel angle, at that configuration.",
+        ),
     ] = False,
     numeric: Annotated[
         bool, typer.Option("--numeric", help="Iterate; for robots without a closed form.")
@@ -144,11 +180,13 @@ def ik(
     values_of_fixed = fixed_values(arm, fixed or ()) or None
     found = _solutions(arm, T, task, seed, values_of_fixed, nearest, numeric)
     near = None if len(found.q) else _near(arm, T, task, seed, values_of_fixed)
-    if task == "pose" and rpy is None and quat is None and rotvec is None:
-        _warn("without --rpy, --quat or --rotvec, the tool has the identity orientation")
+    if near is not None and near.reaches_position and found.reason != "limits":
+        found = replace(found, reason=_ORIENTATION)
+    if task != "position" and rpy is None and quat is None and rotvec is None:
+        warn("without --rpy, --quat or --rotvec, the tool has the identity orientation")
     if nearest and q_seed is None and seed is not None:
         at = _configuration(arm.coordinates, seed)
-        _warn(f"without --q-seed, nearest to the reference configuration: {at}")
+        warn(f"without --q-seed, nearest to the reference configuration: {at}")
     inside = np.array([bool(arm.is_within_limits(row)) for row in found.q], dtype=bool)
     if as_json:
         rows = zip(found.q.tolist(), inside.tolist(), strict=True)
@@ -162,38 +200,39 @@ def ik(
         _print_solutions(arm, found, inside)
         if near is not None:
             _print_near(arm, near, T, task)
+            _print_task_hint(arm, T, task, found)
             _print_unit_hint(xyz, near, T)
     if not inside.any():
         raise typer.Exit(1)
 
 
-def _warn(message: str) -> None:
-    err.print(message, style="yellow", markup=False)
-
-
 @dataclass(frozen=True)
 class _Near:
-    """The configuration q (n,) within the limits whose pose T is nearest to an unreached target."""
+    """The configuration q (n,) within the limits whose pose T is nearest to an unreached target.
+
+    The field `reaches_position` states whether the tool reaches the position of the target within
+    the limits, with a different orientation.
+    """
 
     q: FloatArray
     T: FloatArray
+    reaches_position: bool
 
 
 def _near(
     arm: chasles.Robot,
     T: FloatArray,
-    task: Literal["pose", "position"],
+    task: TaskName,
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Near | None:
-    if "ik_numeric" not in dir(arm):
+    if "ik_numeric" not in dir(arm) or task not in _WEIGHTS:
         return None
-    q = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_weights(task)).q
-    return _Near(q, arm.fk(q))
-
-
-def _weights(task: Literal["pose", "position"]) -> tuple[float, ...] | None:
-    return _POSITION if task == "position" else None
+    q = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_WEIGHTS[task]).q
+    reaches_position = task in ("pose", "position_direction") and bool(
+        arm.ik_numeric(T, q, fixed=fixed, task_weights=_WEIGHTS["position"]).valid
+    )
+    return _Near(q, arm.fk(q), reaches_position)
 
 
 @dataclass(frozen=True)
@@ -211,7 +250,7 @@ class _Found:
 def _solutions(
     arm: chasles.Robot,
     T: FloatArray,
-    task: Literal["pose", "position"],
+    task: TaskName,
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
     nearest: bool,
@@ -219,7 +258,9 @@ def _solutions(
 ) -> _Found:
     """Return the exact solutions, or else the solutions within the rounding of printed poses."""
     if numeric:
-        solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_weights(task))
+        if task not in _WEIGHTS:
+            raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")
+        solution = arm.ik_numeric(T, seed, fixed=fixed, task_weights=_WEIGHTS[task])
         return _single(solution, rounding(arm))
     if nearest and seed is not None:
         found = _single(arm.ik_nearest(T, seed, task=task, fixed=fixed), 0.0)
@@ -233,18 +274,24 @@ def _solutions(
 def _all(
     arm: chasles.Robot,
     T: FloatArray,
-    task: Literal["pose", "position"],
+    task: TaskName,
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
     """Return all exact solutions, or else all within the rounding of printed poses."""
-    if f"ik{'_position' if task == 'position' else ''}" not in arm.functions:
+    if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
-    if fixed and task == "position":
-        raise InputValueError("--fixed with --task position also requires --nearest or --numeric")
+    if fixed and task != "pose":
+        raise InputValueError(f"--fixed with --task {task} also requires --nearest or --numeric")
     if task == "pose" and arm.manifest.redundancy and not fixed:
         raise InputValueError(_infinitely_many(arm))
-    solutions = arm.ik(T, fixed=fixed) if task == "pose" else arm.ik_position(T[:3, 3])
+    inverse = arm.manifest.inverses[task]
+    parts = [_COMPONENTS[component](T) for component in inverse.role.components]
+    solutions = (
+        arm.ik(T, fixed=fixed)
+        if task == "pose"
+        else arm.functions[inverse.name](np.concatenate(parts))
+    )
     least = float(solutions.least_squares().residual)
     if not solutions.valid.any() and least <= rounding(arm):
         solutions = solutions.within_tolerance(rounding(arm))
@@ -259,7 +306,7 @@ def _single(solution: Any, tolerance: float) -> _Found:
     if solution.valid:
         return _Found(solution.q[None])
     is_near = bool(solution.residual <= tolerance)
-    reason = "" if is_near else str(solution.reason)
+    reason = "" if is_near else _REASONS.get(solution.reason, str(solution.reason))
     q = solution.q[None] if is_near else np.empty((0, len(solution.q)))
     return _Found(q, reason, float(solution.residual))
 
@@ -272,12 +319,9 @@ def _nearest_within_limits(arm: chasles.Robot, found: _Found) -> _Found:
 
 def _no_closed_form(arm: chasles.Robot, task: str) -> str:
     """Return the message for a task without a closed form, with the command that solves it."""
-    tasks = {"ik": "pose", "ik_position": "position"}
-    known = [f"--task {word}" for name, word in tasks.items() if name in arm.functions]
-    return (
-        f"{arm.name} has no closed form for --task {task}; with a closed form: "
-        f"{', '.join(known) or 'none'}. Add --numeric to find one solution by iteration"
-    )
+    known = ", ".join(f"--task {word}" for word in arm.manifest.inverses) or "none"
+    numeric = ". Add --numeric to find one solution by iteration" if task in _WEIGHTS else ""
+    return f"{arm.name} has no closed form for --task {task}; with a closed form: {known}{numeric}"
 
 
 def _infinitely_many(arm: chasles.Robot) -> str:
@@ -335,18 +379,32 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
         say("  ".join([*cells, outside]).rstrip())
 
 
-def _print_near(
-    arm: chasles.Robot, near: _Near, T: FloatArray, task: Literal["pose", "position"]
-) -> None:
+def _print_near(arm: chasles.Robot, near: _Near, T: FloatArray, task: TaskName) -> None:
     """Print the nearest pose within the limits with its coordinates and its error."""
-    distance = float(np.linalg.norm(T[:3, 3] - near.T[:3, 3]))
-    angle = float(np.linalg.norm(se3.to_rotvec(se3.inverse(near.T) @ T))) if task == "pose" else 0.0
+    distance, angle = 0.0, 0.0
+    if task != "orientation":
+        distance = float(np.linalg.norm(T[:3, 3] - near.T[:3, 3]))
+    if task == "position_direction":
+        z, u = near.T[:3, 2], T[:3, 2]
+        angle = math.atan2(float(np.linalg.norm(np.cross(z, u))), float(z @ u))
+    elif task != "position":
+        angle = float(np.linalg.norm(se3.to_rotvec(se3.inverse(near.T) @ T)))
     at = _configuration(arm.coordinates, near.q)
     if max(distance, angle * arm.unit_length) <= rounding(arm):
         say(f"--numeric finds a solution within the limits: {at}")
         return
     error = f"{shown(distance, 'm')} mm" + (f" and {shown(angle, 'rad')} deg" if angle else "")
     say(f"nearest pose within the limits, {error} away: {at}")
+
+
+def _print_task_hint(arm: chasles.Robot, T: FloatArray, task: TaskName, found: _Found) -> None:
+    """Print the tasks with solutions if only the orientation is out of reach."""
+    if found.reason != _ORIENTATION:
+        return
+    freer = [one for one in _FREER if one != task and one in arm.manifest.inverses]
+    solved = [one for one in freer if len(_all(arm, T, one, None, None).q)]
+    words = " or ".join(f"--task {one}" for one in solved) or "--task position --numeric"
+    say(f"the position is within reach with other orientations: {words}")
 
 
 def _print_unit_hint(xyz: str, near: _Near, T: FloatArray) -> None:
@@ -384,85 +442,3 @@ def _configuration(variables: Sequence[Coordinate], q: FloatArray) -> str:
 
 def _row(numbers: FloatArray, unit: str) -> str:
     return "  ".join(shown(float(number), unit).rjust(12) for number in numbers)
-
-
-def info(
-    robot: Robot, base: Base = None, tip: Tip = None, exact: Exact = False, as_json: Json = False
-) -> None:
-    """Show coordinates, parameters and functions of a robot."""
-    words = options_of(exact, parametric=False, base=base, tip=tip)
-    manifest = read_manifest(find_folder(robot, words))
-    if as_json:
-        print((manifest.folder / "manifest.json").read_text(encoding="utf-8"))
-        return
-    title = "" if manifest.title == manifest.name else f": {manifest.title}"
-    heading = [f"{manifest.name}{title}", manifest.source, *manifest.notes]
-    say("\n".join([*filter(None, heading), ""]))
-    say(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
-    for coordinate in manifest.coordinates:
-        say(f"    {_with_limits(coordinate)}")
-    _say_coupling(manifest)
-    _say_loops(manifest)
-    if manifest.parameters:
-        say("\nparameters:")
-    for parameter in manifest.parameters:
-        number = f"{parameter.value:.10g} {parameter.unit}"
-        say(f"    {parameter.name:<20} {number:<20} {parameter.meaning}")
-    say("\nfunctions:")
-    for function in manifest.functions:
-        counts = ", ".join(f"{n} {kind}" for kind, n in function.operations.items() if n)
-        say(f"    {function.name}({_arguments(function.inputs)})")
-        say(f"        -> {_arguments(function.outputs)}")
-        say(f"        {function.summary}\n        {counts}")
-
-
-def _with_limits(variable: Coordinate) -> str:
-    limits = f"{_limit(variable.lower, '-')} to {_limit(variable.upper, '')}"
-    return f"{variable.name:<20} {variable.kind:<10} {limits} {variable.unit}"
-
-
-def _say_coupling(manifest: Manifest) -> None:
-    """Print the joints of a coupled arm with their limits and ratios."""
-    coupling = manifest.loops.coupling
-    if not coupling:
-        return
-    say("\njoints (theta = C q + c, with the nonzero entries of C):")
-    for joint, row in zip(manifest.loops.chain, coupling, strict=True):
-        ratios = [
-            f"{ratio:.10g} {coordinate.name}"
-            for ratio, coordinate in zip(row, manifest.coordinates, strict=True)
-            if ratio
-        ]
-        say(f"    {_with_limits(joint)}: {', '.join(ratios) or 'constant'}")
-
-
-def _say_loops(manifest: Manifest) -> None:
-    if not manifest.loops.solution:
-        return
-    joints = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.chain)
-    passive = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.passive)
-    say(f"\nloops ({manifest.loops.solution}): {', '.join(manifest.loops.names)}")
-    say(f"    main chain (theta): {joints}\n    passive: {passive or 'none'}")
-
-
-def list_robots(as_json: Json = False) -> None:
-    """List the robots that can be loaded by name."""
-    generated = {name: read_manifest(folder).title for name, folder in shipped_folders().items()}
-    texts = {name: shelf()[name].read_text(encoding="utf-8") for name in shelf_robots()}
-    derived = {name: str(tomllib.loads(text)["title"]) for name, text in texts.items()}
-    if as_json:
-        print_json({"generated": generated, "derived_on_first_use": derived})
-        return
-    for name in robots():
-        say(f"{name:<24} {generated[name]}")
-    say("\nderived on first use:")
-    for name, title in derived.items():
-        say(f"{name:<24} {title}")
-
-
-def _limit(limit: float | None, sign: str) -> str:
-    return f"{sign}inf" if limit is None else f"{limit:.6g}"
-
-
-def _arguments(arguments: Sequence[Argument]) -> str:
-    return ", ".join(f"{item.name} {list(item.shape)} [{item.unit}]" for item in arguments)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.contract import Coordinate
 
+from .console import warn
+
 FloatArray = NDArray[np.float64]
 DECIMALS = 4
 """Number of decimals of printed degrees and millimeters."""
@@ -24,6 +26,8 @@ _UNITS = {
     "cm": (LENGTH, 0.01),
     "mm": (LENGTH, 0.001),
 }
+_DIGITS = "0123456789."
+"""The last characters of numbers without a unit."""
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)", re.IGNORECASE)
 
 
@@ -42,19 +46,54 @@ def value(text: str, unit: str, name: str) -> float:
     return float(match[1]) * factor
 
 
-def values(text: str, units: Sequence[str], names: Sequence[str], option: str) -> FloatArray:
+def values(
+    text: str,
+    units: Sequence[str],
+    names: Sequence[str],
+    option: str,
+    limits: FloatArray | None = None,
+) -> FloatArray:
     """Return the numbers of a list separated by commas or spaces.
+
+    A number without a unit that is probably in degrees gives a warning: an angle of more than a
+    full turn, outside the limits (n, 2), or of more than two turns without limits.
 
     Raises:
         InputValueError: The list has the wrong length, or one of its words is not a number.
     """
-    words = [word for word in re.split(r"[,\s]+", text.strip()) if word]
+    words = _words(text)
     if len(words) != len(units):
         raise InputValueError(
             f"{option}: expected {len(units)} numbers ({', '.join(names)}), got {len(words)}"
         )
     given = zip(words, units, names, strict=True)
-    return np.array([value(word, unit, f"{option}, {name}") for word, unit, name in given])
+    found = np.array([value(word, unit, f"{option}, {name}") for word, unit, name in given])
+    _warn_of_degrees(words, units, found, option, limits)
+    return found
+
+
+def _warn_of_degrees(
+    words: Sequence[str],
+    units: Sequence[str],
+    found: FloatArray,
+    option: str,
+    limits: FloatArray | None,
+) -> None:
+    plain = [unit == ANGLE and word[-1] in _DIGITS for word, unit in zip(words, units, strict=True)]
+    is_large = np.abs(found) > 2 * math.pi
+    if limits is not None:
+        lower, upper = limits.T
+        # Joints without limits may move by more than a turn.
+        is_free = ~np.isfinite(upper - lower) & (np.abs(found) <= 4 * math.pi)
+        is_large &= ~(is_free | ((lower <= found) & (found <= upper) & np.isfinite(upper - lower)))
+    if (is_large & plain).any():
+        pairs = zip(words, plain, strict=True)
+        in_degrees = ",".join(f"{word}deg" if is_plain else word for word, is_plain in pairs)
+        warn(f"angles without a unit are in radians; for degrees: {option} {in_degrees}")
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in re.split(r"[,\s]+", text.strip()) if word]
 
 
 def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
@@ -62,7 +101,7 @@ def coordinates(robot: Robot, text: str | None, option: str) -> FloatArray:
     if text is None:
         return np.asarray(robot.q_reference, dtype=np.float64)
     units = [one.unit for one in robot.coordinates]
-    return values(text, units, robot.coordinate_names, option)
+    return values(text, units, robot.coordinate_names, option, np.asarray(robot.limits))
 
 
 def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
@@ -99,10 +138,14 @@ def positions(joints: Sequence[Coordinate], text: str, option: str) -> dict[str,
     return {name: found[name] for name in units if name in found}
 
 
+def scaled(number: float, unit: str) -> float:
+    """Return a number in degrees or millimeters."""
+    return math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
+
+
 def shown(number: float, unit: str) -> str:
     """Return a number in degrees or millimeters for display."""
-    scaled = math.degrees(number) if unit == ANGLE else number * 1000 if unit == LENGTH else number
-    return f"{rounded(scaled, DECIMALS):.{DECIMALS}f}"
+    return f"{rounded(scaled(number, unit), DECIMALS):.{DECIMALS}f}"
 
 
 def rounding(robot: Robot) -> float:

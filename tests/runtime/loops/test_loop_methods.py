@@ -34,7 +34,7 @@ def test_info_command_lists_loops_and_passive_joints(tmp_path, cache, capsys):
     assert main(["info", str(lift.write(tmp_path / "lift"))]) == 0
     text = capsys.readouterr().out
     assert "loops (closed form): boom_cylinder" in text
-    assert "main chain (theta): theta1 [rad], theta2 [rad]\n    passive: swing [rad]" in text
+    assert "main chain (theta): theta1 [deg], theta2 [deg]\n    passive: swing [deg]" in text
 
 
 def test_serial_robots_have_no_loops():
