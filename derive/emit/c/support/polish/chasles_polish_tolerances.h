@@ -66,9 +66,9 @@
  */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
 /* Maximum squared error (radian, or relative to the length) of a start that lies on the true branch
- * of the loops. Ten deviations are a safe bound; the maximum error of a hundred starts was one
- * deviation. */
-#define POLISH_ON_BRANCH (100.0 * POLISH_DEVIATION * POLISH_DEVIATION)
+ * of the loops. Away from dead points, ten deviations are a safe bound; the maximum error of a
+ * hundred starts was one deviation. At a dead point, a deviation d rotates a link by sqrt(2 d). */
+#define POLISH_ON_BRANCH ((100.0 * POLISH_DEVIATION + 2.0) * POLISH_DEVIATION)
 /* Maximum residual [m, rad] of a pose that the nominal arm reaches; rounding errors near a
  * singularity cause it. */
 #define POLISH_FOLD 1e-7
