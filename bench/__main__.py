@@ -1,4 +1,4 @@
-"""``python -m bench``: speed and size of chasles, compared with other libraries in the same run.
+"""``python -m bench`` compares the speed and size of chasles with other libraries in the same run.
 
 Without a command, the program runs all benchmarks, prints and saves the tables (bench/results/),
 and updates docs/performance.md. With --quick, the program saves nothing.
@@ -34,7 +34,7 @@ def main() -> int:
     options = vars(_parser().parse_args())
     command, quick, only = (options.pop(name) for name in ("command", "quick", "only"))
     if command:
-        # Other commands may need packages that are not installed.
+        # The module is imported on use, because other commands may need packages that are missing.
         module = import_module(f".{COMMANDS[command][0]}", __package__)
         return int(module.run(**options))
     if quick:

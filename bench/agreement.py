@@ -32,6 +32,6 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
         if not np.allclose(peer, own, rtol=0, atol=AGREEMENT, equal_nan=True):
             error = np.abs(peer - own).max()
             raise DisagreementError(
-                f"results of {name} deviate by {error:.2g} from chasles, more than {AGREEMENT:g}; "
-                "the benchmark only times libraries that compute the same results as chasles"
+                f"results of {name} are off by {error:.2g} (limit: {AGREEMENT:g}); "
+                "the benchmark only times libraries that agree with chasles"
             )

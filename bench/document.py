@@ -57,4 +57,4 @@ def _bar(row: dict, bar: str) -> str:
 
 
 _OTHER = {"of 6": "a joint of 6", "one": "one thread", "chasles, one sine at a time": "one sine"}
-"""Names of the compared measurement in the table, for keys that do not name it."""
+"""Names in the table that replace incomplete names of compared measurements."""

@@ -1,4 +1,4 @@
-"""Writes a page with sliders for every robot to build/gallery/<robot>.html, and an index of them.
+"""Writes a page with sliders for every robot to build/gallery/<robot>.html, and an index page.
 
 The index shows a drawing of each robot, its axes and the structure that its inverse uses. With the
 argument "shelf", the script also writes the arms that are derived on first use.

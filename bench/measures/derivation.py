@@ -122,7 +122,7 @@ def _chain(kind: str, joints: int) -> SerialRobot:
 
 
 def operations(rounds: int) -> dict[str, dict[str, int]]:
-    """Count operations of forward kinematics: chasles, CasADi matrix product, SymPy with cse."""
+    """Count operations of forward kinematics in chasles, a CasADi product and SymPy with cse."""
     sizes = {}
     rows = []
     for name in ("ur5e", "puma560", "panda", "iiwa14"):

@@ -77,7 +77,7 @@ def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
-    """Compare the results with the results of the filters, block by block.
+    """Compare the results of ik_nearest with the filters, block by block.
 
     Raises:
         DisagreementError: A result differs.

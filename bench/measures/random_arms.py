@@ -32,7 +32,7 @@ def run(count: int, first: int) -> int:
 
     Args:
         count: Number of arms of each kind.
-        first: Number of the first arm.
+        first: Number of the first random arm, which determines its geometry.
     """
     rows = []
     for number in range(first, first + count):
@@ -54,7 +54,7 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
 
     Args:
         robot: The arm.
-        number: Seed of the poses.
+        number: Seed of the random poses.
         bar: Maximum 99th percentile of the call time with which an arm passes.
     """
     with TemporaryDirectory() as folder:

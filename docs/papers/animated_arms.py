@@ -21,7 +21,7 @@ ZOOM = 0.95
 
 
 def points(robot: Any, q: Any) -> Any:
-    """Returns base, link origins and tool, (..., links + 2, 3) [m]."""
+    """Returns the positions of base, link origins and tool (..., links + 2, 3) [m]."""
     links, tool = robot.link_poses(q)[..., :3, 3], robot.fk(q)[..., None, :3, 3]
     return np.concatenate([np.zeros_like(tool), links, tool], axis=-2)
 

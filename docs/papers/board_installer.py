@@ -130,7 +130,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Lengths and limits of the robot, all of which are assumed."""
+    """States the lengths and limits of the robot, which are all assumed."""
     value = parameters()
     reason = "the value is chosen so that all loops close and the tool reaches the required box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
@@ -161,7 +161,7 @@ def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
 
 
 def case_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Joints, poses and derivatives at three configurations."""
+    """Compares joints, poses and derivatives at three configurations."""
     found = []
     for name, q in CASES.items():
         theta = robot().chain(q)
@@ -257,7 +257,7 @@ def cloud() -> Any:
 
 
 def box_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The tool, facing the wall, reaches the whole required box within all limits."""
+    """Checks that the tool, facing the wall, reaches the whole required box within all limits."""
     T = box_poses()
     reached = robot().ik(T).within_limits().count > 0
     inside = T[reached, :3, 3]

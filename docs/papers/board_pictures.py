@@ -55,7 +55,7 @@ def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, An
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Pins of the robot in a configuration, keyed by letter, (3,) each in the base frame [m]."""
+    """Positions (3,) of the robot's pins in the base frame [m], keyed by letter."""
 
     pins: dict[str, FloatArray]
 
@@ -120,7 +120,7 @@ MEMBERS = (
 
 
 def structure() -> Any:
-    """Draws the reference from the side: parallel links, and the wrist that follows H."""
+    """Draws the reference from the side: parallel links, and the wrist that follows pin H."""
     found = skeleton(np.zeros(6))
     figure, axes = panels(3.5)
     for name, letters, k, width in MEMBERS:

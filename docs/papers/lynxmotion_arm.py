@@ -40,7 +40,7 @@ CONFIGURATIONS = np.radians(
 )
 """Configurations of table 1.2, with theta5 = 0."""
 SAMPLES, FINEST = 500_000, 30
-"""Number of workspace samples, and number of cells along its longest side."""
+"""Number of workspace samples, and number of cells along the longest side of the workspace."""
 D1 = 0.05
 """Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012

@@ -33,7 +33,7 @@ PAPERS = (
 )
 PROCESSES = 2
 DOTS_PER_INCH = 320
-HEAD = ("item", "values", "verdict", "note")
+HEAD = ("item", "values", "verdict and note")
 SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 MEANINGS = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
@@ -241,7 +241,7 @@ def cells(row: Row) -> tuple[str, ...]:
     source = "its equations give" if printed.startswith("[") else "the paper states"
     values = f"{source} {'no value' if row.printed is None else printed}, and chasles has {ours}."
     note = _phrase(row.note.replace("; cause: ", ". Cause: "))
-    return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}.", note
+    return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}. {note}".strip()
 
 
 def _phrase(note: str) -> str:

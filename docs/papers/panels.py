@@ -54,7 +54,7 @@ def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> 
     Args:
         axes: Axes of the plot.
         t: (m,) times [s].
-        values: (m, n) values.
+        values: (m, n) values to plot.
         names: n names of the columns.
         label: Label of the vertical axis, with the unit.
     """

@@ -234,8 +234,8 @@ def erratum(
             cause.
 
     Raises:
-        Refuted: The printed value agrees with ours, or the corrected value does not, or the cause
-            does not reproduce the printed value.
+        Refuted: The printed value agrees with our value, or the corrected value does not, or the
+            cause does not reproduce the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value

@@ -220,7 +220,7 @@ def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Compares figures 6 and 8; no reading reproduces the cylinder angle amplitudes."""
+    """Compares figures 6 and 8; no interpretation reproduces the amplitudes of cylinder angles."""
     joints, swings = np.ptp(found.theta[:, TURNING], axis=0), np.ptp(found.swings, axis=0)
     on_arm = np.ptp(found.swings - found.theta[:, ARMS], axis=0)
     other = {name: np.ptp(integrated(norm).swings, axis=0) for name, norm in LAWS.items()}

@@ -76,8 +76,8 @@ def over_the_well(down: float) -> FloatArray:
 def process() -> Process:
     """Returns all eight stages of the process.
 
-    In the last stage, four joints satisfy three conditions. They move by minimum-norm steps from
-    the configuration at 37 s.
+    In the last stage, four joints satisfy three conditions. These joints move by minimum-norm steps
+    from the configuration at 37 s.
     """
     well, start = robot(), initial()
     q_start = well.actuators(start)

@@ -44,7 +44,7 @@ class Call:
     """A Python interface of another library.
 
     Attributes:
-        name: The other library and its interface.
+        name: Name of the other library and its interface.
         fk: The timed function, from q (n,) to a pose of the type that the other library uses.
         fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the other
             library's types.
