@@ -84,6 +84,17 @@ def test_written_robot_survives_every_fault(arm, tmp_path):
     assert chasles.load(tmp_path / "out" / "arm").fk([0, 0])[0, 3] == pytest.approx(0.6)
 
 
+def test_every_file_of_a_robot_is_written_before_the_first_is_moved(arm, tmp_path):
+    """A full disk then leaves no folder with files of two derivations."""
+    robot, folder = read(arm), tmp_path / "out" / "arm"
+    steps = steps_of(lambda: write(robot, folder, functions=["fk"], languages=["c"]), folder)
+    kinds = [step.split()[0] for step in steps]
+    first_move = kinds.index("os.rename")
+    assert kinds.count("os.rename") > 2
+    assert "open" in kinds[:first_move]
+    assert "open" not in kinds[first_move:]
+
+
 def test_derive_command_survives_every_fault(arm, tmp_path):
     command("derive", arm, "--to", tmp_path / "out", *FEW)
     arm.write_text(ARM.replace("0.3", "0.4"))
