@@ -68,16 +68,8 @@ setup(
             "robots/*",
             "robots/shelf/*",
             "description/templates/*.toml",
-            "emit/c/support/*.h",
+            "emit/*/support/*",
             "emit/c/support/*/*.h",
-            "emit/c_float/support/*",
-            "emit/cpp/support/*",
-            "emit/cuda/support/*",
-            "emit/mex/support/*",
-            "emit/moveit/support/*",
-            "emit/ros2_control/support/*",
-            "emit/jax/support/*",
-            "emit/rust/support/*",
         ],
         **{
             name: [
