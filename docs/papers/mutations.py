@@ -28,8 +28,8 @@ class Digit:
     """A digit of a printed value.
 
     Attributes:
-        path: Indices of its text in the rows of the item.
-        index: Position of the digit in the printed text.
+        path: Indices of the digit's text in the rows of the item.
+        index: Position of the digit within this text.
     """
 
     path: tuple[int, ...]
