@@ -1,6 +1,7 @@
 """Mutated files of every kind are read, or refused with an error that states the file."""
 
 import random
+import re
 from collections import Counter
 
 import pytest
@@ -8,6 +9,27 @@ import pytest
 from tests.campaigns.readers import attempt, mutant, readers
 
 FILES = 12
+COMMANDS = (
+    "$(touch mark)",
+    "`touch mark`",
+    "; touch mark ;",
+    "| touch mark",
+    "=cmd|'/C touch mark'!A0",
+    "!!python/object/apply:os.system ['touch mark']",
+    "!!python/object/new:subprocess.Popen [['touch', 'mark']]",
+    "__import__('os').system('touch mark')",
+    "${__import__('os').system('touch mark')}",
+    "$(eval __import__('os').system('touch mark'))",
+    "${xacro.load_yaml.__globals__['os'].system('touch mark')}",
+    "$(find ;touch mark)",
+    "{{ cycler.__init__.__globals__.os.system('touch mark') }}",
+    "\\immediate\\write18{touch mark}",
+)
+"""Commands of shells, spreadsheets, YAML, Python, xacro, templates and LaTeX that create a file."""
+PLACES = re.compile(
+    r"(?<=\")[^\"\n]+(?=\")|(?<=[=,:] )[^\s,]+|(?<=,)[^\s,]+|^[^\s,<>]+", re.MULTILINE
+)
+"""Values between quotes, after equal signs, colons and commas, and words at the start of a line."""
 
 
 @pytest.fixture(scope="module")
@@ -31,3 +53,19 @@ def test_mutated_files_are_read_or_refused(every_reader, tmp_path, monkeypatch):
             (tmp_path / reader.file).write_bytes(mutant(reader, dice))
             ends[attempt(reader, tmp_path / reader.file)] += 1
     assert ends.keys() == {"read", "refused"}
+
+
+def test_commands_in_files_are_not_executed(every_reader, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dice, count = random.Random(5), 0
+    for reader in every_reader:
+        texts = [content.decode() for content in reader.corpus if content.isascii()]
+        for command in COMMANDS * FILES if texts and reader.files > len(COMMANDS) else ():
+            text = dice.choice(texts)
+            place = dice.choice(list(PLACES.finditer(text)))
+            file = tmp_path / reader.file
+            file.write_text(text[: place.start()] + command + text[place.end() :])
+            assert attempt(reader, file) in ("read", "refused"), command
+            assert not (tmp_path / "mark").exists(), (reader.name, command)
+            count += 1
+    assert count >= 1000
