@@ -270,15 +270,15 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["theta2"],
             q[:, 1],
-            f"alpha and beta from (1.11) and (1.12); {GENERIC}",
+            f"alpha and beta follow from (1.11) and (1.12); {GENERIC}",
             evaluated=at(**both),
         ),
         erratum(
             printed["theta4"],
             q4,
             evaluated(right, **angles),
-            "theta1 rotates about the vertical, so it does not count: phi - theta2 - theta3, "
-            f"theta1 = atan2(y, x); phi = -90 deg; {GENERIC}",
+            "theta1 rotates about the vertical; correct is phi - theta2 - theta3 with "
+            f"theta1 = atan2(y, x) and phi = -90 deg; {GENERIC}",
             evaluated=at(**angles),
         ),
     ]

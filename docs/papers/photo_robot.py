@@ -75,7 +75,11 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
         agrees(
             printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes intersect in a point"
         ),
-        agrees(printed["redundancy"], robot.n - int(rank), "8 minus the rank of the Jacobian"),
+        agrees(
+            printed["redundancy"],
+            robot.n - int(rank),
+            "the value is 8 minus the rank of the Jacobian",
+        ),
         not_printed(
             printed["inverse"],
             int(reached.count),
@@ -201,7 +205,7 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
             printed["Aee_by_2"],
             last[:2, :2],
             np.array([[c, -s], [s, c]]),
-            "(11) rotates by -theta_ee, (2) with row 7-EE of table 1 by +theta_ee; at -0.9 rad. "
+            "(11) rotates by -theta_ee, but (2) with row 7-EE of table 1 by +theta_ee = -0.9 rad. "
             "The robot follows (11), with direction = -1",
             evaluated=at(tee=CONFIGURATION[-1]),
         ),
@@ -278,7 +282,7 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["numbers"],
             report.identifiable,
-            f"of {report.numbers} parameters in the paper's conventions, with base and tool",
+            f"the paper's conventions have {report.numbers} parameters, with base and tool",
         ),
     ]
 

@@ -75,7 +75,7 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
             values["L"],
             "130",
             "table 2.1 and the conclusion state 130 mm; values for 170 mm also follow below",
-            cause=("S_A from the line above", values["S_A"]),
+            cause=("the value of S_A in the line above", values["S_A"]),
         ),
     ]
 

@@ -205,7 +205,9 @@ def _agreeing(
         equations = f"{np.size(value)} entries"
         return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
     if printed.about is not None:
-        note = "; ".join(filter(None, (f"“{printed.text}”: ± {printed.about}", note)))
+        note = "; ".join(
+            filter(None, ((f"the paper says “{printed.text}”: ± {printed.about}", note)))
+        )
     return _with_value(_row(printed, ours, verdict, note), printed, value)
 
 

@@ -132,7 +132,8 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
         in_one_reading(
             printed["fails"],
             Finding(rising, shares),
-            f"step 10 as largest distance: {points} points, {RUNS} runs each. With step 10 as "
+            f"step 10 is the largest distance, for {points} points and {RUNS} runs. With step 10 "
+            f"as "
             f"smallest distance, {FEW} points find a path in {100 * few[SMALL]:.0f} % of "
             f"{SPREAD_RUNS} runs",
         ),
@@ -142,7 +143,8 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
                 apart[LARGE] > apart[SMALL],
                 f"{apart[SMALL]:.0f} and {apart[LARGE]:.0f} cells apart",
             ),
-            "steps 10 and 20 as smallest distance, 100 points. With the step as largest distance, "
+            "steps 10 and 20 are smallest distances of 100 points. With the step as largest "
+            "distance, "
             "the layout does not depend on it: no reading supports this and the preceding claim",
         ),
         in_one_reading(
@@ -150,13 +152,14 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
             Finding(
                 enough[LARGE] < enough[SMALL], f"{enough[LARGE]} points instead of {enough[SMALL]}"
             ),
-            f"steps 20 and 10 as largest distance, nine of ten runs. As smallest distance, {FEW} "
+            f"with steps as largest distances, nine of ten runs succeed. As smallest distances, "
+            f"{FEW} "
             f"points find a path in {always} of {SPREAD_RUNS} runs",
         ),
         agrees(
             printed["time"],
             Finding(seconds[0] < seconds[-1], "more time"),
-            f"{COUNTS[0]} and {COUNTS[-1]} points, step 20 as largest distance",
+            f"for {COUNTS[0]} and {COUNTS[-1]} points, with step 20 as the largest distance",
         ),
     ]
 

@@ -288,7 +288,7 @@ def cylinder_speed_rows(
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
-    unit = "in mm deg/s for the printed mm/s, without conversion of the rates from degrees"
+    unit = "ours is in mm deg/s instead of the printed mm/s, because rates stay in degrees"
     own = np.degrees(1e3 * speeds)
     return [
         in_one_reading(
@@ -301,7 +301,7 @@ def cylinder_speed_rows(
             not_reproducible(
                 in_mm[k],
                 speeds[k],
-                f"{unit}; in mm/s {1e3 * speeds[k]:.1f}",
+                f"{unit}; in mm/s, ours is {1e3 * speeds[k]:.1f}",
                 readings={name: values[k] for name, values in by_law.items()},
             )
             for k in (1, 2)
