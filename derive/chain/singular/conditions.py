@@ -19,6 +19,11 @@ MAX_TOGETHER = 3
 """Maximum number of factors in a condition; larger sets of factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
+MIN_ZEROS = 6
+"""Minimum number of zeros at which a factor that depends on other factors is tested."""
+IMPLIED = 1e-4
+"""Largest value of a factor that counts as 0 at a zero of the other factors. At a double zero, such
+as 1 + cos q = 0, the error of sin q is the square root of twice the largest vanishing factor."""
 SEED = 40
 
 
@@ -34,13 +39,52 @@ def conditions(
     """
     products = [tuple(factor for factor, _ in minor.factors) for minor in minors]
     found: list[Condition] = []
-    for condition in sorted(set(_vanishing(products, ())), key=lambda c: (len(c), str(c))):
-        own = set(condition)
-        if any(own >= set(other) for other in found):
+    every = {part for condition in set(_vanishing(products, ())) for part in _reduced(condition)}
+    for condition in sorted(every, key=lambda c: (len(c), str(c))):
+        if any({*condition} >= set(other) for other in found):
             continue
         if _exists([factor.xreplace(values) for factor in condition], q):
-            found.append(condition)
-    return tuple(found)
+            needed = _independent(condition, q, values)
+            found = [other for other in found if not {*other} >= {*needed}]
+            found.append(needed)
+    return tuple(sorted(found, key=lambda c: (len(c), str(c))))
+
+
+def _reduced(condition: Condition) -> Iterator[Condition]:
+    """Yields a condition whose cosines and sines that are 0 occur in no other factor.
+
+    A factor that becomes a product yields one condition for each of its factors.
+    """
+    for zero in condition:
+        for factor in condition:
+            if factor == zero:
+                continue
+            left = _where_zero(zero, (factor,))
+            if left == (factor,):
+                continue
+            others = tuple(other for other in condition if other != factor)
+            for part in (None,) if left is None else left:
+                parts = others if part is None else (*others, part)
+                yield from _reduced(tuple(sorted({*parts}, key=str)))
+            return
+    yield condition
+
+
+def _independent(
+    condition: Condition, q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
+) -> Condition:
+    """Drops factors that are 0 wherever the other factors are 0, longest factor first."""
+    kept = [*condition]
+    for factor in sorted(condition, key=lambda f: (sp.count_ops(f), str(f)), reverse=True):
+        others = [other for other in kept if other != factor]
+        if not others:
+            break
+        function = sp.lambdify([list(q)], factor.xreplace(values), "numpy")
+        zeros = roots([other.xreplace(values) for other in others], q, STARTS)
+        sizes = [abs(float(function(x))) for x in zeros]
+        if len(sizes) >= MIN_ZEROS and max(sizes) <= IMPLIED:
+            kept = others
+    return tuple(kept)
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:

@@ -42,7 +42,7 @@ def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for part, power in parts:
         if part.free_symbols & {*ring.q}:
-            content, primitive = part.primitive()
+            content, primitive = _without_content(part)
             if primitive.could_extract_minus_sign():
                 content, primitive = -content, -primitive
             constant *= content**power
@@ -50,6 +50,15 @@ def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
         else:
             constant *= part**power
     return Factored(constant, tuple(factors.items()))
+
+
+def _without_content(part: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Returns the numeric factor of an expression, which may contain roots, and the rest."""
+    content, primitive = part.primitive()
+    root, rest = sp.factor_terms(primitive, radical=True).as_independent(
+        *primitive.free_symbols, as_Add=False
+    )
+    return (content * root, sp.expand(rest)) if root != 1 else (content, primitive)
 
 
 class _Tangents:

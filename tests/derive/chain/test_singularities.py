@@ -10,6 +10,7 @@ import sympy as sp
 import chasles.derive
 from chasles.derive.chain.singular.conditions import conditions, roots
 from chasles.derive.chain.singular.determinant import determinant, factored_minors
+from chasles.derive.chain.singular.factors import Factored
 from chasles.derive.chain.singular.nearest import nearest_singular
 from chasles.derive.chain.singular.singular_configurations import words
 from chasles.derive.latex.chain.singularity_fragment import singularities
@@ -175,6 +176,42 @@ def test_iiwa14_has_four_textbook_singularity_conditions():
     c, s = ([f(x) for x in q] for f in (sp.cos, sp.sin))
     textbook = {(s[3],), (s[1], c[2]), (s[5], c[4]), (s[1], s[5])}
     assert {frozenset(one) for one in found} == set(map(frozenset, textbook))
+
+
+Q = sp.symbols("q2:5", real=True)
+S2, S3, S4, S34, S234 = map(sp.sin, (*Q, Q[1] + Q[2], sum(Q)))
+C2, C3, C4 = map(sp.cos, Q)
+
+
+@pytest.mark.parametrize(
+    ("products", "expected"),
+    [
+        ([S2 * C3 * C4 - C2 * S4, S2], {(S2, S4)}),
+        ([S234, S2, S34], {(S2, S34)}),
+        ([1 + C2, S2], {(1 + C2,)}),
+        ([S2 * C3 - C2 * S3 * C4, S2], {(S2, S3), (C4, S2)}),
+        ([2 * S3 - C2 * C3, S2], {(S2, 2 * S3 - C2 * C3)}),
+    ],
+)
+def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
+    """Each listed product is one minor; the zeros of short factors simplify the longer ones."""
+    found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
+    assert set(map(frozenset, found)) == set(map(frozenset, expected))
+
+
+def test_factors_have_no_common_irrational_factor():
+    """The elbow factor of this arm is a cosine plus a sine, sqrt(2) cos(q - pi/4)."""
+    rows = ("a = '0.3', alpha = 90, d = '0.3'", "a = '0.4'", "a = '0.3', alpha = 90")
+    wrist = ("d = '0.3', alpha = -90", "alpha = 90", "d = '0.1'")
+    joints = ", ".join(f"{{ name = 'j{k}', {row} }}" for k, row in enumerate((*rows, *wrist)))
+    units = 'units = { length = "m", angle = "deg" }'
+    robot = chasles.derive.read_text(f'name = "a"\nconvention = "dh"\n{units}\njoints = [{joints}]')
+    (found,) = factored_minors(robot, coordinates(robot))
+    elbow = [factor for factor, _ in found.factors if factor.has(sp.pi) and not factor.is_Add]
+    assert [type(factor) for factor in elbow] in ([sp.cos], [sp.sin])
+    determinant = in_numbers(robot, product(found))
+    for q in np.random.default_rng(3).uniform(-3, 3, (5, 6)):
+        assert abs(determinant(q)) == pytest.approx(volume(jacobian(robot)(q)), abs=1e-10)
 
 
 def on_conditions(robot, found):
