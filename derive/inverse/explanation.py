@@ -15,6 +15,7 @@ from ..loops.iterated.closure_equations import loop_closure
 from ..loops.solve.solution import Solution
 from ..loops.solve.solved_loops import SolvedLoops, solved_loops
 from ..model.mechanism import Described, Mechanism
+from ..model.plural import counted
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
@@ -79,7 +80,7 @@ class Explanation:
         found = classification.found
         if general is not None:
             given = f", with {listed(general.given)} fixed" if general.given else ""
-            most = _counted(self.max_solutions, "solution")
+            most = counted(self.max_solutions, "solution")
             return f"inverse: {general.title}{given}, at most {most}{self._singular('; ')}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
@@ -89,7 +90,7 @@ class Explanation:
         title = found.title + _with_added(classification) + _with_fixed(found, classification)
         if classification.method == "snapped":
             title = f"nearly {title}, refined from a nominal arm"
-        most = _counted(self.max_solutions, "solution")
+        most = counted(self.max_solutions, "solution")
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
@@ -314,7 +315,7 @@ def _task(name: str, solved: Solved) -> str:
     function = solved.function
     arguments = ", ".join(argument.name for argument in function.inputs)
     several = f"{function.branches} slots" if function.branches > 1 else "one slot"
-    solutions = f"at most {_counted(function.branches, 'solution')} in {several}"
+    solutions = f"at most {counted(function.branches, 'solution')} in {several}"
     lines = [f"{name}({arguments}): {solutions}, residual and margin of each."]
     for number, step in enumerate(solved.work.steps, 1):
         lines += _step(number, step, solved)
@@ -368,7 +369,7 @@ def _of_loops(hybrid: SolvedLoops) -> str:
     if solution.open and actuated & set(solution.open):
         missing = listed(sorted(actuated & set(solution.open)))
         return f"There is no closed form for {missing} from the main chain."
-    steps = _counted(len(solution.steps), "step")
+    steps = counted(len(solution.steps), "step")
     message = (
         f"The actuators follow from the main chain in closed form, through the loops in {steps}."
     )
@@ -383,10 +384,6 @@ def _aside(hybrid: SolvedLoops) -> list[str]:
     moving = {joint.name for joint in hybrid.robot.moving}
     moving |= {factor.name for loop in equations(hybrid) for factor in loop.factors}
     return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' if count != 1 else ''}"
 
 
 def mechanism_in_words(h: SolvedLoops) -> str:

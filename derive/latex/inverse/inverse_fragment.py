@@ -13,6 +13,7 @@ from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...model.plural import counted
 from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..chain.tables import tabular
 from ..loops.loop_page import LoopPage
@@ -69,10 +70,10 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
     """Explains the actuators of robots whose only closed form computes them from the main chain."""
-    freedoms = len(page.hybrid.q)
+    freedoms = page.hybrid.freedoms
     reached = (
-        f" The tool has {freedoms} degrees of freedom: the residual of an unreachable pose is not"
-        " zero."
+        f" The tool has {counted(freedoms, 'degree')} of freedom: the residual of an unreachable"
+        " pose is not zero."
         if freedoms < len(page.hybrid.theta)
         else ""
     )
@@ -120,7 +121,7 @@ def _sides_of_loops(found: Inverses | None) -> str:
     return (
         f"The actuators follow from the joints as in the solution of the loops{sides}."
         " Equivalent choices share a slot, so the inverse of"
-        f" the robot has {solved.function.branches} slots."
+        f" the robot has {counted(solved.function.branches, 'slot')}."
     )
 
 
@@ -130,8 +131,8 @@ def _on_every_branch(function: NativeSolverFunction) -> str:
     return (
         f"The function {chain} solves the main chain. From each of its solutions, {every} computes"
         f" the actuators on every branch of the loops, and {fk} checks them: \\texttt{{ik}} has"
-        f" {function.branches} slots. The residual is infinite if the loops close at the pose in"
-        " another assembly mode."
+        f" {counted(function.branches, 'slot')}. The residual is infinite if the loops close at"
+        " the pose in another assembly mode."
     )
 
 

@@ -133,7 +133,7 @@ def _struts(page: LoopPage) -> str:
         ("ends", [strut.ends + "s" for strut in struts]),
     ]
     if any(strut.ends == "pin" for strut in struts):
-        columns.append(("swing", [_swing(page, strut) for strut in struts]))
+        columns.append(("angle", [_angle(page, strut) for strut in struts]))
     columns += _frames(page, [(strut.a, strut.b) for strut in struts])
     kinds = [
         word
@@ -145,7 +145,7 @@ def _struts(page: LoopPage) -> str:
     return sentence(f"{begin} {' and '.join(kinds)}:", table)
 
 
-def _swing(page: LoopPage, strut: Strut) -> str:
+def _angle(page: LoopPage, strut: Strut) -> str:
     return f"${page.tex(page.joints[strut.swing_name])}$" if strut.ends == "pin" else NONE
 
 

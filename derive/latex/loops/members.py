@@ -51,23 +51,25 @@ class Members:
         theta: LaTeX names of the main-chain joints.
         q: LaTeX names of the actuated coordinates.
         of: LaTeX names of all configuration entries, keyed by entry name.
+        struts: Names of rods and cylinders on pins, keyed by the name of their angle.
     """
 
     theta: tuple[str, ...]
     q: tuple[str, ...]
     of: Mapping[str, str]
+    struts: Mapping[str, str]
 
     def called(self, name: str) -> str:
         """Formats a joint, body or closure in a sentence, as a symbol if its name is a symbol."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
-        return words(name)
+        return words(name, self.struts)
 
     def with_symbol(self, name: str) -> str:
         """Formats a joint in a sentence: its name, then its symbol."""
         if names.is_symbol(name) or name not in self.of:
             return self.called(name)
-        return f"{words(name)} ${self.of[name]}$"
+        return f"{words(name, self.struts)} ${self.of[name]}$"
 
 
 def members(mechanism: Mechanism) -> Members:
@@ -81,7 +83,8 @@ def members(mechanism: Mechanism) -> Members:
     of |= {c.moves: tex for c, tex in own if c.name == c.moves and c.moves not in of}
     rest = [v.name for v in configuration_names(mechanism) if v.name not in of]
     of |= chosen.numbered(rest, PSI)
-    return Members(tuple(of[name] for name in main), q, of)
+    struts = {strut.swing_name: strut.name for strut in mechanism.struts if strut.ends == "pin"}
+    return Members(tuple(of[name] for name in main), q, of, struts)
 
 
 class _Chosen:
@@ -109,16 +112,26 @@ def dotted(tex: str) -> str:
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
-def words(name: str) -> str:
-    """Formats a name in a sentence; its words are separated by spaces."""
-    strut, dot, part = name.partition(".")
-    plain = names.escape(strut.replace("_", " "))
-    kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
-    kind = kinds.get(part.partition(".")[0])
-    if not dot or kind is not None:
-        return f"{kind} {plain}" if dot else plain
+def words(name: str, struts: Mapping[str, str]) -> str:
+    """Formats a name in a sentence; its words are separated by spaces.
+
+    Args:
+        name: The name of a joint, of the angle of a strut, or of the far end of a strut.
+        struts: Names of the struts on pins, keyed by the name of their angle.
+    """
+    first, dot, part = name.partition(".")
+    kind = _KINDS.get(part.partition(".")[0])
+    if first in struts:
+        kind, first = "near end of", struts[first]
+    plain = names.escape(first.replace("_", " "))
+    plain = f"{kind} {plain}" if kind else plain
     # The name belongs to a pin that two struts share on one body.
-    return f"pin between {plain} and {words(part)}"
+    is_shared = dot and part.partition(".")[0] not in _KINDS
+    return f"pin between {plain} and {words(part, struts)}" if is_shared else plain
+
+
+_KINDS = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
+"""The joints of a strut in words, keyed by the part of their names after the name of the strut."""
 
 
 class Letters:

@@ -9,6 +9,7 @@ from ...loops.functions.tool import tool_groups
 from ...loops.model.phasors import ZERO, Complex
 from ...loops.solve.collapse import collapsed
 from ...loops.solve.solution import Solution
+from ...model.plural import counted
 from ..chain.example_fragment import at_value
 from ..setting.layout import INDENT, MARGIN, Equation, aligned
 from ..setting.notation import OTHER
@@ -32,16 +33,21 @@ def solution(page: LoopPage) -> str:
     main = [joint.name for joint in page.hybrid.robot.moving]
     return text(
         _note(page),
-        rf"\paragraph{{From the actuators.}} Given are {listed(page.members.q)}.",
+        rf"\paragraph{{From the actuators.}} {_given(page.members.q)}",
         *[_step(page, step) for step in page.forward_steps],
         _results(page, forward, "All joints follow as", known=set()),
         _overdetermined(page) or _open(page, forward),
         *_collapsed(page),
-        rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
+        rf"\paragraph{{From the main chain.}} {_given(page.members.theta)}",
         *[_step(page, step) for step in page.backward_steps],
         _results(page, backward, "All other joints follow as", known=set(main)),
         _open(page, backward, [*actuated]),
     )
+
+
+def _given(symbols: Sequence[str]) -> str:
+    """States the known coordinates."""
+    return f"Given {'is' if len(symbols) == 1 else 'are'} {listed(symbols)}."
 
 
 def _note(page: LoopPage) -> str:
@@ -199,7 +205,7 @@ def _overdetermined(page: LoopPage) -> str:
     if not hybrid.is_overdetermined:
         return ""
     return (
-        f"The {len(hybrid.q)} actuators outnumber the {hybrid.freedoms} degrees of"
+        f"The {len(hybrid.q)} actuators outnumber the {counted(hybrid.freedoms, 'degree')} of"
         " freedom: the loops close only for some of their values, so that no joint follows from"
         " them."
     )

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
+from ...model.plural import counted
 from ...model.tolerances import NUMERICALLY_CLOSED, REPEATED_EQUATION
 from ..model.numeric_mechanism import NumericMechanism
 from .closed_loops import ClosedLoops, Vector
@@ -44,7 +45,7 @@ def check_actuation(loops: ClosedLoops) -> int:
         return 0
     if freedoms == independent and _is_overactuated_platform(loops, rows):
         return len(names) - int(freedoms)
-    has = f"robot {loops.mechanism.name!r} has {_counted(freedoms, 'degree')} of freedom"
+    has = f"robot {loops.mechanism.name!r} has {counted(freedoms, 'degree')} of freedom"
     if freedoms == 0:
         bodies = loops.bodies
         found = [
@@ -62,7 +63,7 @@ def check_actuation(loops: ClosedLoops) -> int:
         parts.append(_too_many(names, rows))
     if independent < freedoms:
         parts.append(_too_few(loops, moving, rows, freedoms - independent))
-    and_has = f"{_counted(len(names), 'actuated coordinate')} ({', '.join(names)})"
+    and_has = f"{counted(len(names), 'actuated coordinate')} ({', '.join(names)})"
     raise DescriptionError(f"{has} and {and_has}: {'; '.join(parts)}")
 
 
@@ -209,7 +210,3 @@ def _few(names: Sequence[str]) -> str:
     """Joins names with commas and "and"; shortens a long list."""
     shown = [*names[:MAX_NAMED], "others"] if len(names) > MAX_NAMED else [*names]
     return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' if count != 1 else ''}"

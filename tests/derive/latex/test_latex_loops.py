@@ -441,11 +441,15 @@ def test_loop_joints_get_conventional_symbols():
 
 
 def test_member_names_are_printed_as_readable_text():
-    assert words("cylinder_1.end") == "far end of cylinder 1"
-    assert words("boom_cylinder.piston") == "piston of boom cylinder"
+    struts = {f"{name}_swing": name for name in ("side_a", "side_b")}
+    assert words("cylinder_1.end", {}) == "far end of cylinder 1"
+    assert words("boom_cylinder.piston", {}) == "piston of boom cylinder"
+    assert words("boom_swing", struts) == "boom swing"
+    assert words("side_a_swing", struts) == "near end of side a"
     # Two rods share one pin of a third body, as in the rhombus of Peaucellier's linkage.
-    assert words("side_a_swing.side_b_swing") == "pin between side a swing and side b swing"
-    assert words("arm_1.rod_2.end") == "pin between arm 1 and far end of rod 2"
+    shared = "pin between near end of side a and near end of side b"
+    assert words("side_a_swing.side_b_swing", struts) == shared
+    assert words("arm_1.rod_2.end", {}) == "pin between arm 1 and far end of rod 2"
     assert [is_symbol(name) for name in ("l_HI", "theta8", "x", "yaw")] == [True, True, True, False]
     assert dotted(r"\theta_{1}") == r"\dot{\theta}_{1}"
     assert dotted("x") == r"\dot{x}"

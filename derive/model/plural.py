@@ -1,0 +1,6 @@
+"""Formats a number with its noun."""
+
+
+def counted(count: int, noun: str) -> str:
+    """Returns a number with its noun, for example ``1 slot`` or ``2 slots``."""
+    return f"{count} {noun}{'s' if count != 1 else ''}"
