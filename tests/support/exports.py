@@ -10,7 +10,8 @@ def inputs_of(robot, info, q):
     rng = np.random.default_rng(3)
     if info.role.is_inverse:
         return [robot.fk(q), *(q[:, [k]] for k in info.role.fixed)]
-    first = robot.chain(q) if info.inputs[0].name == "theta" else q
+    of_joints = {"theta": "chain", "z": "configuration"}.get(info.inputs[0].name)
+    first = getattr(robot, of_joints)(q) if of_joints else q
     return [first, *(rng.uniform(-1, 1, (len(q), *item.shape)) for item in info.inputs[1:])]
 
 

@@ -79,7 +79,7 @@ class Measurement:
     def _known(self) -> dict[str, Array]:
         """Returns the inputs that several functions share, keyed by argument name."""
         q = self._coordinates()
-        known = {"q": q} | self._of_chain()
+        known = {"q": q} | self._near_reference()
         for argument, name in (("theta", "chain"), ("z", "configuration"), ("T", "fk")):
             if self._is_printed(name):
                 (known[argument],) = self._at(name, [q])
@@ -89,14 +89,21 @@ class Measurement:
         """Whether a function exists and does not call a solver."""
         return any(f.name == name and not f.calls for f in self.derivation.functions)
 
-    def _of_chain(self) -> dict[str, Array]:
-        """Returns main-chain joints near the reference configuration of a robot with loops."""
+    def _near_reference(self) -> dict[str, Array]:
+        """Returns main-chain joints and all joints near the reference of a robot with loops."""
         solved, rng = self.derivation.hybrid, np.random.default_rng(2)
         if solved is None:
             return {}
-        reference = [solved.at_reference[j.name] for j in solved.mechanism.main_chain.moving]
-        apart = rng.uniform(-NEAR_REFERENCE, NEAR_REFERENCE, (SAMPLES, len(reference)))
-        return {"theta": np.array(reference) + apart}
+        names = {
+            "theta": [joint.name for joint in solved.mechanism.main_chain.moving],
+            "z": [variable.name for variable in solved.variables],
+        }
+        found = {}
+        for argument, moved in names.items():
+            reference = np.array([solved.at_reference[name] for name in moved])
+            apart = rng.uniform(-NEAR_REFERENCE, NEAR_REFERENCE, (SAMPLES, len(reference)))
+            found[argument] = reference + apart
+        return found
 
     def _coordinates(self) -> Array:
         """Returns random coordinates in the range, or near the reference if there are loops."""
