@@ -61,13 +61,19 @@ def above_0(name: str, value: float) -> float:
         InputTypeError: The value is not a real number.
         InputValueError: The number is not finite or not positive.
     """
-    number = _number(name, value)
-    if not 0 < number < math.inf:
-        raise InputValueError(f"{name}: expected a finite value above 0, got {number:g}")
-    return number
+    found = number(name, value)
+    if not 0 < found < math.inf:
+        raise InputValueError(f"{name}: expected a finite value above 0, got {found:g}")
+    return found
 
 
-def _number(name: str, value: Any) -> float:
+def number(name: str, value: Any) -> float:
+    """Return a real number, possibly infinite.
+
+    Raises:
+        InputTypeError: The value is not a real number.
+        ShapeError: The value is an array with dimensions.
+    """
     array = real(name, value)
     if array.ndim:
         raise ShapeError(f"{name}: expected a number, got shape {array.shape}")
@@ -95,8 +101,8 @@ def integer_at_least(name: str, value: Any, least: int) -> int:
         InputTypeError: The value is not a real number.
         InputValueError: The number is not an integer, or below the minimum.
     """
-    number = _number(name, value)
-    if not number.is_integer() or number < least:
+    found = number(name, value)
+    if not found.is_integer() or found < least:
         raise InputValueError(f"{name} = {value}: expected an integer of at least {least}")
     return int(value)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
-from chasles.contract import open_input, requires
+from chasles.contract import as_path, open_input, requires
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
@@ -82,10 +82,10 @@ def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
     """Return the surface in a file (.stl, .obj, .dae; in meters) at a pose in the base frame."""
+    name_of_file = os.fspath(as_path("mesh: path", path))
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
-    name_of_file = os.fspath(path)
     try:
         open_input(path).close()
         shape = coal.MeshLoader().load(name_of_file, np.ones(3))

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 from chasles.summaries import summary_repr
 
-from ..arguments import Rng, key_of
+from ..arguments import Rng, integer_at_least, key_of, number
 from .plan import Plan, Space, ends_of, no_plan, plan_along
 
 FloatArray = NDArray[np.float64]
@@ -180,14 +180,18 @@ def prm(
     Raises:
         InputValueError: A number is not positive.
     """
+    check_type("prm: space", space, Space)
+    samples = integer_at_least("prm: samples", samples, 1)
+    neighbors = integer_at_least("prm: neighbors", neighbors, 1)
+    max_step = number("prm: max_step", max_step)
+    dispersion = number("prm: dispersion", dispersion)
+    if not max_step > 0 or not dispersion >= 0:
+        raise InputValueError(
+            f"prm: expected max_step > 0 and dispersion >= 0, got {max_step} and {dispersion}"
+        )
     with requires("chasles[study]"):
         from scipy.spatial import cKDTree  # noqa: PLC0415
 
-    if samples < 1 or neighbors < 1 or not max_step > 0 or not dispersion >= 0:
-        raise InputValueError(
-            f"prm: expected samples >= 1, neighbors >= 1, max_step > 0 and dispersion >= 0, got "
-            f"{samples}, {neighbors}, {max_step} and {dispersion}"
-        )
     points = _points(
         space, samples, dispersion, np.random.default_rng([key_of("prm", rng), samples])
     )

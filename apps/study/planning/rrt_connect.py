@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles.contract import requires
+from chasles.contract import check_type, requires
 
 from ..arguments import Rng, above_0, key_of
 from .plan import Plan, Space, ends_of, no_plan, plan_along
@@ -49,9 +49,10 @@ def rrt_connect(
         InputValueError: The time limit is not positive.
         NotInstalledError: ompl is not installed.
     """
+    check_type("rrt_connect: space", space, Space)
+    above_0("rrt_connect: time_limit", time_limit)
     with requires("chasles[planning]"):
         from ompl import base, geometric, util  # noqa: PLC0415
-    above_0("rrt_connect: time_limit", time_limit)
     ends = ends_of(space, q_start, q_goal)
     if isinstance(ends, Plan):
         return ends

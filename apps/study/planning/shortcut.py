@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import Rng, key_of
+from chasles.contract import check_type
+
+from ..arguments import Rng, integer_at_least, key_of
 from .plan import Plan, Space, plan_along
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +25,14 @@ def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> 
         plan: A plan; a plan without a path is returned unchanged.
         attempts: Number of attempts to connect two random points of the path.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
+
+    Raises:
+        InputTypeError: The space is not a `Space`, or the plan is not a `Plan`.
+        InputValueError: The number of attempts is not a count.
     """
+    check_type("shortcut: space", space, Space)
+    check_type("shortcut: plan", plan, Plan)
+    attempts = integer_at_least("shortcut: attempts", attempts, 0)
     if not plan.found:
         return plan
     random = np.random.default_rng(key_of("shortcut", rng))

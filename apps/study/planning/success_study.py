@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chasles import InputValueError
+from chasles.contract import check_type
 from chasles.summaries import summary_repr
 
-from ..arguments import Rng, key_of
+from ..arguments import Rng, integer_at_least, key_of, number
 from ..results import StudyResult, write_table
 from .plan import Space
 from .roadmap import prm
@@ -109,11 +111,24 @@ def success_study(
         neighbors: As in `prm`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 
+    Raises:
+        InputTypeError: The space is not a `Space`, or an argument has the wrong type.
+        InputValueError: A number is not positive.
+
     Source:
         E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
+    check_type("success_study: space", space, Space)
+    check_type("success_study: samples", samples, Sequence, np.ndarray)
+    check_type("success_study: max_steps", max_steps, Sequence, np.ndarray)
+    counts = [integer_at_least("success_study: samples", count, 1) for count in samples]
+    runs = integer_at_least("success_study: runs", runs, 1)
+    neighbors = integer_at_least("success_study: neighbors", neighbors, 1)
+    for step in max_steps:
+        if not number("success_study: max_steps", step) > 0:
+            raise InputValueError(f"success_study: max_steps: expected values above 0, got {step}")
     rows, first = [], runs * key_of("success_study", rng)
-    for count in samples:
+    for count in counts:
         for step in max_steps:
             plans, times = [], []
             for key in range(first, first + runs):

@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING, NoReturn
 import mpmath as mp
 import sympy as sp
 
+from chasles.contract.argument_types import check_type
 from chasles.contract.extras import requires
 from chasles.contract.input_files import as_path
 
 from ...model.errors import DescriptionError
 from ...model.exact import NotExact, read
-from ...model.mechanism import Described
+from ...model.mechanism import Described, Mechanism
 from ...model.placements import Rotation, Vector
 from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
@@ -75,6 +76,7 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
             calibration belongs to another arm type (the tools at zero differ by more than
             ``CALIBRATED_TOOL``).
     """
+    check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)
     with mp.workdps(EVALUATION_DIGITS):
         try:

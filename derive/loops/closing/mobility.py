@@ -150,8 +150,12 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
             planar translations.
 
     Raises:
+        InputTypeError: An argument is not an int.
         InputValueError: An argument is not a possible count.
     """
+    for name, count in {"links": links, "joints": joints, "freedom": freedom}.items():
+        check_type(f"kutzbach: {name}", count, int)
+    check_type("kutzbach: order", order, int)
     if not 1 <= order <= SPATIAL:
         raise InputValueError(f"kutzbach: expected order from 1 to {SPATIAL}, found {order}")
     if links < 1 or joints < links - 1:

@@ -159,7 +159,7 @@ REFUSED = {
     "reachable_positions: R_0_ee: expected finite": lambda: reachable_positions(
         chasles.load("stewart_gough"), np.full((3, 3), NAN)
     ),
-    "prm: expected samples >= 1": lambda: prm(EMPTY, 5, dispersion=NAN),
+    "prm: expected max_step > 0": lambda: prm(EMPTY, 5, dispersion=NAN),
     "q_goal: expected finite numbers, got nan at .1,.": lambda: prm(EMPTY, 5).plan(
         [1, 1], [1, NAN]
     ),

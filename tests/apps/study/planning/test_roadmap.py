@@ -148,7 +148,9 @@ def test_rrt_connect_finds_free_path_or_explains_failure():
 
 
 def test_invalid_roadmap_arguments_are_rejected():
-    with pytest.raises(InputValueError, match="expected samples >= 1"):
+    with pytest.raises(
+        InputValueError, match="prm: samples = 0: expected an integer of at least 1"
+    ):
         prm(passage(), 0)
     with pytest.raises(ShapeError, match=r"start: expected \(2,\), got shape \(3,\)"):
         prm(passage(), 10).plan((0, 0, 0), GOAL)
