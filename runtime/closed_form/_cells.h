@@ -1,6 +1,5 @@
 /* A hash table of cells that finds solutions with equal coordinates. */
-#ifndef CHASLES_CELLS_H
-#define CHASLES_CELLS_H
+#pragma once
 
 #include <Python.h>
 
@@ -61,5 +60,3 @@ static inline double cell_of(const Cells *cells, npy_intp n, const double *q)
     }
     return floor(sum / cells->width) + 0.0;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Solution of small symmetric linear systems, in place and without square roots. */
-#ifndef CHASLES_LINEAR_SOLVE_H
-#define CHASLES_LINEAR_SOLVE_H
+#pragma once
 
 #include "numerics/_tolerances.h"
 #include "numerics/_vectors.h"
@@ -44,5 +43,3 @@ static inline void solve_symmetric(double *A, int m, int stride, double *b)
         solve_of_size(A, m, stride, b);
     }
 }
-
-#endif

@@ -3,8 +3,7 @@
  * difference of the origins and the rotation vector. The function twist_between writes the twist
  * whose exponential is the whole displacement. Source: R. M. Murray, Z. Li, S. S. Sastry, A
  * Mathematical Introduction to Robotic Manipulation, 1994, chapter 2. */
-#ifndef CHASLES_LOGARITHM_H
-#define CHASLES_LOGARITHM_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -82,5 +81,3 @@ static inline void twist_between(const double *A, const double *B, double *twist
         twist[i] = twist[i] - wp[i] / 2 + k * wwp[i];
     }
 }
-
-#endif

@@ -6,8 +6,7 @@
  *
  * Source: M. R. Hestenes, Inversion of matrices by biorthogonalization and related results, 1958.
  */
-#ifndef CHASLES_ORTHOGONAL_H
-#define CHASLES_ORTHOGONAL_H
+#pragma once
 
 #include <math.h>
 
@@ -56,5 +55,3 @@ static inline __attribute__((always_inline)) void orthogonalize_rows(double *W, 
         }
     }
 }
-
-#endif

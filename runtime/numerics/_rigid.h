@@ -7,8 +7,7 @@
  * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck,
  * C. Bowie, An iterative algorithm for computing the best estimate of an orthogonal matrix, 1971.
  */
-#ifndef CHASLES_RIGID_H
-#define CHASLES_RIGID_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -165,5 +164,3 @@ static inline void nearest_rigid(const double *T, double *out)
         }
     }
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Singular value decomposition of a Jacobian with six rows. */
-#ifndef CHASLES_SVD_H
-#define CHASLES_SVD_H
+#pragma once
 
 #include "numerics/_vectors.h"
 
@@ -17,5 +16,3 @@ typedef struct {
 /* Decomposes the Jacobian J (6, n). Columns k with removed[k] != 0 count as zero, and so do these
  * components of v. The caller owns the memory of v and work. */
 void svd_decompose(Svd *svd, const double *J, const char *removed);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Values that are "dimensionless" belong to scaled Jacobians: lengths are divided by the
  * characteristic length of the robot. */
-#ifndef CHASLES_TOLERANCES_H
-#define CHASLES_TOLERANCES_H
+#pragma once
 
 #include <float.h>
 
@@ -153,5 +152,3 @@
 /* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate: a joint
  * may exceed its acceleration limit by this amount when it brakes. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)
-
-#endif

@@ -1,7 +1,6 @@
 /* Scalar, vector and pose functions. A pose is 16 doubles, 4 x 4 row-major; a twist is six doubles,
  * linear part first. */
-#ifndef CHASLES_VECTORS_H
-#define CHASLES_VECTORS_H
+#pragma once
 
 #include <math.h>
 
@@ -68,5 +67,3 @@ static inline void rotate_back(const double *T, const double *x, double *out)
         out[i] = T[i] * x[0] + T[4 + i] * x[1] + T[8 + i] * x[2];
     }
 }
-
-#endif

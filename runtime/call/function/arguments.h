@@ -1,6 +1,5 @@
 /* Arguments of a call: sorting by name, conversion to arrays, and checks. */
-#ifndef CHASLES_ARGUMENTS_H
-#define CHASLES_ARGUMENTS_H
+#pragma once
 
 #include "call/kernel/operands.h"
 
@@ -42,5 +41,3 @@ int broadcast_inputs(const Kernel *kernel, PyObject *const *inputs, LeadingShape
 /* Tests that an out array has exactly the shape and type of the result; returns -1 on error. */
 int check_out(const Kernel *kernel, const Operand *operand, const LeadingShape *batch,
               PyObject *object);
-
-#endif

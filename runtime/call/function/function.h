@@ -2,8 +2,7 @@
  *
  * The file function.c defines the type, and dispatch.c the calls; arguments.c reads arguments, and
  * results.c packs results. */
-#ifndef CHASLES_FUNCTION_H
-#define CHASLES_FUNCTION_H
+#pragma once
 
 #include "call/kernel/operands.h"
 
@@ -30,5 +29,3 @@ PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_
 
 /* Library.function(name, inputs, outputs, *, label, ...): a new Function. */
 PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs);
-
-#endif

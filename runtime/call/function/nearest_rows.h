@@ -1,6 +1,5 @@
 /* The nearest solutions of pose batches, by the compiled inverse and selection. */
-#ifndef CHASLES_NEAREST_ROWS_H
-#define CHASLES_NEAREST_ROWS_H
+#pragma once
 
 #include <float.h>
 
@@ -49,5 +48,3 @@ PyObject *nearest_rows(PyObject *module, PyObject *args);
 
 /* nearest_of_slots(inverse, slots, q_seed, moves, results) of the module. */
 PyObject *nearest_of_slots(PyObject *module, PyObject *args);
-
-#endif

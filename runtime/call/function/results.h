@@ -3,8 +3,7 @@
  * Branches of an inverse become Solutions (solutions.py), with a fourth array `valid`. A pose
  * without a valid branch may need refinement (refinement.py). If a single result is not finite, the
  * guard (guard.py) may raise an error. */
-#ifndef CHASLES_RESULTS_H
-#define CHASLES_RESULTS_H
+#pragma once
 
 #include "call/function/arguments.h"
 #include "call/function/function.h"
@@ -60,5 +59,3 @@ static inline PyObject *pack(const Function *self, PyObject *const *inputs, PyOb
     }
     return tuple;
 }
-
-#endif

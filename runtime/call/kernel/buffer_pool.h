@@ -4,8 +4,7 @@
  * used again. For a large batch, clearing takes as long as the computation. Therefore large results
  * use a memory handler (NEP 49) that keeps freed blocks for the next call. A block belongs to one
  * array or to the pool. The interpreter lock (GIL) protects the pool. */
-#ifndef CHASLES_BUFFER_POOL_H
-#define CHASLES_BUFFER_POOL_H
+#pragma once
 
 #include "call/kernel/python_api.h"
 
@@ -19,5 +18,3 @@ PyObject *new_large(int ndim, npy_intp *dims);
 
 /* release_memory() of the module: returns all pooled blocks to the system, and their size [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));
-
-#endif

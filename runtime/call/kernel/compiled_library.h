@@ -1,6 +1,5 @@
 /* Library: a compiled robot, opened and checked against its expected content hash. */
-#ifndef CHASLES_COMPILED_LIBRARY_H
-#define CHASLES_COMPILED_LIBRARY_H
+#pragma once
 
 #include "call/kernel/python_api.h"
 #include "library/_kernel.h"
@@ -19,5 +18,3 @@ PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
 
 /* Returns the entry of the function with this name, otherwise NULL. */
 const chasles_kernel *library_find(const Library *library, const char *name);
-
-#endif

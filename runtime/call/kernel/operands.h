@@ -1,8 +1,7 @@
 /* Kernel, one compiled function with the shapes of its operands (inputs and outputs).
  *
  * A Function and its ufunc share the kernel; the ufunc keeps it alive in a capsule. */
-#ifndef CHASLES_OPERANDS_H
-#define CHASLES_OPERANDS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -79,5 +78,3 @@ static inline int is_core_array(PyObject *object, const Operand *operand)
     }
     return 1;
 }
-
-#endif

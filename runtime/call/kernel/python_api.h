@@ -1,8 +1,7 @@
 /* Python's and NumPy's interfaces, and the Python objects that all files of chasles.call._call use.
  *
  * NumPy's tables of functions are imported once, by the file that defines IMPORT_NUMPY. */
-#ifndef CHASLES_PYTHON_API_H
-#define CHASLES_PYTHON_API_H
+#pragma once
 
 #define PY_SSIZE_T_CLEAN
 #define PY_ARRAY_UNIQUE_SYMBOL chasles_call_array_api
@@ -25,5 +24,3 @@ extern PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_
 
 /* __array_ufunc__ of NumPy's own arrays. */
 extern PyObject *ndarray_array_ufunc;
-
-#endif

@@ -6,8 +6,7 @@
  *
  * If the unit length is not 1 m, residuals are recomputed as the larger of the distance and the
  * angle times the unit length. */
-#ifndef CHASLES_RIGID_POSES_H
-#define CHASLES_RIGID_POSES_H
+#pragma once
 
 #include <string.h>
 
@@ -72,5 +71,3 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
 void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                      const ptrdiff_t *input_steps, double *const *outputs,
                      const ptrdiff_t *output_steps);
-
-#endif

@@ -1,7 +1,6 @@
 /* Data of iterative inverse kinematics: arm, task and memory. Jacobians (n, 6) are stored by
  * column. */
-#ifndef CHASLES_ARM_H
-#define CHASLES_ARM_H
+#pragma once
 
 #include "library/_kernel.h"
 #include "numerics/_vectors.h"
@@ -63,5 +62,3 @@ typedef struct {
     double rounded;       /* maximum residual of a solution for a rounded target */
     Workspace *work;
 } Problem;
-
-#endif

@@ -3,8 +3,7 @@
  * The damping is lambda = mu |e|^2 / 2. The factor mu decreases after successful steps and
  * increases after failed steps. As lambda vanishes with the error, the iteration converges
  * quadratically, even near singularities. */
-#ifndef CHASLES_ATTEMPT_H
-#define CHASLES_ATTEMPT_H
+#pragma once
 
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
@@ -20,5 +19,3 @@ Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluatio
 /* Iterates from x (n,) to the minimum error, up to rounding. The error is the displacement, because
  * the logarithm of a pose has its minimum elsewhere. */
 Ending patient_attempt(const Problem *problem, const double *x, int *budget, Evaluation *now);
-
-#endif

@@ -1,6 +1,5 @@
 /* Iterative inverse kinematics of pose batches on several threads. */
-#ifndef CHASLES_BATCH_H
-#define CHASLES_BATCH_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stddef.h>
@@ -26,5 +25,3 @@ typedef struct {
 /* Solves all poses on at most `threads` threads, including the calling thread. Sets out_of_memory
  * if an allocation fails. */
 void solve_batch(PoseBatch *batch, int threads);
-
-#endif

@@ -1,6 +1,5 @@
 /* Evaluation of an arm: tip pose, weighted error, and Jacobian of the error. */
-#ifndef CHASLES_EVALUATE_H
-#define CHASLES_EVALUATE_H
+#pragma once
 
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
@@ -14,5 +13,3 @@ void call_kernel(const chasles_kernel *kernel, const double *x, double *first, d
 /* Evaluates the arm at x (n,). Writes the decrease of the weighted error per coordinate into
  * `columns` (n, 6). Returns 0 if the residual is not finite. */
 int evaluate(const Problem *problem, const double *x, double *columns, Evaluation *out);
-
-#endif

@@ -9,8 +9,7 @@
  *
  * Source: Sugihara 2011 (damping); Bertsekas, Projected Newton methods, 1982 (limits); Lloyd, Irani
  * and Ahmadi 2022 (Halley's step). */
-#ifndef CHASLES_LM_STEP_H
-#define CHASLES_LM_STEP_H
+#pragma once
 
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
@@ -26,5 +25,3 @@ void normal_equations(const Workspace *work, const double *columns, const double
  * the end. Each evaluation reduces the budget by 1. Returns 0 if no step is possible. */
 int lm_step(const Problem *problem, int m, double lambda, int *budget, Evaluation *now,
             int *better);
-
-#endif

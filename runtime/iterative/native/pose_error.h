@@ -3,8 +3,7 @@
  * If all six weights are positive, the error is the logarithm of the relative pose, a twist.
  * If a weight is 0, the error is the displacement, so that an ignored rotation has no effect. The
  * error is measured at the tip and expressed in the task axes: base axes or tip axes. */
-#ifndef CHASLES_POSE_ERROR_H
-#define CHASLES_POSE_ERROR_H
+#pragma once
 
 #include <string.h>
 
@@ -97,5 +96,3 @@ static inline void measure_error(const Task *task, const double *p, Evaluation *
     /* The first term propagates NaN, which the comparison could drop. */
     out->residual = (distance + angle) * 0 + sqrt(distance > angle ? distance : angle);
 }
-
-#endif

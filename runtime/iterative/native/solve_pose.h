@@ -2,8 +2,7 @@
  *
  * If no attempt converges, the best results are refined to the nearest minimum error, with a
  * reserved fraction of the budget. */
-#ifndef CHASLES_SOLVE_POSE_H
-#define CHASLES_SOLVE_POSE_H
+#pragma once
 
 #include "iterative/native/arm.h"
 
@@ -20,5 +19,3 @@ typedef struct {
 /* Solves for the target pose, projected if it is nearly rigid (_rigid.h). The first start
  * configuration is `seed` (n,), unless it is NULL. */
 void solve_pose(const Problem *problem, const double *seed, const Results *results);
-
-#endif

@@ -1,6 +1,5 @@
 /* Start configurations: the seed, then a table, sorted by pose distance from the target. */
-#ifndef CHASLES_STARTS_H
-#define CHASLES_STARTS_H
+#pragma once
 
 #include "iterative/native/arm.h"
 
@@ -11,5 +10,3 @@ int next_start(const Problem *problem, const double *seed, int tried);
 /* Inserts work->q into the best results work->best[:count], sorted by error; returns the new count.
  */
 int keep_end(const Problem *problem, double half_square, double *errors, int count);
-
-#endif

@@ -5,8 +5,7 @@
  *
  * Source: F. Flacco, A. De Luca, O. Khatib, Motion control of redundant robots under joint
  * constraints: saturation in the null space, ICRA 2012, algorithm 1. */
-#ifndef CHASLES_BOUNDED_RATES_H
-#define CHASLES_BOUNDED_RATES_H
+#pragma once
 
 #include "numerics/_svd.h"
 #include "numerics/_vectors.h"
@@ -45,5 +44,3 @@ double solve_within_bounds(RateProblem *p);
 
 /* Adds the null-space component of the secondary rates z to y, within the bounds. */
 void add_null_motion(RateProblem *p);
-
-#endif

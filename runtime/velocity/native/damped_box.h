@@ -9,8 +9,7 @@
  *
  * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering); Maciejewski and Klein 1989
  * (reuse of U); Stark and Parker 1995 (active set). */
-#ifndef CHASLES_DAMPED_BOX_H
-#define CHASLES_DAMPED_BOX_H
+#pragma once
 
 #include "numerics/_vectors.h"
 
@@ -58,5 +57,3 @@ double damped_box_residual(const DampedBox *box, const double *y);
  * step, the predicted error and the error after the step. This avoids oscillation across the
  * singularity at the workspace boundary. */
 void damped_box_adapt(DampedBox *box, double before, double expected, double after);
-
-#endif

@@ -1,6 +1,5 @@
 /* Path tracking by joint rates: one damped step within all limits for each pose. */
-#ifndef CHASLES_PATH_TRACKING_H
-#define CHASLES_PATH_TRACKING_H
+#pragma once
 
 #include <stddef.h>
 
@@ -38,5 +37,3 @@ void tracking_free(Tracking *t);
 /* Takes the steps from the poses first to last - 1, after all earlier steps. Returns 0 if a loop is
  * open at the first row of q. */
 int track_path(Tracking *t, ptrdiff_t first, ptrdiff_t last);
-
-#endif

@@ -1,6 +1,5 @@
 /* The inner loops of the generalized ufuncs of chasles.velocity._rates. */
-#ifndef CHASLES_RATE_LOOPS_H
-#define CHASLES_RATE_LOOPS_H
+#pragma once
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -21,5 +20,3 @@ void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_intp *s
 /* The product of the singular values, and its gradient with respect to q.
  * Operands: J (6, n), H (6, n, n), unit (n), row (6), rank -> w, gradient (n) */
 void gradient_loop(char **arguments, const npy_intp *dimensions, const npy_intp *steps, void *data);
-
-#endif

@@ -1,6 +1,5 @@
 /* Access to strided ufunc operands. */
-#ifndef CHASLES_STRIDED_H
-#define CHASLES_STRIDED_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -60,5 +59,3 @@ static inline void advance(char **args, const npy_intp *steps, int n_operands)
         args[i] += steps[i];
     }
 }
-
-#endif
