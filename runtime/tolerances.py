@@ -61,6 +61,11 @@ away from singularities; larger steps cannot be distinguished from a change of b
 SELF_MOTION_STEP = 1e-9
 """Final sampling step [rad or m] of a search along the self-motion, as accurate as a solution:
 distances have a kink at their minimum."""
+SELF_MOTION_GAP = 1e-7
+"""Minimum distance [rad or m] between these samples."""
+SELF_MOTION_MOVE = 0.25
+"""Maximum joint motion (length, radian) between samples of a self-motion: near a singularity, a
+small change of the swivel angle rotates joints by up to pi."""
 
 # --- closed form: closure of loops ---
 

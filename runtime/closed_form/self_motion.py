@@ -1,7 +1,9 @@
 """The best redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the parameter ranges. Random steps from the best samples follow; the steps are halved
-after a failure. Steps in fixed directions would stop at limits, where the optimum often lies.
+Samples cover the parameter ranges, more densely where a small change of a single parameter moves
+joints far, as near a wrist singularity. Random steps from the best samples follow; the steps are
+halved after a failure. Steps in fixed directions would stop at limits, where the optimum often
+lies.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputValueError
 from ..fixed import values_at
-from ..tolerances import SELF_MOTION_STEP
+from ..tolerances import SELF_MOTION_GAP, SELF_MOTION_MOVE, SELF_MOTION_STEP
+from .slot_facts import facts_of
 
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
@@ -26,6 +29,10 @@ _SAMPLES = {1: 64, 2: 20, 3: 12}
 """Samples per parameter, for each number of parameters."""
 _FEW = 4
 """Samples per parameter for larger numbers of parameters."""
+_FRACTIONS = np.linspace(0, 1, 5)
+"""The samples of an interval between two samples of one parameter, relative to its length."""
+_INTERVALS = 16
+"""Maximum number of intervals that are sampled again at once."""
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
@@ -52,7 +59,8 @@ def best_parameters(
 ) -> dict[str, FloatArray]:
     """Return all parameters (N,) that maximize an objective, for targets and seeds."""
     target, seeds = rows
-    block = max(1, _MAX_ROWS // (_SAMPLES.get(len(free), _FEW) ** len(free) + 1))
+    per_row = _SAMPLES.get(len(free), _FEW) ** len(free) * len(_FRACTIONS)
+    block = max(1, _MAX_ROWS // per_row)
     parts = []
     for first in range(0, len(seeds), block):
         part = slice(first, first + block)
@@ -80,10 +88,11 @@ class _Search:
         grid = np.array(list(itertools.product(unit, repeat=len(free))))
         values = low[:, None] + grid * (high - low)[:, None]
         values = np.concatenate([start[:, None], values], 1)
-        found = self._values(fixed_q, free, values)
-        order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
-        centers = np.take_along_axis(values, order[..., None], 1)
-        best = np.take_along_axis(found, order, 1)
+        samples = [values]
+        if len(free) == 1:
+            samples.append(self._refined(fixed_q, free, values[..., 0])[..., None])
+        tops = [self._top(fixed_q, free, part) for part in samples]
+        centers, best = (np.concatenate(part, 1) for part in zip(*tops, strict=True))
         step = np.repeat(((high - low) / per_axis)[:, None], centers.shape[1], 1)
         rng = np.random.default_rng(0)
         while (step > SELF_MOTION_STEP).any():
@@ -101,6 +110,47 @@ class _Search:
             step = np.where(is_better[..., None], step, step / 2)
         top = best.argmax(-1)
         return np.take_along_axis(centers, top[:, None, None], 1)[:, 0]
+
+    def _top(
+        self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the best of some values (N, m, p), with their objective."""
+        found = self._values(fixed_q, free, values)
+        order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
+        centers = np.take_along_axis(values, order[..., None], 1)
+        return centers, np.take_along_axis(found, order, 1)
+
+    def _refined(
+        self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+    ) -> FloatArray:
+        """Return values (N, m) of one parameter and more where joints move far, padded by NaN."""
+        found: list[FloatArray] = []
+        inner = np.sort(values, 1)[:, None]
+        while inner.size:
+            found.append(inner.reshape(len(values), -1))
+            moves = self._joint_moves(fixed_q, free, found[-1]).reshape(inner.shape)[..., 1:]
+            moves = np.where(np.diff(inner) > SELF_MOTION_GAP, moves, 0.0)
+            parts = inner[..., :-1], inner[..., 1:], moves
+            low, high, moves = (part.reshape(len(values), -1) for part in parts)
+            # Where rounding errors move the joints, intervals of any length exceed the limit.
+            order = np.argsort(-moves, 1, kind="stable")[:, :_INTERVALS]
+            is_far = np.take_along_axis(moves, order, 1) > SELF_MOTION_MOVE
+            ends = (np.take_along_axis(end, order, 1) for end in (low, high))
+            low, high = (np.where(is_far, end, np.nan)[:, is_far.any(0), None] for end in ends)
+            inner = low + _FRACTIONS * (high - low)
+        return np.sort(np.concatenate(found, 1), 1)
+
+    def _joint_moves(
+        self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+    ) -> FloatArray:
+        """Return the largest joint displacement (N, m) of a solution slot since the last value."""
+        chosen, target, _ = self._at(fixed_q, free, values[..., None])
+        q, residual, _ = chosen.inverse.ufunc(target, *chosen.parameters)
+        q[~(residual <= chosen.inverse.near)] = np.nan
+        facts = facts_of(chosen.inverse.solutions)
+        moves = np.abs(np.diff(q, axis=0, prepend=np.nan))
+        moves = np.minimum(moves, np.abs(moves - facts.turn)) / facts.units
+        return np.asarray(np.nan_to_num(moves).max((-2, -1)).reshape(values.shape))
 
     def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the parameters at the seeds (N, p), and lower and upper bounds of each (N, p)."""
@@ -125,15 +175,21 @@ class _Search:
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
         """Return the objective (N, m) at parameters (N, m, p); -inf without a solution."""
-        m = values.shape[1]
-        target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
-        at = {name: np.repeat(value, m) for name, value in fixed_q.items()}
-        at |= {name: values[..., k].flatten() for k, name in enumerate(free)}
-        chosen = self.make(seeds, at, free=True)
+        chosen, target, seeds = self._at(fixed_q, free, values)
         q, _, _, slot = chosen.solve(target, seeds)
         found = np.full(len(q), -np.inf)
         solved = slot >= 0
         with np.errstate(invalid="ignore"):
             value = self.objective(q[solved], seeds[solved])
         found[solved] = np.where(np.isnan(value), -np.inf, value)
-        return found.reshape(-1, m)
+        return found.reshape(values.shape[:2])
+
+    def _at(
+        self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+    ) -> tuple[Any, FloatArray, FloatArray]:
+        """Return the inverse, targets and seeds for parameters (N, m, p), as N m rows."""
+        m = values.shape[1]
+        target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
+        at = {name: np.repeat(value, m) for name, value in fixed_q.items()}
+        at |= {name: values[..., k].flatten() for k, name in enumerate(free)}
+        return self.make(seeds, at, free=True), target, seeds

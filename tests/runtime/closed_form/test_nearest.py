@@ -322,6 +322,24 @@ def test_surplus_freedom_reaches_the_best_value_of_a_dense_scan(panda):
         assert objective(found.q) >= objective(q).max() - 1e-6
 
 
+def test_nearest_over_the_self_motion_finds_narrow_minima_near_wrist_singularities():
+    """Near the singularity, a swivel of about the bend of the wrist turns joints by half a turn."""
+    iiwa, rng = chasles.load("iiwa14"), np.random.default_rng(2)
+    coarse = np.linspace(-np.pi, np.pi, 2001)
+    for k in range(30):
+        q = iiwa.random_q(rng=rng)
+        q[5] = rng.choice([-1, 1]) * 10.0 ** rng.uniform(-4, -1)
+        T, seed = iiwa.fk(q), np.clip(q + rng.normal(0, 0.3, 7), *iiwa.limits.T)
+        around = np.geomspace(1e-7, 0.1, 300)
+        swivel = float(iiwa.swivel(q)) + np.concatenate([-around, around, coarse])
+        poses = np.broadcast_to(T, (len(swivel), 4, 4))
+        scan = iiwa.ik_nearest(poses, seed, fixed={"swivel": swivel})
+        found = iiwa.ik_nearest(T, seed, redundancy="nearest")
+        assert np.abs(iiwa.fk(found.q) - T).max() < CLOSURE
+        best = np.abs(scan.q[scan.valid] - seed).max(-1).min()
+        assert np.abs(found.q - seed).max() <= best + 1e-6, k
+
+
 def test_two_surplus_freedoms_reach_the_best_value_of_a_dense_scan():
     photo, rng = chasles.load("photo_robot"), np.random.default_rng(5)
     q = rng.uniform(-1, 1, photo.n)
