@@ -250,7 +250,7 @@ def erratum(
     if not is_right:
         raise _refuted(printed, ours, f"corrected to {corrected} differs from")
     if cause is not None and not _same(wrong, cause[1], printed):
-        raise _refuted(printed, cause[1], f"has another cause than {cause[0]}:")
+        raise _refuted(printed, cause[1], f"is not caused by {cause[0]}:")
     right = corrected.evidence if isinstance(corrected, Finding) else corrected
     right = right if isinstance(right, str) else ""
     read_instead = f"correct: {right} {printed.unit}".strip() if right else ""
