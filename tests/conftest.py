@@ -25,11 +25,11 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_finish():
-    """Hides all modules that the tests import from the garbage collector.
+    """Excludes all modules that the tests import from garbage collection.
 
-    A full garbage collection then takes milliseconds. Without this, each garbage collection takes
-    0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need dozens of
-    collections.
+    A full garbage collection then takes milliseconds. Without this exclusion, each garbage
+    collection takes 0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need
+    dozens of collections.
     """
     gc.collect()
     gc.freeze()
@@ -48,8 +48,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """Lists each reason for a skipped test that an installation would remove, one reason per
-    line."""
+    """Lists the missing programs and packages for which tests were skipped, one reason per line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

@@ -33,11 +33,11 @@ FIELDS = {
         "regularize_method",
     },
 }
-"""The fields of acados that the page sets and the solver of this test reads or does not need."""
+"""The fields of acados that the page sets, and that the solver of this test reads or ignores."""
 
 
 class Fields:
-    """An object whose fields a program sets, also those of its parts, as in acados."""
+    """An object, as in acados, whose fields and nested fields a program sets."""
 
     def __getattr__(self, name):
         if name.startswith("_"):

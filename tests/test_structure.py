@@ -28,9 +28,9 @@ MAX_LINES_OF_RUNTIME = 15_000
 MAX_LINES_OF_EXPORTER = 600
 """Number of lines of a folder of `derive/emit`, templates and support files included."""
 MAX_LINES_OF_PLUGIN = 1_150
-"""Number of lines of the exporter for MoveIt. It contains 780 lines of C++ that are the same for
-every robot, because the plugin overrides thirteen functions of MoveIt, in two generations of their
-signatures, and compares the robot with MoveIt's model."""
+"""Number of lines of the exporter for MoveIt. The exporter contains 780 lines of C++ that are the
+same for every robot, because the plugin overrides thirteen functions of MoveIt in two generations
+of their signatures, and compares the robot with MoveIt's model."""
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
 BUILT = {".so", ".pyc", ".o"}
 SHARED = {"support", "campaigns", "laws"}
@@ -230,7 +230,8 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def names_read(tree: ast.Module) -> Iterator[str]:
-    """Yields the names that the derivation of a mechanism reads, those of its steps in place."""
+    """Yields the names that the derivation of a mechanism reads, including the names that its steps
+    read."""
     steps = [part for node in tree.body for part in (node, *getattr(node, "body", ()))]
     step_of = {step.name: step for step in steps if isinstance(step, ast.FunctionDef)}
 

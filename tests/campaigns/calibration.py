@@ -63,9 +63,9 @@ OFF = 1e-3
 GROSS, SHARE = 5e-3, 0.05
 CONFIGURATIONS, HELD = 60, 2_000
 FALL = 20
-"""Minimum reduction of the error."""
+"""Minimum factor by which the identification must reduce the error."""
 NEAR = 1.1
-"""Maximum error of an efficient estimator relative to the error at the bound."""
+"""Maximum ratio of an efficient estimator's error to the error at the Cramer-Rao bound."""
 LEVEL = 1e-8
 """Probability that a correct program fails the error test of an arm, or the test of one side of the
 intervals."""
@@ -91,11 +91,11 @@ class Judged:
 
     Attributes:
         fall: Error of the nominal arm relative to the error of the identified arm.
-        over: Error of the identified arm relative to the bound.
+        over: Error of the identified arm relative to the Cramer-Rao bound.
         is_reached: Whether the error is as small as for an efficient estimator.
         inside: Whether each interval contains the true value.
-        probability: Probability that random errors are smaller, relative to the intervals, than
-        these errors.
+        probability: Probability that random errors, relative to their intervals, are smaller than
+        the observed errors.
     """
 
     fall: float
@@ -246,7 +246,7 @@ def _gross(robot, drawn: Drawn, random: np.random.Generator) -> Positions:
 
 KINDS = {"poses": _poses, "three targets": _positions, "three targets, 5 % gross": _gross}
 SOUND = {_gross: _positions}
-"""Measurement kinds, each without outliers."""
+"""Kinds of measurements without outliers."""
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:

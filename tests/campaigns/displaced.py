@@ -113,7 +113,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Counts duplicated solutions, and regular configurations without a solution slot."""
+    """Counts duplicated solutions, and regular configurations that are in no solution slot."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))

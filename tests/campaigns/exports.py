@@ -167,14 +167,14 @@ def built(robot: chasles.Robot, folder: Path) -> Path:
 
 
 def in_cpp(program: Path, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of a function of the header, flat and row by row."""
+    """Returns the outputs of a header function as a flat list, row by row."""
     rows = np.hstack([item.reshape(len(item), -1) for item in inputs]).tobytes()
     done = subprocess.run([program, info.name], input=rows, capture_output=True, check=True)
     return np.frombuffer(done.stdout).reshape(len(inputs[0]), -1)
 
 
 def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of the C of the robot, flat and row by row."""
+    """Returns the outputs of the robot's C function as a flat list, row by row."""
     function = robot.functions[info.name].ufunc
     results = (function(*row) for row in zip(*inputs, strict=True))
     as_tuples = (item if isinstance(item, tuple) else (item,) for item in results)

@@ -29,7 +29,8 @@ from .campaign import Campaign, Outcome
 RANDOM, RIGHT = 2000, 1000
 """Number of configurations per arm: random, and at right angles."""
 OTHERS, COUNTED = 200, 10
-"""Number of poses with other fixed values, and of poses whose solutions Newton's method counts."""
+"""Number of poses with other fixed joint values, and number of poses whose solutions Newton's
+method counts."""
 PART = 1000
 """Number of poses per batch."""
 SAME = 1e-6
@@ -39,7 +40,7 @@ WRONG = 1e-8
 REGULAR = 1e-5
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular configuration."""
 STARTS, STEPS = 1500, 60
-"""Random starts and maximum number of steps of Newton's iteration."""
+"""Number of random start configurations, and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
 """The iteration ends at this step size (rad)."""
 SIX = 6
@@ -68,7 +69,7 @@ class Judged:
         return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Returns poses (..., 4, 4) in extended precision, from the placements."""
+        """Returns poses (..., 4, 4) in extended precision, computed from the joint placements."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):

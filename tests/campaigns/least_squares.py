@@ -28,7 +28,7 @@ PLANES: dict[str, Placement] = {
     "slider_crank": (),
     "five_bar": (),
 }
-"""Robots, with the rotation from z to their pin axis."""
+"""Names of the robots, each with the rotation from the z axis to its pin axis."""
 FUNCTIONS = (
     *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin"),
     *("chain", "chain_D_q", "chain_rates", "chain_accelerations"),

@@ -28,7 +28,7 @@ QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 
 @dataclass(frozen=True)
 class Loss:
-    """The counts of an inverse that fails on a set of poses.
+    """Counts of the failures of an inverse on one set of poses.
 
     Attributes:
         arm: Number of the arm.

@@ -12,10 +12,11 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Below this singular value, these tests apply damping. Many random configurations have smaller
-singular values."""
+"""Below this singular value, these tests apply damping. Many random configurations have singular
+values below this bound."""
 AGREES = 1e-9
-"""Relative difference of joint rates from NumPy's, for a condition number of 1 / BORDER."""
+"""Relative difference between these joint rates and NumPy's, for a condition number of 1 /
+BORDER."""
 CHAINS, POSES = 300, 4
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

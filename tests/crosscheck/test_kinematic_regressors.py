@@ -97,7 +97,8 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """Splits the chain into motions between joints, and joints (is revolute, axis, value)."""
+    """Splits the chain into the motions between joints, and the joints as tuples (is revolute,
+    axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)

@@ -16,8 +16,8 @@ from tests.support.oracles.verdict import judged
 FIVE_JOINTS = (389,)
 """Five-joint arm whose poses equal the poses of a six-joint arm with the last joint at 0."""
 OBLIQUE_WRISTS = (80,)
-"""Arm whose pose does not determine a rotation. The wrist of this arm reaches only some
-orientations."""
+"""Arm with a joint rotation that the pose does not determine. The wrist of this arm reaches only
+some orientations."""
 LOST_BEFORE = (50925,)
 """Arm with poses that the closed form misses, but that the fixed-joint steps find."""
 FOLDED = (33, 20350, 53401)
@@ -27,7 +27,7 @@ SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
     *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
-"""Chains, and whether their skew axes are at right angles."""
+"""Each case is a chain, and whether its skew axes are at right angles."""
 
 
 def clean(case, seed):

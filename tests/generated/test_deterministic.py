@@ -1,4 +1,5 @@
-"""Equal descriptions give equal bytes: C, headers, CasADi files, LaTeX and manifests.
+"""Equal descriptions give equal bytes in all generated files: C code, headers, CasADi files, LaTeX
+and manifests.
 
 The bytes do not depend on directory, hash seed, date or processor.
 """

@@ -211,7 +211,7 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
     for branches in theta:
         good = branches[np.isfinite(branches).all(-1)]
         apart = np.abs(wrapped(good[:, None] - good[None])).max(-1) + np.eye(len(good))
-        # Branches that differ only in passive joints have the same chain.
+        # Branches that differ only in passive joints have the same main-chain joint values.
         assert apart.min() > 1e-6 or name in ("excavator", "board_installer")
     assert margin.shape[:2] == valid.shape
 
@@ -318,7 +318,8 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # The loops also close at these lengths, and both configurations are among the branches.
+        # The loops also close at these cylinder lengths, and both configurations are among the
+        # branches.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)

@@ -1,7 +1,8 @@
 """Compares closed-form robots with loops with independent oracles.
 
-The oracles are body placements in NumPy with Newton's method, complex steps and the implicit
-function theorem (closures), automatic differentiation of the CasADi functions, and differences.
+The oracles are body placements in NumPy with Newton's method, automatic differentiation of the
+CasADi functions, and finite differences; for closures, complex steps and the implicit function
+theorem.
 """
 
 from functools import cache
@@ -322,7 +323,7 @@ def test_actuator_derivatives_match_finite_differences(name):
 
 
 def slope(function, step=1e-4):
-    """Returns the derivative at 0 by fourth-order differences."""
+    """Returns the derivative of a function at 0 by fourth-order differences."""
     near = function(step) - function(-step)
     far = function(2 * step) - function(-2 * step)
     return (8 * near - far) / (12 * step)

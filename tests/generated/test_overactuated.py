@@ -32,7 +32,7 @@ def platform(tmp_path_factory, mechanism):
 
 
 def poses_near(robot, seed=0, reach=0.1):
-    """Returns main-chain joints (N, n_theta) near 0, the values at the reference."""
+    """Returns main-chain joint values (N, n_theta) near the reference, which is 0."""
     return np.random.default_rng(seed).uniform(-reach, reach, (POSES, len(robot.chain_joints)))
 
 
@@ -105,7 +105,8 @@ def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
     gaps, J = model.gaps(z), model.D_z(z)[..., model.chain]
     assert np.abs(gaps).max() > 1e-4
     gradient = (J.mT @ gaps[..., None])[..., 0]
-    # The gaps of the model are squared lengths over twice a length, which differ by second order.
+    # The gaps of the model are squared lengths divided by twice a length, and differ from the true
+    # gaps by second order.
     assert np.abs(gradient).max() < 1e-5
 
 

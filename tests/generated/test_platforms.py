@@ -300,11 +300,11 @@ def turned(vector, angle):
 def test_concurrent_rods_are_type_2_singularity(name):
     """The platform is at the center, rotated so that all rods (nearly) intersect there."""
     r, rod = robot(name), PLANAR[name]
-    # The rods lie along the lines from the center to the pins, so each crank ends one rod length
-    # further out.
+    # The rods lie along the lines from the center to the pins, so the end of each crank is one rod
+    # length beyond its pin.
     reach = planar.PLATFORM + rod
-    # Returns the intersection of the circle of crank ends with the crank circle, seen from the
-    # direction of the base joint.
+    # Returns the intersection of the circle of possible crank ends with the crank circle, seen from
+    # the direction of the base joint.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -412,7 +412,7 @@ def test_delta_actuators_match_half_angle_solution():
     root = np.sqrt(E**2 + F**2 - G**2)
     branches = np.stack([2 * np.arctan2(-F + side * root, G - E) for side in (1, -1)], -1)
     found = r.actuators(r.chain(q))
-    # The half-angle formulas lose digits where the two branches nearly merge.
+    # The half-angle formulas lose digits if the two branches nearly merge.
     assert np.abs(wrapped(branches - found[..., None])).min(-1).max() < 1e-9
     np.testing.assert_allclose(found, q, atol=CLOSED)
     every, valid, _ = r.actuator_branches(r.chain(q[:200]))

@@ -57,8 +57,8 @@ def _bernoulli(k: int) -> Expr:
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """1 - cos(theta); for symbols the equal expression 2 sin(theta/2)^2, which is accurate near
-    zero in floats."""
+    """1 - cos(theta), written for symbols as 2 sin(theta/2)^2, which is accurate near zero in
+    floats."""
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 

@@ -21,8 +21,8 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # The columns x and y have one row each, because these columns differ from tables 1 and 2 only
-    # in their unit.
+    # The columns x and y have one table row each, because these columns differ from tables 1 and 2
+    # only in their unit.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
@@ -40,7 +40,7 @@ def test_known_misprints_are_marked_as_errata():
         assert where in wrong
     for item in ("sum of the constants of (13) and (14)", "cosine of the angle at the shoulder"):
         assert any(where.endswith(item) for where in wrong)
-    # The seven headings are in mm, and equations (13) to (17) have two rows.
+    # The seven headings are in mm, and each of the equations (13) to (17) has two table rows.
     assert len(wrong) == len(paper.CORRECTED) + 9
 
 

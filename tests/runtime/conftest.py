@@ -20,7 +20,7 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def few_objects():
-    """Hides all existing objects from the garbage collector, for tests that collect often.
+    """Excludes all existing objects from garbage collection, for tests that collect often.
 
     With the expressions of earlier tests, a full collection takes 0.4 s.
     """

@@ -86,8 +86,8 @@ def results(folder: Path, source: str, call: str, inputs: np.ndarray, size: int)
         folder: The folder of the exported code.
         source: The name of its C file.
         call: The call of the function, with its inputs in x and its results in y.
-        inputs: The inputs, in single precision.
-        size: The number of results.
+        inputs: The inputs of the function, in single precision.
+        size: The number of results of the function.
     """
     inputs = np.ascontiguousarray(inputs, dtype=np.float32)
     text = LOOP.format(

@@ -89,7 +89,7 @@ class Shim:
 
 
 def columns(rows):
-    """Returns the transposed array: the entries of each row form a column."""
+    """Returns the transposed array, in which the entries of each input row form a column."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 

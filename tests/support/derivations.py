@@ -90,6 +90,6 @@ def made(name: str) -> Programs:
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:
-    """Returns the only output of a CasADi function, reshaped."""
+    """Returns the only output of a CasADi function, in a specified shape."""
     (result,) = derivation(name).function(function).outputs
     return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

@@ -1,4 +1,4 @@
-"""A program of every operation that a printer must print, and inputs with special values."""
+"""A program that contains every operation of the printers, and inputs with special values."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Lets each allocation of some calls fail in turn; prints as JSON how each call ends.
+"""Lets each memory allocation of some calls fail in turn, and prints as JSON how each call ends.
 
 Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
 """
@@ -77,7 +77,7 @@ def allocations(call: Callable[[], object]) -> int:
 
 
 def end(call: Callable[[], object], k: int, expected: object) -> str:
-    """Returns "MemoryError", or the other result of an allocation fault."""
+    """Returns "MemoryError", or a description of any other result of a failed allocation."""
     LIBRARY.fail_allocation(OWN, k)
     try:
         result = call()

@@ -36,7 +36,7 @@ def away(A, B, unit=1.0):
 
 
 def same(a, b):
-    """Whether arrays are equal bit by bit, including NaN."""
+    """Tests whether arrays are equal bit by bit, including NaN."""
     return all(
         np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(a, b, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Check that calls leave no references and no memory behind."""
+"""Checks that calls leave no references and no allocated memory behind."""
 
 import gc
 import sys
@@ -10,8 +10,8 @@ _ROUNDS = 3
 def assert_no_leaks(calls, watched, settle=gc.collect):
     """Repeats each call and compares references and allocated blocks.
 
-    A leak adds a block per call in each round. Threads of earlier tests allocate
-    blocks, too, but not in each round, so the smallest growth decides.
+    A leak adds at least one memory block per call in each round. Threads of earlier tests allocate
+    blocks, too, but not in each round, so the smallest growth is compared.
     """
     for call in calls:
         _repeat(call, 3, settle)

@@ -76,7 +76,7 @@ def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
     """Compares all solutions with the C, away from singularities.
 
     Returns the largest difference and the number of compared solutions. The difference is infinite
-    if different slots are valid, or if a solution misses its pose.
+    if different solution slots are valid, or if a solution misses its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)
@@ -93,7 +93,7 @@ def missing_solutions(robot, inputs, found) -> int:
     """Counts the solutions of the C that are missing, and the poses without a solution.
 
     Singular solutions do not count: rounding selects a solution of a continuous family. A solution
-    that misses its pose counts.
+    that does not reach its pose counts as missing.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)

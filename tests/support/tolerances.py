@@ -2,16 +2,19 @@
 velocities."""
 
 ORACLE = 1e-12
-"""Poses and Jacobians compared with an independent double-precision library."""
+"""Tolerance for poses and Jacobians that are compared with an independent double-precision
+library."""
 ORACLE_RATES = 1e-10
 """Tolerance for time derivatives of poses and Jacobians: longer sums of products, with speeds of
 size 1."""
 EXACT_CODE = 1e-13
-"""Generated code compared with 30-digit evaluation of its equations, for robots of a few meters."""
+"""Tolerance for generated code that is compared with a 30-digit evaluation of its equations, for
+robots of a few meters."""
 DERIVATIVES = 1e-12
-"""Closed-form derivatives compared with automatic differentiation."""
+"""Tolerance for closed-form derivatives that are compared with automatic differentiation."""
 PRINTED_9 = 5e-10
-"""Reference values printed with nine decimal places: half a unit in the last place."""
+"""Tolerance for reference values printed with nine decimal places: half a unit in the last
+place."""
 AGREEMENT = 1e-10
 """Maximum difference between a benchmarked library and chasles, which must solve the same task."""
 LIBMVEC = 4
@@ -23,9 +26,10 @@ ANGLE = 2
 RECIPROCAL_ROOT = 2
 """Maximum error (units in the last place) of lane 1 / sqrt(x); 1.5 was observed."""
 NEAR_ROOT = 1e-11
-"""Branches of a function compared with 40-digit arithmetic. Near a root that is zero, rounding
-errors are amplified."""
+"""Tolerance for the branches of a function that are compared with 40-digit arithmetic. Near a root
+that is zero, rounding errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012
-"""Joint limits (radian): descriptions round the data sheet, or widen it by up to 0.7 degrees."""
+"""Tolerance for joint limits (radian): descriptions round the limits of the data sheet, or widen
+them by up to 0.7 degrees."""

@@ -14,7 +14,8 @@ from tests.support.pages import examples
 
 PAGE = "how-to/jax-and-torch.md"
 NAMES = ["ur5e", "panda", "excavator"]
-"""A serial arm, an arm with a fixed joint, and a robot with loops and four coordinates."""
+"""The test robots: a serial arm, an arm with a fixed joint, and a robot with loops and four
+coordinates."""
 
 
 @cache

@@ -111,7 +111,8 @@ def test_few_correct_distances_fit_beyond_the_first_local_minimum(loaded, name, 
 
 
 def test_few_contacts_suggest_no_correction_of_the_table(loaded):
-    """Nine contacts have two equations more than unknowns, and eight shifted contacts have one."""
+    """Nine contacts give two equations more than unknowns, and eight shifted contacts give one
+    equation more."""
     arm = loaded("irb120")
     right = simulated(arm, 3276006344)
     draw = with_exchanged_columns(right, 3)
@@ -151,8 +152,8 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 
 def test_many_errors_of_three_tolerances_get_a_doubt(arm):
-    """On another robot, each single offset may be within its limit although all offsets are
-    large."""
+    """If a different robot was measured, each single offset may be within its limit although all
+    offsets are large."""
     draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
     found = identify(
         arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

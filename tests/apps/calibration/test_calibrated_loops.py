@@ -72,7 +72,7 @@ def drawn(robot, random, error):
 
 
 def around(robot, random, count):
-    """Returns coordinates near the reference."""
+    """Returns random coordinates near the reference configuration."""
     step = np.array([0.02 if c.unit == "m" else 0.5 for c in robot.coordinates])
     return np.array(robot.reference.q) + random.uniform(-1, 1, (count, robot.n)) * step
 

@@ -12,14 +12,14 @@ from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
 ARMS = ("ur5e", "stanford")
-"""An arm with parallel axes, and an arm with crossed axes and a prismatic joint."""
+"""The test arms: an arm with parallel axes, and an arm with crossed axes and a prismatic joint."""
 ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
-"""Mistakes in the table or in the device setup, which are independent of the arm."""
+"""Mistakes in the measurement table or in the device setup, which can occur with every arm."""
 
 
 @pytest.fixture(params=ARMS)
 def case(loaded, request):
-    """A robot, coordinates, and measured positions."""
+    """A test case: a robot, its coordinates, and measured positions."""
     robot = loaded(request.param)
     truth = drawn(robot, 3, zero=0.02, count=24)
     points = truth.positions(robot, truth.q)
@@ -90,7 +90,8 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
-    """The value of one joint is added to a later joint, and the later joint is also reversed."""
+    """The mistake adds the value of one joint to a later joint, and reverses the sign of the later
+    joint."""
     robot = loaded("ur5e")
     truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()

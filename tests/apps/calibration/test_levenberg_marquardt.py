@@ -11,7 +11,7 @@ SCALE = 1e-3
 
 
 class Drawn:
-    """Errors A x + sin(B x) - y of small variables x, with outliers in some rows y."""
+    """Residuals A x + sin(B x) - y for small variables x, with outliers in some entries of y."""
 
     def __init__(self, seed, weakest):
         random = np.random.default_rng(seed)

@@ -32,7 +32,7 @@ def with_offsets(robot, seed):
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
     """Zero offsets and axis errors are redundant.
 
-    Only different standard deviations distinguish these two kinds of errors.
+    Only different standard deviations distinguish zero offsets from axis errors.
     """
     inside = []
     for seed in range(10):

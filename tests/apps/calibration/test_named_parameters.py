@@ -34,7 +34,8 @@ def delta_text():
 
 
 def robots(text, changed, folder):
-    """Returns two compiled robots: from the text, with `fk_p`, and from the changed text."""
+    """Returns two compiled robots: one from the text, with `fk_p`, and one from the changed
+    text."""
     built = text
     for old, new in changed.items():
         assert built.count(old) == 1
@@ -153,6 +154,6 @@ def test_identified_ratios_of_couplings_are_within_their_intervals(tmp_path):
     low, high = found.confidence_intervals[rows].T
     true = np.array([*WORN.values()])
     assert ((low <= true) & (true <= high)).all()
-    # The intervals exclude the nominal ratios, so that the wear is seen.
+    # The confidence intervals exclude the nominal ratios, so the wear is detected.
     at = np.array([1 / 60, -1 / 60, 1 / 50])
     assert ((at < low) | (at > high)).all()

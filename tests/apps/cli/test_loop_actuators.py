@@ -1,4 +1,5 @@
-"""`chasles actuators` at joints where loops cannot close, if an iteration solves the loops."""
+"""Tests `chasles actuators` at joint values for which the loops cannot close, if an iteration
+solves the loops."""
 
 import json
 

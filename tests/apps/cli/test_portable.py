@@ -28,7 +28,8 @@ chasles.load(sys.argv[1]).fk([0.3, 0.5])
 print(*set(sys.modules) - before)
 """
 SLOW = {"importlib.metadata", "secrets", "shutil", "subprocess", "tempfile", "tomllib"}
-"""Modules for compilation and error messages; importing them would delay the start."""
+"""Modules for compilation and error messages, which the start must not import because they load
+slowly."""
 
 
 def written(path, source=tiny.SOURCE):

@@ -17,7 +17,7 @@ from tests.support.pages import run
 
 PAGE = "how-to/cuda.md"
 COUNT = 1000
-"""Number of poses; the last block of threads is not full."""
+"""Number of poses, chosen so that the last block of GPU threads is not full."""
 
 
 HAS_NVRTC = find_spec("cuda") is not None and find_spec("cuda.bindings") is not None

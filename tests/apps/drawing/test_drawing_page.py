@@ -8,7 +8,7 @@ PAGE = "how-to/drawing.md"
 
 
 LONG, SHORT = "np.linspace(0, 0.2, 6)", "np.linspace(0, 0.2, 2)"
-"""The path on the page, and a shorter path.
+"""The path in the example of the page, and a shorter path.
 
 Drawing the animation of the shorter path takes a third of the time.
 """

@@ -22,9 +22,10 @@ ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 STEPS = 4
 CLOSED = 1e-9
-"""Largest error of body and tool: of directions, and of positions relative to the robot's size."""
+"""Largest allowed error of body and tool: in directions, and in positions relative to the robot's
+size."""
 FRAMES = 100
-"""Number of frames for the mean processor time."""
+"""Number of frames over which the processor time is averaged."""
 SEARCHED = 20.0
 """Maximum time in seconds of a search for branches on a busy machine."""
 SLID = """{

@@ -15,7 +15,7 @@ from tests.support.waiting import until
 
 pytestmark = requires("viser")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
-"""Console messages of the page by viser, which occur for any content."""
+"""Console messages that viser prints on every page, whatever its content."""
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
 """Coordinate change along the trajectory [rad]."""
 GRIP = 0.8

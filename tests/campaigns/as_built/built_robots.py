@@ -109,7 +109,7 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the twist (meter, sine) from tool to pose (infinite out of reach), and the
+    """Returns the twist (meter, sine) from the tool to the pose, infinite if out of reach, and the
     Jacobian."""
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):

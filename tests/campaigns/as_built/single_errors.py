@@ -1,4 +1,4 @@
-"""Shipped robots with loops and a single error.
+"""Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
 error. If the loops of a robot cannot be closed, the robot must report it; its loops are then closed
@@ -43,7 +43,7 @@ BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0, "maps": 1e-9}
 
 @dataclass(frozen=True)
 class Judged:
-    """Error measures of a robot with an error.
+    """Error measures of a robot with a geometric error.
 
     Attributes:
         tier: Closure method: Kind of the loop solution: ``closed form``, ``newton`` or ``least
@@ -81,11 +81,11 @@ def trial(number: int) -> Outcome:
 
 
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derives and tests a robot with an error.
+    """Derives and tests a robot with a geometric error.
 
     Args:
         built: The description.
-        design: The description without the error.
+        design: The description of the robot without the geometric error.
         rng: Random generator of the configurations.
     """
     robot = chasles.load(design.name)

@@ -331,8 +331,8 @@ def test_planar_platform_modes_match_published_values():
     other, same = x[valid]
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
-    # If the angles are rounded to 1e-8 degrees, the other mode moves by more than a unit in its
-    # last digit.
+    # If the angles are rounded to 1e-8 degrees, the other assembly mode moves by more than a unit
+    # in its last digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 
@@ -392,7 +392,8 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """The motor angles for a guide position are its polar coordinates, attained in 20 s."""
+    """The motor angles for a guide position are its polar coordinates, which the motors reach after
+    20 s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}

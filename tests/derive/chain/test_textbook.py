@@ -92,7 +92,8 @@ def test_planar_arm_derivatives_match_symbolic_differentiation():
 
 
 def test_a_screw_arm_is_the_product_of_its_exponentials():
-    """Lynch and Park, (4.14): T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M, and Ad for the Jacobian."""
+    """Equation (4.14) of Lynch and Park: T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M, and the Jacobian
+    consists of screws transformed by Ad."""
     zero, one, h = sp.Integer(0), sp.Integer(1), sp.Rational(1, 7)
     joints = (
         Joint("turn", "revolute", *poe("revolute", axis=(zero, zero, one), point=(a1, zero, zero))),

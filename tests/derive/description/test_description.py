@@ -94,8 +94,8 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# The replaced line of the file, its replacement, the field in the error message, and expected words
-# of the message.
+# Each case: the replaced line of the file, its replacement, the field in the error message, and
+# words that the message must contain.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),

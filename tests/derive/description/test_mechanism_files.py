@@ -173,8 +173,8 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# The replaced line of the file, its replacement, the field in the error message, and expected words
-# of the message.
+# Each case: the replaced line of the file, its replacement, the field in the error message, and
+# words that the message must contain.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "a joint that motor does not move"),

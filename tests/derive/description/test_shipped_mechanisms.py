@@ -241,8 +241,8 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """Check of the mobility with N = 14 links, j = 15 joints and sum f = 15: two loops, no
-    redundant constraint, three degrees of freedom."""
+    """With N = 14 links, j = 15 joints and sum f = 15, there are two loops, no redundant constraint
+    and three degrees of freedom."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)

@@ -1,4 +1,4 @@
-"""The plugin of MoveIt: compiled with stubs of MoveIt and driven through its base class."""
+"""The plugin of MoveIt: compiled with stubs of MoveIt and called through its base class."""
 
 import re
 import subprocess

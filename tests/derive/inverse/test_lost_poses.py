@@ -24,7 +24,8 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms whose first choice of fixed joints misses poses, and a choice without misses."""
+"""Each case is an arm whose first choice of fixed joints misses poses, and a choice that misses no
+pose."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 

@@ -17,8 +17,8 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Leg types, and the number of harmonics of the polynomial; a leg constrains a point to a circle
-    # or a line.
+    # Each case is a set of leg types and the number of harmonics of the polynomial; each leg
+    # constrains a point to a circle or a line.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),

@@ -19,7 +19,8 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """The loops of this mechanism cannot be closed at a tenth of the range from the reference."""
+    """At a tenth of the limit range from the reference, the loops of this mechanism cannot be
+    closed."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example

@@ -201,5 +201,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step without equations has a sentence instead.
+        # A solution step without equations has a sentence instead of the equations.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

@@ -1,4 +1,4 @@
-"""The branch of a loop whose joints are missing in the stated reference."""
+"""Selects the branch of a loop whose joints are missing in the stated reference."""
 
 import cmath
 
@@ -55,7 +55,7 @@ def scissor_lift(sign, ram):
 
 
 def ram_length(ram, angle):
-    """Returns the distance of the ram's ends at an angle of the first bar (radian)."""
+    """Returns the distance between the ends of the ram at an angle of the first bar (radian)."""
     middle = {"a0": 0.6 * cmath.exp(1j * angle)}
     middle["b1"] = complex(middle["a0"].real, 3 * middle["a0"].imag)
     points = {

@@ -101,7 +101,7 @@ def test_triangle_height_is_accurate_near_dead_points(kind, dead):
             a, b, c = mpmath.mpf(3) / 10, mpmath.mpf(7) / 10, mpmath.mpf(x)
             s = (a + b + c) / 2
             height = 2 * mpmath.sqrt(s * (s - a) * (s - b) * (s - c))
-            # The lengths 3/10 and 7/10 are rounded to doubles, an error of 1e-16.
+            # The lengths 3/10 and 7/10 are rounded to doubles, which causes an error of 1e-16.
             away = abs(x - dead)
             assert float(f([x])[2]) == pytest.approx(
                 float(height), rel=8 * EPS / away + 8 * EPS, abs=0

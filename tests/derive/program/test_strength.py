@@ -33,8 +33,8 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand of a statement: ``v1`` is a variable, ``x2`` an input, and any other text a
-    number."""
+    """Parses an operand of a program statement: ``v1`` is a variable, ``x2`` an input, and any
+    other text a number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
         return Variable(number) if found[1] == "v" else Input(0, number)
@@ -52,7 +52,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Parses a statement with an operation and its operands: ``* x1 v2``."""
+    """Parses a program statement with an operation and its operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 

@@ -1,4 +1,5 @@
-"""A program with all branches gives bitwise the results of single branches, and shares terms."""
+"""A program for all branches gives bitwise the same results as the single branches, and shares
+terms."""
 
 import re
 

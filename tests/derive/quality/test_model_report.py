@@ -115,9 +115,9 @@ def test_printed_report_names_displacements_missed_by_dh():
 TURNS, MIXED = ("revolute",) * 3, ("revolute", "revolute", "prismatic", "revolute")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
 """Conventions without parameters for some displacements, and the pairs of joint types for which
-these displacements occur. A direction has no free parameters. The parameters of an S-model follow a
-rotation but precede a translation. So there is no parameter between a prismatic and a revolute
-joint."""
+these displacements occur. A vector that represents a direction has no free parameters. The
+parameters of an S-model follow a rotation but precede a translation. So the S-model has no
+parameter between a prismatic and a revolute joint."""
 
 
 DRAWN = [

@@ -317,7 +317,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Loads a function of SIMD lanes by name, as a function of arrays."""
+    """Loads a C function that computes several SIMD lanes, as a function of arrays."""
     number, needed = LANES[request.param]
     require_features(needed)
     folder = tmp_path_factory.mktemp(request.param)
@@ -366,8 +366,8 @@ def angles(program):
 def test_shared_branch_angles_are_computed_once():
     made = programs([branched_function("ik")], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
-    # Each term is the number of angles of one joint, in joint order. The angles of joints 3 and
-    # 5 do not depend on the signs that select these angles.
+    # Each term is the number of possible angles of one joint, in joint order. The angles of joints
+    # 3 and 5 do not depend on the signs that select these angles.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6

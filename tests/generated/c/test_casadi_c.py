@@ -56,7 +56,8 @@ def called(library, kernel, inputs):
 
 
 def every_branch(library, kernel, function, inputs):
-    """Returns all outputs, for all branches in sequence if the function has branches."""
+    """Returns all outputs; for a function with branches, the outputs of all branches in
+    sequence."""
     if not function.signs:
         return called(library, kernel, inputs)
     found = [called(library, kernel, [*inputs, signs]) for signs in patterns(function)]

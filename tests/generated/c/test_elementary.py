@@ -246,8 +246,8 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, sc
 
 
 def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
-    """The library contains code for all instruction sets. The call uses the narrowest vectors of
-    the batch code."""
+    """The library contains code for all instruction sets. The call uses the narrowest vectors that
+    the batch code contains."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True

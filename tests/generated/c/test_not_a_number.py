@@ -11,7 +11,7 @@ CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
 
 
 def inputs_behind(program):
-    """Returns the inputs that each stored entry depends on."""
+    """Returns the input entries on which each output entry depends."""
     behind, entries = {}, {}
     for statement in program.statements:
         found = set()

@@ -46,12 +46,12 @@ CHECKS = 80
 
 
 class Stopped(Exception):
-    """Raised by the handler of the last signal."""
+    """Error that the handler of the last signal raises."""
 
 
 @pytest.fixture
 def stop_signal():
-    """Sends signals at short intervals; the handler of signal `CHECKS` raises an error."""
+    """Sends signals at short intervals; the handler of signal number `CHECKS` raises an error."""
     handled = []
 
     def handle(*_):

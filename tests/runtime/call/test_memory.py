@@ -70,7 +70,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # The two results together take 32 MB, so each result is below the limit.
+    # The two results together take 32 MB, so each result is below the limit of the buffer pool.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK
@@ -92,7 +92,7 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
 def test_live_results_never_share_memory(arm, q, expected):
     arrays = [arm.fk(q) for _ in range(4)]
     del arrays[1]
-    # A slice, a transpose and a buffer keep the whole memory block in use.
+    # A slice, a transpose or a buffer of an array keeps its whole memory block in use.
     arrays.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
     arrays += [np.asarray(kept_alive), arm.fk(q)]

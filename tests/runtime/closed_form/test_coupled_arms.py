@@ -1,4 +1,4 @@
-"""Arms with couplings: windings of the nearest solution, limits of motors and joints, tips."""
+"""Arms with couplings: full turns of the nearest solution, limits of motors and joints, tips."""
 
 import itertools
 import pickle

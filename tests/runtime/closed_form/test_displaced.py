@@ -113,7 +113,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
 
 
 def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
-    """Configurations at which the remaining joints are singular are excluded.
+    """Configurations at which the Jacobian of the remaining joints is singular are excluded.
 
     The arm has eight joints with round dimensions; its inverse missed poses for some fixed values.
     """

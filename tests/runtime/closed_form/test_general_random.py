@@ -1,7 +1,7 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. Solutions of six-joint arms with prismatic
-joints agree with solutions of arms with round dimensions.
+Five-joint arms recover the solutions of reachable poses. For six-joint arms with prismatic joints,
+the solutions agree with the solutions of arms with round dimensions.
 """
 
 import numpy as np

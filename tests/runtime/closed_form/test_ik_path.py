@@ -1,4 +1,5 @@
-"""Pose paths on one branch, additional inputs of an inverse, and robots that have no inverse."""
+"""Paths of poses on one branch, additional inputs of an inverse, and robots that have no
+inverse."""
 
 import itertools
 
@@ -92,8 +93,8 @@ def test_path_ends_at_joint_limit(arm):
 
 
 def test_path_starts_within_joint_limits(arm):
-    # The shoulder cannot reach the value of the seed, one turn away. The solution on the other
-    # branch is nearer to the seed.
+    # The shoulder cannot reach its value in the seed, which is one full turn away. The solution on
+    # the other branch is nearer to the seed.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete
@@ -307,7 +308,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
     assert path.max_step.max() < 0.01
-    # A path of inputs of ik_position_pitch gives the same joint path.
+    # A path given as inputs of ik_position_pitch leads to the same joint path.
     pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
     x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
     np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)
@@ -328,7 +329,8 @@ def test_task_without_inverse_is_rejected_by_name():
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "stanford", "excavator"])
 def test_batched_path_equals_sequential_steps(name):
-    """The paths are random walks, some with large steps, that cross branches, turns and limits."""
+    """The paths are random walks, some with large steps, that cross branches, full turns and
+    limits."""
     robot, rng, reasons = chasles.load(name), np.random.default_rng(5), []
     lower, upper = np.maximum(robot.lower, -7), np.minimum(robot.upper, 7)
     for k in range(24):

@@ -169,7 +169,7 @@ def test_unusable_weights_are_refused(arm, weights):
 def test_equal_distances_give_the_lower_slot(arm):
     T = arm.fk(Q)
     far = Q + np.array([2.5, 0, 0, 0, 0, 0])
-    # Only joint 0 has a weight, and four solution slots have the same value of joint 0.
+    # Only joint 0 has a nonzero weight, and four solution slots have the same value of joint 0.
     found = arm.ik_nearest(T, far, weights=[1, 0, 0, 0, 0, 0])
     solutions = arm.ik(T)
     distance = np.abs(np.angle(np.exp(1j * (solutions.q[:, 0] - far[0]))))

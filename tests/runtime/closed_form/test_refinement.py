@@ -127,7 +127,7 @@ def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
     # The poses are slightly beyond the reach of the stretched arm. For poses closer to the boundary
-    # of the reach, the result depends on rounding.
+    # of the workspace, the result depends on rounding.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
@@ -208,8 +208,8 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Perturbs all solution slots of an inverse. Returns the solutions of the final refinement
-    stage."""
+    """Adds a perturbation to all solution slots of an inverse. Returns the solutions of the final
+    refinement stage."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)

@@ -51,7 +51,8 @@ precision."""
 
 
 ALIKE = 1e-4
-"""Largest coordinate difference (radian) between a pose and its single-precision copy."""
+"""Largest coordinate difference (radian) between the solutions of a pose and of its
+single-precision copy."""
 
 
 def sampled(robot, count, rng):
@@ -114,8 +115,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
         np.testing.assert_array_equal(found.valid, wanted.valid)
         assert found.residual[found.valid].max() < REACHED
     else:
-        # Arms with fewer than six joints cannot reach poses tilted by rounding, but the error is
-        # equally small.
+        # Arms with fewer than six joints cannot reach poses tilted by rounding, but the remaining
+        # error is as small as the tilt.
         np.testing.assert_array_equal(found.count, arm.ik(T).count)
         allowed = np.maximum(allowed, ROUNDED_AS_FAR * se3.deviation(given)[:, None])
     assert (found.residual <= allowed * arm.unit_length)[found.valid].all()

@@ -21,7 +21,7 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with four and six joints, some of which are prismatic, and factors of their lengths.
+"""Arms with four and six joints, some of which are prismatic, and scale factors of their lengths.
 
 The factors include a micrometer-sized and a kilometer-sized arm.
 """
@@ -35,7 +35,7 @@ REACHED = 1e-12
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """A shipped robot of about one meter, and the same robot in a different size."""
+    """A shipped robot with a size of about one meter, and the same robot in a different size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name

@@ -146,7 +146,8 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution():
-    """The least-squares option has no effect here: the robot has the closed form of the design."""
+    """The least-squares option has no effect on this robot, which has the closed form of the
+    design."""
     hybrid = solved(replace(parallelogram(), closure="least squares"))
     assert not hybrid.forward.open
 

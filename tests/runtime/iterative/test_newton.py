@@ -39,7 +39,8 @@ bar_pin = -76
 upper_swing = 76
 lower_swing = 76
 """
-"""A bar on three parallel cranks. One loop equation of this mechanism is redundant."""
+"""A bar on three parallel cranks forms the test mechanism. One loop equation of this mechanism is
+redundant."""
 NAMES = ("stewart_gough", "redundant")
 
 

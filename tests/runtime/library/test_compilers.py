@@ -16,8 +16,8 @@ SAME_SOLUTION = 1e-7
 """Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
 
 SOLUTIONS_OF_GEN3 = 456
-"""Number of solutions of 64 poses of the Kinova Gen3 that gcc code finds with vectors and without
-vectors."""
+"""Number of solutions of 64 poses of the Kinova Gen3, found by code compiled by gcc with vectors
+and without vectors."""
 
 
 def configurations(robot, rng, n=N):

@@ -19,7 +19,8 @@ KINDS = {
 
 
 def load_error(path):
-    """Returns the error of a load, which quotes and replaces the error of the system."""
+    """Returns the error of loading a robot; the error quotes and replaces the error of the
+    operating system."""
     with pytest.raises(chasles.ChaslesError) as caught:
         chasles.load(path)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None

@@ -35,7 +35,7 @@ def case(tmp_path_factory):
 
 
 def apart(one, other):
-    """Returns the largest coordinate difference, up to whole turns."""
+    """Returns the largest coordinate difference, up to full turns."""
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 

@@ -34,7 +34,7 @@ def test_planar_arm_manipulability_matches_textbook_formula():
 
 
 def planar_links(scara):
-    """Returns the two link vectors of the arm, the first link first, from two elbow angles."""
+    """Returns the vectors of the first and of the second link, from two elbow angles."""
     p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
     return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
 
@@ -92,11 +92,11 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
     for components in ("linear", "angular"):
         found = ur5e.velocity_ellipsoid(q, components=components)
         assert found.axes.shape == (50, 3, 3)
-        # Unit joint rates move the tip inside the ellipsoid.
+        # Unit joint rates move the tip inside the manipulability ellipsoid.
         moved = np.einsum("Nij,Nj->Ni", J[:, ROWS[components]], qd)
         along = np.einsum("Nij,Ni->Nj", found.axes, moved) / found.lengths
         assert (np.linalg.norm(along, axis=-1) <= 1 + 1e-9).all()
-        # The axes and lengths of the ellipsoid reproduce J J^T.
+        # The axes and lengths of the manipulability ellipsoid reproduce J J^T.
         squared = J[:, ROWS[components]] @ J[:, ROWS[components]].mT
         back = (found.axes * found.lengths[:, None] ** 2) @ found.axes.mT
         np.testing.assert_allclose(back, squared, rtol=0, atol=1e-13)

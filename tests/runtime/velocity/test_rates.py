@@ -1,4 +1,4 @@
-"""Joint rates and accelerations: tool motion, damping, limits and secondary objectives."""
+"""Joint rates and accelerations: tool motion, damping, limits and null-space objectives."""
 
 import numpy as np
 import pytest
@@ -119,7 +119,7 @@ def test_batch_rates_equal_single_rates(panda):
     for i in range(20):
         single = panda.joint_rates(q[i], V[i], **options)
         for name in chasles.Rates.__slots__:
-            # A batch is computed with other machine instructions.
+            # The batch code uses other machine instructions than a single call.
             np.testing.assert_allclose(
                 getattr(single, name), getattr(batch, name)[i], rtol=0, atol=1e-13
             )
@@ -350,7 +350,7 @@ def test_secondary_objective_improves_without_changing_task(robot_name, name):
     gained = objective(robot, redundancy, q + step) - objective(robot, redundancy, q - step)
     assert (gained < 1e-14).all()
     assert (gained < 0).mean() > 0.95
-    # Twice the gain gives twice the null-space motion.
+    # Doubling the gain doubles the null-space motion.
     twice = robot.joint_rates(q, V, redundancy=redundancy, gain=4.0)
     np.testing.assert_allclose(twice.qd - plain.qd, 2 * (found.qd - plain.qd), atol=1e-10)
 

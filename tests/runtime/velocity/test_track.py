@@ -37,7 +37,7 @@ def lost(arm, q):
 
 
 def through(arm, q, twist, m=STEPS + 1):
-    """Returns a screw motion that crosses the pose of q, and its start configuration."""
+    """Returns a screw motion that passes through the pose of q, and its start configuration."""
     poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
@@ -49,7 +49,7 @@ def load_snake(path, *shape):
 
 
 def assert_sound(robot, track, dt, rate=np.inf):
-    """Asserts properties that every track satisfies exactly."""
+    """Asserts properties that hold exactly for every tracked path."""
     assert np.isfinite(track.q).all()
     assert np.isfinite(track.error).all()
     np.testing.assert_array_equal(track.q, np.clip(track.q, robot.lower, robot.upper))
@@ -142,7 +142,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # The path has poses that the arm cannot reach on some branch.
+            continue  # On some branch, the arm cannot reach all poses of the path.
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -156,7 +156,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """Returns the error after a step from q, and the smallest error that SciPy finds."""
+    """Returns the pose error after a step from q, and the smallest pose error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)

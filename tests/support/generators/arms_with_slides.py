@@ -9,7 +9,7 @@ DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
 """Directions normal to the y axis."""
 IN_PLANE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
-"""Directions normal to the parallel axes, which are along y."""
+"""Directions normal to the parallel axes, which are along the y axis."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
 

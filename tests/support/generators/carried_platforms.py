@@ -65,7 +65,7 @@ def _behind(rng, kinds):
     for k, kind in enumerate(kinds):
         motion = "prismatic" if kind == "s" else "revolute"
         axis = [int(kind == letter) for letter in "xyz"] if kind != "s" else [0, 0, 1]
-        # The axes of a wrist meet, so that three of them orient the tool.
+        # The axes of a wrist intersect in one point, so that three axes orient the tool.
         offset = rng.uniform(-0.08, 0.08, 3) if k == 0 or len(kinds) < 3 else np.zeros(3)
         text += _joint(f"axis_{k}", parent, motion, offset, axis)
         parent = f"axis_{k}"

@@ -12,7 +12,7 @@ from .geometric_errors import displaced
 
 HELICAL, REVERSED, COUPLED, DRIVEN = 0.15, 0.2, 0.3, 0.5
 """Fractions of helical joints, of reversed joints, and of arms with a coupled joint. The last
-number is the fraction of the other arms that have a differential or a four-bar linkage."""
+number is the fraction of arms with a differential or a four-bar linkage among the other arms."""
 
 
 def convertible_arm(seed: int) -> SerialRobot:

@@ -29,7 +29,7 @@ class CoupledArm:
 
     Attributes:
         robot: The coupled arm.
-        plain: The same arm with the joints as coordinates.
+        plain: The arm without motors, with its joints as coordinates.
         C: The ratios C (n, n) of the couplings.
         c: The offsets (n,).
     """

@@ -19,7 +19,7 @@ from tests.support.oracles.multi_start import Multistart
 
 BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
-"""Scale factors; most mechanisms are a few decimeters long."""
+"""Scale factors of lengths; most mechanisms are a few decimeters long."""
 ATTEMPTS = 200
 """Maximum number of random length sets that are tried until the loops close at the reference."""
 DIGITS = 3
@@ -151,7 +151,7 @@ def _second_dyad(s: Sketch, pair: tuple[str, str], links: list[str]) -> None:
 
 
 def slider_crank(s: Sketch) -> None:
-    """A crank, a connecting rod and a slider; the crank or the slider is driven."""
+    """A slider-crank mechanism whose crank or slider is actuated."""
     crank = s.pin("crank", BASE, ORIGIN)
     end = (s.length(80, 200), sp.S.Zero)
     angle = sp.pi * sp.Rational(s.draw.choice((0, 0, 15, 30, 90, -45)), 180)
@@ -239,7 +239,7 @@ def series(s: Sketch) -> None:
 
 
 def nested(s: Sketch) -> None:
-    """A four-bar with a cylinder-driven crank, and an optional dyad (two links on pins)."""
+    """A four-bar with a crank that a cylinder moves, and an optional dyad (two links on pins)."""
     crank, links = _four_bar(s)
     s.actuated = []
     s.rod("ram", BASE, s.point(250), crank, s.point(150))

@@ -32,7 +32,8 @@ def drawn_legs(kind, seed):
 def drawn_as(kind, seed):
     """Returns a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
 
-    The tool has a random position on the body ``"tool"`` of the reference, by default the platform.
+    The tool has a random position on the body ``"tool"`` of the reference; the default body is the
+    platform.
     """
     rng = np.random.default_rng(seed)
     actuated, text, reference = kind(rng)
@@ -74,7 +75,8 @@ b = {ends[1]}
 
 
 def chain(joints, parent="0"):
-    """Returns consecutive joints (name, kind, xyz, axis, rpy), the first on a parent."""
+    """Returns the text of consecutive joints (name, kind, xyz, axis, rpy), the first on the link
+    ``parent``."""
     text = ""
     for name, *rest in joints:
         text += joint(name, parent, *rest)
@@ -83,7 +85,8 @@ def chain(joints, parent="0"):
 
 
 def _tripteron(rng):
-    """Returns three orthogonal PRRR legs; the last pins are placed so that the reference closes."""
+    """Returns three orthogonal PRRR legs, with the last pins placed so that the loops close at the
+    reference."""
     text, reference = "", {}
     pins = {"x": (90, 0, 90), "y": (-90, 0, 0), "z": (0, 0, 0)}
     for k, letter in enumerate("xyz"):

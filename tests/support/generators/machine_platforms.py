@@ -46,7 +46,7 @@ def _directions(heading):
 
 
 def _height(lengths, heading, end):
-    """Returns the height of horizontal arms above a rod end on the platform."""
+    """Returns the height of the horizontal arms above a rod end on the platform."""
     base, arm, rod, _ = lengths
     gap = (base + arm) * _directions(heading)[0] - end
     return np.sqrt(rod**2 - gap @ gap)

@@ -19,7 +19,8 @@ Texts = tuple[str, str, str]
 ZEROS: Texts = ("0", "0", "0")
 FEWEST_DIGITS, MAX_DIGITS = 3, 6
 SMALLEST_NOISE, LARGEST_NOISE = -16, -9
-"""Decimal exponents of the noise that a mutation adds to numbers (meter, radian, or 1)."""
+"""Decimal exponents of the noise that a mutation adds to lengths (meter), angles (radian) and other
+numbers."""
 ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
 MAX_TURNED, MAX_INSERTED = 3, 3
 
@@ -159,7 +160,8 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Inserts fixed joints, which have no displacement or take over the translation of a joint."""
+    """Inserts fixed joints that have no displacement, or that take over the translation of a
+    joint."""
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MAX_INSERTED)):
         k = dice.randrange(len(joints))
@@ -265,7 +267,7 @@ def texts(vector: np.ndarray) -> Texts:
 
 
 def three(text: str) -> Texts:
-    """Splits a text into three words."""
+    """Splits a text at spaces into three words."""
     x, y, z = text.split()
     return x, y, z
 

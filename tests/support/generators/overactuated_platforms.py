@@ -48,7 +48,7 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
     Args:
         kind: One of ``PLATFORMS``.
         seed: Number of the platform.
-        closure: How the loops close: ``exact`` or ``least squares``.
+        closure: How the loops close: ``exact`` or ``least squares`` closure.
     """
     rng = np.random.default_rng(seed)
     count = {"planar": 4 + seed % 2, "spatial": 7 + seed % 2, "cranks": 4}[kind]
@@ -63,7 +63,7 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
             continue
         up = 0.0 if kind == "planar" else (-1) ** k
         a = _on_circle(1.2, around[0], 0.8 * up)
-        # Pairs of cables turn the platform in opposite directions, which fixes its orientation.
+        # Pairs of cables rotate the platform in opposite directions, which fixes its orientation.
         b = _on_circle(0.3, around[1] + 0.8 * abs(up) * (-1) ** (k // 2), -0.25 * up)
         reference[name] = float(np.linalg.norm(np.array(_listed(a)) - _listed(b)))
         ends = "pin" if kind == "planar" else "ball"
@@ -74,7 +74,7 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
         kind="free" if kind == "spatial" else "planar",
         closure=f'closure = "{closure}"',
     )
-    # The last actuator has no reference value: it follows from the others.
+    # The last actuator has no reference value, because its value follows from the other actuators.
     lines = [
         f"{name} = {value:.6f}"
         for name, value in reference.items()

@@ -50,9 +50,10 @@ LEGS = tuple(
     for actuated in range(JOINTS)
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
-"""Leg types: the joint types from base to platform, and the index of the actuated joint."""
+"""Each leg type consists of the joint types from base to platform, and the index of the actuated
+joint."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
-"""Number of Newton steps to the reference; closure tolerance; step of complex derivatives."""
+"""Number of Newton steps to the reference, closure tolerance, and step of complex derivatives."""
 AWAY = 0.05
 """Maximum change of the reference by rounding (radian or meter)."""
 
@@ -123,7 +124,7 @@ class DrawnPlatform:
 
         Args:
             x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
-            q: (3,) actuated coordinates, or (3, n) of each row.
+            q: (3,) actuated coordinates, or (3, n) with the coordinates of each row of x.
 
         Returns:
             (n, 6) two closure errors per leg, and (n, 3) values that are positive if both frames of
@@ -150,7 +151,7 @@ class DrawnPlatform:
         return np.stack([self.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
 
     def closes(self) -> bool:
-        """Whether the loops of the legs close near the reference despite rounded numbers."""
+        """Tests whether the loops of the legs close near the reference despite rounded numbers."""
         described = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
         x = described
         for _ in range(ITERATIONS):

@@ -149,7 +149,7 @@ class Case:
 
     @property
     def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper sampling bounds (n,), (n,) of the coordinates."""
+        """Lower and upper sampling bounds of the coordinates, as two arrays (n,)."""
         whole = np.where(self.turns, np.pi, STROKE)
         limited = ~self.turns | bool(self.robot.loops)
         lower, upper = self.robot.lower, self.robot.upper
@@ -176,7 +176,8 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of the random set, of each singular set and of the right-angle grid."""
+    """Numbers of coordinates in the random set, in each singular set and in the right-angle
+    grid."""
 
     random: int
     singular: int
@@ -253,7 +254,7 @@ def singular(
     """Returns coordinates (count, n) with a zero determinant of the task Jacobian.
 
     One joint is moved to a zero of the determinant by bisection; all other coordinates are random.
-    The smallest singular value of the Jacobian there is below SINGULAR.
+    The smallest singular value of the Jacobian at the returned coordinates is below SINGULAR.
 
     Raises:
         ValueError: The determinant never changes sign along the joint.

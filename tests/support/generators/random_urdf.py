@@ -60,7 +60,8 @@ def compare(path: Path, seed: int) -> dict[str, int]:
         seed: The seed of the robot.
 
     Returns:
-        Number of joints of each type, of mimic joints, and of mimic joints of mimic joints.
+        Numbers of joints of each type, of mimic joints, and of mimic joints that follow mimic
+        joints.
     """
     import pinocchio as pin
 

@@ -48,7 +48,7 @@ class Simulated:
         q: (N, n) reported coordinates.
         measurements: The measurements.
         vary: Identified parameters.
-        parameter_std: Standard deviations of the parameters, or None if they are unknown.
+        parameter_std: Standard deviations of the parameters; None if they are unknown.
         noise: Factor that scales the noise of the device: 0 or 1.
         p: The true geometry.
     """
@@ -128,7 +128,8 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length parameter whose error no base, tool or zero-offset error can replace."""
+    """Returns a length parameter whose error cannot be replaced by errors of the base, the tool or
+    the zero offsets."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])

@@ -41,7 +41,7 @@ DEGREE = np.pi / 180
 
 @dataclass(frozen=True)
 class Row:
-    """A Denavit-Hartenberg row: meter and degree, as decimals."""
+    """A Denavit-Hartenberg row with decimal numbers, in meter and degree."""
 
     kind: str
     a: str
@@ -169,7 +169,7 @@ def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
 
 
 def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns revolute axes, points and prismatic axes."""
+    """Returns revolute axes, their points, and prismatic axes."""
     return chain.axes, chain.points, chain.slides
 
 

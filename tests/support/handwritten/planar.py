@@ -1,4 +1,5 @@
-"""A 3-RRR platform, generated from the triad: cranks, rods and a platform with pins."""
+"""Returns the mean direction of both crank solutions of a leg, the angle between the mean and each
+solution, and the margin."""
 
 import json
 from functools import cache

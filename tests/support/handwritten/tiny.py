@@ -18,7 +18,7 @@ void tiny_wide(const double W[1600], double V[1600]);
 #endif
 """
 
-# Like generated C, every kernel writes some output before it reads all inputs.
+# Like generated C, every kernel writes a part of its output before it reads all inputs.
 SOURCE = """\
 #include "tiny.h"
 #include <math.h>

@@ -45,7 +45,8 @@ def _smallest(model, z):
 
 
 def closes_at(model, theta, q, seed=0):
-    """Tests whether the loops close for main-chain joints theta (n_theta,) and actuators q (n,).
+    """Tests whether the loops close for main-chain joints theta (n_theta,) and actuators q (n,)
+    together.
 
     The passive joints are solved from random start values, with the equations of the description.
     """

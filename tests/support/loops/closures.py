@@ -1,7 +1,7 @@
 """NumPy model of mechanisms: body poses and closure errors from placements.
 
-The model uses only the description, so that it can verify derived functions. All functions accept
-many configurations, including complex ones for complex-step derivatives.
+The model uses only the description, so it verifies derived functions independently. All functions
+accept many configurations, including complex ones for complex-step derivatives.
 """
 
 from functools import cache
@@ -22,8 +22,8 @@ class Model:
     """A numeric mechanism.
 
     A configuration z (N, n_z) starts with all moving joints in the order of the description. The
-    struts follow after the joints: the coordinate of a cylinder, and the swing angle of a strut on
-    pins.
+    strut coordinates follow after the joints: the coordinate of a cylinder, and the swing angle of
+    a strut on pins.
     """
 
     def __init__(self, mechanism):

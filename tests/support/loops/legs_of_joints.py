@@ -1,4 +1,5 @@
-"""Platforms with jointed legs: random platforms, a 3-RPS, a tripod and an agile eye."""
+"""Platforms with jointed legs: random platforms, a 3-RPS, a tripod and an agile eye (spherical
+3-RRR)."""
 
 import random
 from functools import cache

@@ -1,4 +1,5 @@
-"""A loader arm on two links, whose main chain has more joints than the robot has freedoms.
+"""A loader arm on two links, whose main chain has more joints than the robot has degrees of
+freedom.
 
 An iteration closes the loop of the links from the cylinder length.
 """

@@ -20,7 +20,7 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose loops, solved for the actuators, can also reach a dead point."""
+"""Robots whose loop solution from the main chain to the actuators can also reach a dead point."""
 CLOSED = 1e-12
 HELD = 0.02
 """Minimum singular value of the loop Jacobian for comparisons with Newton's method."""
@@ -52,7 +52,7 @@ def random_rates(name, n, seed=1):
 
 
 def held(name, z):
-    """Whether configurations are far enough from dead points."""
+    """Tests whether configurations are far enough from dead points."""
     m = model(name)
     if not m.mechanism.loop_joints:
         return np.ones(len(z), dtype=bool)

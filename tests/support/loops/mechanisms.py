@@ -415,7 +415,8 @@ def planar_3rrr():
 
 
 def sarrus():
-    """Sarrus linkage: two hinge pairs in crossed planes and a plate that can only rise."""
+    """Sarrus linkage: two hinge pairs in crossed planes, and a plate that can only move up and
+    down."""
     quarter = ("z", sp.pi / 2)
     level = ("x", -sp.pi / 2)
     hinges = (

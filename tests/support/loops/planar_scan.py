@@ -21,7 +21,7 @@ def errors(q, modes, rod):
 
 
 def residuals(q, phi, rod):
-    """Returns the residual of rod 3 at both intersections of circles 1 and 2, and the squared
+    """Returns the length error of rod 3 at both intersections of circles 1 and 2, and the squared
     height of these intersections.
 
     The computation is purely geometric: the platform origin lies on three circles.

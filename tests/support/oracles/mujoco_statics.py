@@ -23,7 +23,7 @@ MASSLESS = 1e-12
 KINDS = {"revolute": "hinge", "prismatic": "slide"}
 PIN = np.eye(6)[[0, 1, 2, 3, 4]]
 PLANAR_PIN = np.eye(6)[[0, 1]]
-"""The forces, then the moments, that a pin about z transmits, in the frame of the pin."""
+"""Force and moment components that a pin about z transmits, in the frame of the pin."""
 
 
 class Loads(NamedTuple):
@@ -121,7 +121,7 @@ class Model:
             yield a, b, at, unit @ np.kron(np.eye(2), R.T)
 
     def is_planar(self):
-        """Whether the axes of all revolute joints are parallel."""
+        """Tests whether the axes of all revolute joints are parallel."""
         turning = [k for k, b in enumerate(self.bodies) if b.joint and b.joint.kind == "revolute"]
         axes = [self.poses[k][:3, :3] @ self.bodies[k].joint.axis for k in turning]
         return np.linalg.matrix_rank(axes, tol=1e-9) == 1
@@ -133,7 +133,8 @@ class Model:
         return self.bodies[k].name if k else ""
 
     def actuated(self):
-        """Yields the degree of freedom of each actuator, and its motion per unit of q."""
+        """Yields the degree of freedom of each actuator, and the motion of this degree of freedom
+        per unit of q."""
         variables = self.robot.configuration_variables
         facts = self.robot.manifest.loops.actuated_in_z
         joints = {b.joint.coordinate: b.joint for b in self.bodies if b.joint}

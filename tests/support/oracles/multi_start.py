@@ -145,7 +145,7 @@ class Multistart:
         return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """Returns the mechanism size for lengths and 1 for angles."""
+        """Returns the unit for lengths, which is the mechanism size, and the unit 1 for angles."""
         units = self.units(dict.fromkeys(names, 0.0))
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 

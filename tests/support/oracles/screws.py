@@ -104,7 +104,7 @@ def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def locked(chain: Screws, joint: int, value: float) -> Screws:
-    """Returns the chain without a joint that is fixed at a value."""
+    """Returns the chain that remains if one joint is fixed at a value."""
     moved = np.zeros(len(chain.axes))
     moved[joint] = value
     frame = chain.fk(moved) @ inverted(chain.home)

@@ -17,7 +17,7 @@ ROUNDING = 1e-14
 SAME = 1e-6
 """Maximum joint difference [rad or m] of equal solutions."""
 REGULAR = 1e-3
-"""Coordinates count as regular from this smallest singular value."""
+"""Coordinates count as regular if the smallest singular value is at least this large."""
 CHUNK = 20_000
 STARTS = 400
 STEPS = 60

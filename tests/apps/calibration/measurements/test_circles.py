@@ -1,5 +1,5 @@
-"""Points on circles, measured while a single joint rotates, recover the joint axes and the start
-values."""
+"""Calibration finds the joint axes and the start values from points on circles, measured while a
+single joint rotates."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
     measurements = CirclePoints(points, NOISE, circle)
     first = np.searchsorted(circle, np.arange(len(joints)))
     for axis, at, k in zip(measurements.axes(robot.fk(q)), q[first], joints, strict=True):
-        # The true axis of the joint, in the frame of the device.
+        # The true axis of the joint in the frame of the measuring device.
         v, omega = np.split(robot.jacobian_p(at, truth.p)[:, k], 2)
         direction = truth.T_W_base[:3, :3] @ omega
         assert_allclose(axis.direction, direction, atol=2e-3)

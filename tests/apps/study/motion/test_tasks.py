@@ -1,4 +1,5 @@
-"""Rates on lines in position and pitch agree with differences, for arms with few axes."""
+"""Joint rates on lines in position and pitch agree with finite differences, for arms with few
+axes."""
 
 from itertools import pairwise
 

@@ -20,8 +20,8 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Returns the determinant of the lines along the rods for cranks to the left, or NaN out of
-    reach."""
+    """Returns the determinant of the rod lines, with all cranks to the left; NaN if the platform is
+    out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]

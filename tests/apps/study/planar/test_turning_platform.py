@@ -35,7 +35,7 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """Tests (m, count) whether points are reached at each platform angle of the range."""
+    """Returns (m, count): whether each point is reached at each platform angle of the range."""
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:

@@ -17,8 +17,8 @@ TREES = 200
 
 
 def tree(text):
-    """Builds a tree from words ``parent>child``; a suffix of the child such as ``m`` is the kind of
-    the joint: ``a>b:m``.
+    """Builds a tree of links from words ``parent>child``; a suffix of the child such as ``m``
+    states the joint type: ``a>b:m``.
 
     The default joint name is ``<child>_joint``; ``a>b:m:name`` sets it. The kind ``s`` is
     prismatic. The leader of a mimic joint comes last, ``a>b:c:name:leader``.

@@ -14,7 +14,8 @@ REACH = {"revolute": 0.3, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
-"""Some platforms, and the redundant joints that are inputs of their inverse after the pose."""
+"""Each case is a platform, and the redundant joints that are inputs of its inverse after the
+pose."""
 
 
 def configurations(mechanism, seed):
@@ -29,7 +30,7 @@ def configurations(mechanism, seed):
 
 
 def slots_at(ik, T, given):
-    """Returns coordinates (k, N, n) and residuals (k, N) of all slots."""
+    """Returns coordinates (k, N, n) and residuals (k, N) of all solution slots."""
     (kernel,) = lower([ik], "carried")
     q, residual = [], []
     for signs in patterns(ik):
@@ -56,7 +57,7 @@ def test_pose_and_redundant_joints_determine_the_generating_coordinates(seed):
     slots, residual = slots_at(ik, model.tip(z), given)
     own = np.abs(slots - q).max(-1) < SAME
     assert (own & (residual < SAME)).any(0).all()
-    # Every slot with a small residual closes the loops at the pose.
+    # Every solution slot with a small residual closes the loops at the pose.
     for slot, left in zip(slots, residual, strict=True):
         at = z.copy()
         at[:, model.actuated] = slot * model.ratio

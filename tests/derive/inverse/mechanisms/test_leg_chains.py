@@ -41,7 +41,7 @@ def configurations(mechanism):
 
 
 def slots_at(ik, T):
-    """Returns coordinates (k, N, n) and residuals (k, N) of all slots."""
+    """Returns coordinates (k, N, n) and residuals (k, N) of all solution slots."""
     (kernel,) = lower([ik], "legs")
     q, residual = [], []
     for signs in patterns(ik):

@@ -88,7 +88,8 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Returns the polynomial, position and mirror image; all depend on the points and the angle."""
+    """Returns the polynomial, the position and its mirror image, as functions of the points and the
+    angle."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)

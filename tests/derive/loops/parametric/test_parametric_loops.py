@@ -28,7 +28,8 @@ SLIDERS = {
     "x": (ALONG_X, near(("crank", 1), ("elbow", -1), ("cross", 3))),
     "y": (ALONG_Y, near(("crank", 1), ("elbow", "3/4"), ("cross", "15/4"))),
 }
-"""Rotation of a slider's axes and a reference, keyed by the axis normal to the plane."""
+"""Rotation of a slider's axes, and a reference configuration, keyed by the axis normal to the
+plane."""
 
 
 def closed(loops, functions, w, p):
