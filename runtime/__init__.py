@@ -147,7 +147,7 @@ def load(
         The robot.
 
     Raises:
-        UnknownRobotError: If there is no such robot.
+        UnknownRobotError: If no robot has this name.
         DerivationError: If the compiler is not installed or rejects the description.
         ChaslesError: If the robot cannot be read, compiled or opened; the message states why.
     """

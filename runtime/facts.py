@@ -155,9 +155,9 @@ class RobotFacts(GeneratedFunctions):
         """(n,) a configuration within the limits and away from singularities.
 
         For a robot with loops it is the reference configuration, unless this configuration is
-        singular. Otherwise, of 256 configurations around the reference or mid-range, the
-        configuration with the largest minimum singular value of the Jacobian (lengths in
-        `unit_length`).
+        singular. Otherwise, it is the configuration with the largest minimum singular value of the
+        Jacobian (lengths in `unit_length`), of 256 configurations around the reference or
+        mid-range.
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -226,7 +226,7 @@ class RobotFacts(GeneratedFunctions):
 
         Returns:
             (...,) whether no value exceeds a limit by more than 1e-12 (rad, or `unit_length`).
-            False for NaN, and for open loops if the main chain has limits.
+            The result is False for NaN, and for open loops if the main chain has limits.
 
         Raises:
             ShapeError: If q does not have n columns.

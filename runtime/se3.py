@@ -255,7 +255,7 @@ def project(
     """Return the rigid poses nearest to nearly rigid matrices.
 
     R becomes the nearest rotation in the Frobenius norm, the orthogonal factor of its polar
-    decomposition. The translation stays, and the last row becomes 0 0 0 1.
+    decomposition. The translation stays unchanged, and the last row becomes 0 0 0 1.
 
     Args:
         T: (..., 4, 4) matrices: arrays of any real type, or nested lists.

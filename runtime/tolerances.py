@@ -7,8 +7,8 @@ the tolerances of the generated code.
 # --- size ---
 
 MIN_SIZE = 1e-5
-"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is still
-100 times the rounding error of such positions."""
+"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is 100
+times the rounding error at that distance."""
 
 # --- closed form: solutions in slots ---
 
@@ -32,7 +32,7 @@ AT_REST = 1e-7
 much to reach smaller residuals."""
 AT_REST_RATE = 1e-3
 """Maximum singular value (length or radian per coordinate unit) of a direction that may be a
-self-motion (1e-7). The rate is equally small at the workspace boundary."""
+self-motion (1e-7). The singular value is equally small at the workspace boundary."""
 AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""
@@ -109,6 +109,6 @@ above 2 the error would grow."""
 # --- poses, twists and screws ---
 
 NO_ROTATION = 0.3
-"""A matrix is not projected to a pose if its deviation from a rotation [rad] exceeds this."""
+"""A matrix is not projected to a pose if its deviation from a rotation [rad] exceeds this value."""
 SERIES = 0.25
 """Below this angle [rad], quotients with a vanishing denominator use their series."""

@@ -24,7 +24,7 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
 
     Raises:
         NotInstalledError: JAX is not installed.
-        InputValueError: The robot or the folder has no such function.
+        InputValueError: The robot or the folder lacks a required function.
     """
     check_type("for_jax: robot", robot, Robot)
     with requires("chasles[jax]"):
@@ -43,7 +43,7 @@ def for_torch(robot: Robot) -> DifferentiableArm:
 
     Raises:
         NotInstalledError: PyTorch is not installed.
-        InputValueError: The robot has no such function.
+        InputValueError: The robot lacks a required function.
     """
     check_type("for_torch: robot", robot, Robot)
     with requires("chasles[torch]"):
@@ -55,7 +55,7 @@ def checked(robot: Robot) -> Robot:
     """Return a robot that has the functions for derivatives.
 
     Raises:
-        InputValueError: A function is missing.
+        InputValueError: The robot lacks a function that derivatives need.
     """
     missing = {"fk", "jacobian_mixed", "hessian_mixed", "ik"} - robot.functions.keys()
     if missing:

@@ -10,12 +10,13 @@ from chasles import InputValueError, Robot
 
 
 class Solutions(NamedTuple):
-    """All solutions of the inverse kinematics, in slots.
+    """All solutions of the inverse kinematics, one in each solution slot.
 
     Attributes:
         q: (..., slots, n) coordinates [rad or m].
-        residual: (..., slots) deviation of `fk(q)` from the target; NaN if a slot has no solution.
-        margin: (..., slots) distance from the boundary of the reachable set, negative beyond it.
+        residual: (..., slots) deviation of `fk(q)` from the target; NaN if the solution slot is
+        empty. margin: (..., slots) distance from the boundary of the reachable set, negative beyond
+        it.
     """
 
     q: Any
@@ -51,7 +52,7 @@ def fixed_coordinates(robot: Robot) -> tuple[int, ...]:
     """Return the indices in q of the coordinates that are inputs of `ik` after the pose.
 
     Raises:
-        InputValueError: An input of `ik` is not a coordinate, such as a swivel angle.
+        InputValueError: An input of `ik` is not a coordinate of the robot, such as a swivel angle.
     """
     indices = [item.index for item in robot.redundancy]
     if None in indices:

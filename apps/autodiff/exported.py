@@ -19,7 +19,7 @@ def exported(robot: Robot, folder: str | os.PathLike[str], ending: str, language
         language: The language of the export.
 
     Raises:
-        InputValueError: The folder holds no such file of this robot.
+        InputValueError: The folder does not contain this file of the robot.
     """
     path = Path(folder) / f"{robot.name}{ending}"
     manifest = path.with_name("manifest.json")

@@ -44,7 +44,7 @@ def arm(robot: Robot, folder: str | os.PathLike[str] | None) -> DifferentiableAr
 
 
 def _module(path: Path, names: Sequence[str]) -> ModuleType:
-    """Return an exported module.
+    """Return the exported module of a robot.
 
     Raises:
         InputValueError: The module lacks a function.
@@ -99,7 +99,7 @@ def _cache() -> Path:
 
 
 def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callable[..., Any]:
-    """Return a function without derivatives; it returns a tuple if it has several results.
+    """Return a function without derivatives, which returns a tuple if it has several results.
 
     Args:
         robot: The robot.

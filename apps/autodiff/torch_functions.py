@@ -15,7 +15,7 @@ from .differentiable_arm import DifferentiableArm, Solutions, fixed_coordinates
 from .tolerances import MAX_INVERSE, SOLVED
 
 _ROBOTS: dict[str, Robot] = {}
-"""The robots by key: operators accept only strings and tensors."""
+"""Robots keyed by a string, because PyTorch operators accept only strings and tensors."""
 
 
 def arm(robot: Robot) -> DifferentiableArm:

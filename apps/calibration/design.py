@@ -107,7 +107,8 @@ def optimal_design(
         sigma: Standard deviation of each measured position coordinate [m]; for poses, the pair
             of this value and the standard deviation of the orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.
-        is_allowed: Test of all candidates (M, n) -> (M,) booleans, for example for collisions.
+        is_allowed: Function that tests candidates (M, n), for example for collisions, and returns
+        (M,) booleans.
 
     Raises:
         InputValueError: There are fewer allowed candidates than `count`, or `count` configurations

@@ -1,4 +1,4 @@
-"""Output: `out` for results, `err` for warnings and errors."""
+"""Output: Two consoles: `out` prints results, and `err` prints warnings and errors."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def fixed_values(robot: Robot, words: Iterable[str]) -> dict[str, float]:
     """Return the values of fixed joints and redundancy parameters, keyed by name.
 
     Raises:
-        InputValueError: A word is not NAME=VALUE.
+        InputValueError: A word does not have the form NAME=VALUE.
     """
     units = {one.name: one.unit for one in (*robot.coordinates, *robot.chain_joints)}
     found = {}
@@ -124,7 +124,7 @@ def positions(joints: Sequence[Coordinate], text: str, option: str) -> dict[str,
     """Return the positions of the joints in a list JOINT=VALUE,..., in the order of the joints.
 
     Raises:
-        InputValueError: A word is not JOINT=VALUE, or a joint is unknown.
+        InputValueError: A word does not have the form JOINT=VALUE, or a joint is unknown.
     """
     units, found = {joint.name: joint.unit for joint in joints}, {}
     for word in text.split(","):

@@ -42,7 +42,7 @@ def compiled(
     """Return the machine code of a kernel, and the name of the kernel in it.
 
     Raises:
-        InputValueError: The source has no such kernel.
+        InputValueError: The source does not contain the kernel.
         ChaslesError: NVRTC does not compile the source.
     """
     space = re.search(rf"^namespace ({robot}_?)$", source.text, re.MULTILINE)
@@ -131,7 +131,7 @@ class _Current:
 
 
 def _done(answer: tuple[Any, ...]) -> Any:
-    """Return the result of a call.
+    """Return the result of a CUDA call.
 
     Raises:
         ChaslesError: The call failed.

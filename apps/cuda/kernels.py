@@ -38,7 +38,7 @@ class Kernels:
 
         Raises:
             NotInstalledError: cuda-bindings or NVRTC is not installed.
-            InputValueError: The folder holds no CUDA source of this robot.
+            InputValueError: The folder does not contain the CUDA source of this robot.
         """
         check_type("Kernels: robot", robot, Robot)
         with requires("chasles[cuda]"):
@@ -58,7 +58,7 @@ class Kernels:
                 size.
 
         Raises:
-            InputValueError: The export has no such function, or an array is unsuitable.
+            InputValueError: The export does not contain the function, or an array is unsuitable.
             ShapeError: A shape is wrong.
         """
         info = self.robot.functions.get(name)
@@ -105,10 +105,10 @@ class Kernels:
         Args:
             name: The name of the function.
             inputs: Arrays with a column for each pose.
-            shapes: The shapes of the inputs without the batch.
-            results: The shapes of the results without the batch.
+            shapes: The shapes of the inputs without the batch dimension.
+            results: The shapes of the results without the batch dimension.
             tables: Arrays (n,) that all poses share, or None. With tables, the last result is the
-                slot.
+            solution slot.
         """
         from . import compiled  # noqa: PLC0415
 

@@ -130,7 +130,7 @@ def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
 
 
 def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
-    """Return the largest part of a move from q over which the loops close."""
+    """Return the largest part of a displacement from q over which the loops close."""
     parts = np.linspace(0, 1, _PARTS)
     closes = _closes(bodies, q + parts[:, None] * move)
     closed = int(np.argmin(closes)) if not closes.all() else _PARTS

@@ -276,7 +276,7 @@ def figure_of(
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
         places: Label offsets of each view in an animation; the first frame sets the offsets, and
-            all frames use them. A film has no lengths.
+            all frames use them. An animation shows no dimensions of links.
     """
     with requires("chasles[draw]"):
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -367,7 +367,7 @@ def _label_axes(
 
 
 def _paint(ax: Any, scene: Scene, places: Places | None = None) -> None:
-    """Draw a scene on axes whose limits are already set; `places` is for the frames of a film."""
+    """Draw a scene on axes whose limits are set; `places` has label offsets of an animation."""
     with requires("chasles[draw]"):
         from matplotlib.lines import Line2D  # noqa: PLC0415
         from matplotlib.patches import Polygon  # noqa: PLC0415

@@ -191,7 +191,7 @@ def plot_singularities(found: Any, ax: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Plot the border of a section; distances beyond the first axis are negative."""
+    """Plot the border of a section; distances on the far side of the first axis are negative."""
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
     if found.offset:  # The section plane does not contain the axis.

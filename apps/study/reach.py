@@ -105,8 +105,8 @@ class Reach(StudyResult):
         """Plot the fraction of the orientations that are reached, and the limit counts.
 
         Args:
-            ax: Three matplotlib axes, for cells from above, cells from the side, and limits; None:
-                a new figure.
+            ax: Three matplotlib axes, for cells from above, cells from the side, and limits; None
+            creates a new figure.
 
         Returns:
             The axes.

@@ -255,7 +255,7 @@ class _Solved:
         )
 
     def _filled(self, found: FloatArray) -> FloatArray:
-        """Return values of the whole batch; NaN for open loops and loads without a solution."""
+        """Return values of the whole batch, NaN for open loops and loads without a solution."""
         values = np.full((len(self.closed), *found.shape[1:]), np.nan)
         values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]
         return values.reshape(*self.shape, *found.shape[1:])

@@ -110,8 +110,7 @@ class Workspace(StudyResult):
             axis: The axis normal to the section.
             at: The coordinate [m].
 
-        Returns:
-            (n, m) hits; the remaining axes in their order.
+        Returns: (n, m) hits over the two remaining axes, in their order.
 
         Raises:
             InputValueError: The axis is unknown, or the coordinate is outside the cells.
@@ -126,7 +125,7 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the sum of the hits along an axis: (n, m), the remaining axes in their order.
+        """Return the hits summed along an axis: (n, m), the remaining axes in their order.
 
         Raises:
             InputValueError: The axis is unknown.
@@ -251,7 +250,7 @@ def _sector(z: FloatArray) -> NDArray[np.uint64]:
     """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors of the tool's z axis; NaN has the index of sector 0.
+        z: (m, 3) unit vectors of the tool's z axis; A vector with NaN has the index of sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2

@@ -1,6 +1,7 @@
 """The content of a view: configuration, branches as ghosts, limits and workspace of a robot.
 
-This module does not depend on the user interface. `at`, `ghosts` and `limits` compute one frame.
+This module does not depend on the user interface. The methods `at`, `ghosts` and `limits` compute
+the content of one frame.
 """
 
 from __future__ import annotations
@@ -146,7 +147,7 @@ class Display:
         self.start = self._start()
 
     def at(self, q: FloatArray, last: Displayed) -> Displayed:
-        """Return the configuration at coordinates.
+        """Return the configuration of the robot at coordinates q.
 
         Args:
             q: (n,) coordinates [rad or m].

@@ -116,7 +116,7 @@ def count_meshes(file: Path) -> int:
 
 
 def _root(file: Path) -> Any:
-    """Return the root of a URDF file without a document type; another may raise a SyntaxError."""
+    """Return the root of a URDF file without a document type; a document type raises an error."""
     from lxml import etree  # noqa: PLC0415
 
     # An XML entity could read another file.

@@ -1,1 +1,1 @@
-"""Closed-form inverses: solutions in slots, paths, and refinement."""
+"""Closed-form inverses: their solutions, paths on one branch, and refinement."""

@@ -16,7 +16,7 @@
 /* A solution is in the cell of the weighted sum of its non-periodic coordinates, so that equal
  * solutions are in the same cell or in adjacent cells. */
 typedef struct {
-    npy_intp size;         /* a power of 2 */
+    npy_intp size;         /* number of cells, a power of 2 */
     npy_intp *head, *next; /* last solution in each cell, previous solution; -1 for none */
     double width;          /* width of a cell */
     double scale[MAX_JOINTS];

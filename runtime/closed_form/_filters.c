@@ -180,7 +180,7 @@ static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
     return Py_BuildValue("NN", q, valid);
 }
 
-/* One seed for all poses, or one for each pose, and the distance metric. */
+/* One seed for all poses or one seed for each pose, and the distance metric. */
 typedef struct {
     const double *q;
     npy_intp step;

@@ -22,7 +22,7 @@ _OTHER_VALUES = (0.5, 1.1, 1.9)
 _OTHER_RATES = (0.4, 0.73)
 """The other joints are at multiples of these values; a special relation holds for both."""
 _SEARCH = 16
-"""Newton steps from each start configuration; then only configurations near the pose continue."""
+"""Number of Newton steps from each start; then only configurations near the pose continue."""
 _TURNS = 96
 """Number of start configurations with random revolute joints for each solution slot."""
 

@@ -42,7 +42,7 @@ class FixedJoints:
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If a joint name is unknown.
-            DerivationError: If the fixed joints allow no closed form; lists suitable joints.
+            DerivationError: If there is no closed form; the message lists suitable joints.
         """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
@@ -122,7 +122,7 @@ class FixedJoints:
         )
 
     def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
-        """Return joint name and value; a coordinate of one joint represents this joint."""
+        """Return joint name and value; a coordinate that moves one joint represents the joint."""
         if name in self._joints:
             return name, value
         coordinates = [c.name for c in self.manifest.coordinates]
@@ -153,7 +153,7 @@ class FixedJoints:
         return int(alone[0]) if len(alone) == 1 else None
 
     def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
-        """Return the inverse for fixed joints; derives it if the cache does not contain it."""
+        """Return the inverse for fixed joints; derive it if the cache does not contain it."""
         coordinates = [c.name for c in self.manifest.coordinates]
         if self.manifest.loops.chain and len(coordinates) < len(self._joints):
             own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""

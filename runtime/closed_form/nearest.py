@@ -161,7 +161,7 @@ class NearestMethods(RobotFacts):
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
-        """Refine nearby coordinates by Newton's method, for example those of a nominal arm.
+        """Refine nearby coordinates by Newton's method, for example the solution of a nominal arm.
 
         Args:
             T: (..., 4, 4) poses of the tool measured and expressed in the base frame.
@@ -169,7 +169,7 @@ class NearestMethods(RobotFacts):
 
         Returns:
             `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and
-            `2 sin(angle/2)` times `unit_length`. Limits are ignored. Reachable poses have 0.
+            `2 sin(angle/2)` times `unit_length`. Limits are ignored. It is 0 for reachable poses.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.

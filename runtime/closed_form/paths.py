@@ -309,7 +309,7 @@ class InverseMethods(RobotFacts):
         here: FloatArray,
         max_step: FloatArray,
     ) -> FloatArray:
-        """Return coordinates (k, n) from pose `first` on, while the path stays in one slot.
+        """Return coordinates (k, n) from pose `first` on, while the path stays in a single slot.
 
         As in `_next`, the solution slot must be nearest, and no joint may jump or exceed a limit.
         """

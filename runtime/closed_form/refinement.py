@@ -94,7 +94,7 @@ class Refinement:
     def __call__(
         self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
-        """Refine slots in place; a slot that does not converge keeps its least-squares solution."""
+        """Refine slots in place; slots without convergence keep their least-squares solutions."""
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
@@ -119,7 +119,7 @@ class Refinement:
             self._accept(targets, enough, fields)
 
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
-        """Mark slots as valid if residuals from targets (..., *task.shape) are at most ``enough``.
+        """Mark slots for targets (..., *task.shape) as valid if residuals are at most ``enough``.
 
         Slots of rounded targets first move to their least-squares solutions. If a solution slot
         reaches the target, the target is exact, and slots with larger residuals are not solutions.

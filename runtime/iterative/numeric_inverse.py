@@ -66,9 +66,9 @@ class NumericSolution(NamedTuple):
     def reason(self) -> Any:
         """The reason for a missing solution: a str for a single pose, otherwise an array (...,).
 
-        A valid solution has "". The reason "limits" is a local minimum of the residual with
-        coordinates at their limits, "stalled" a local minimum within the limits, "max_evaluations"
-        a reached evaluation limit. For "not a pose", the matrix is not finite, or deviates from a
+        A valid solution has the reason "". The reason "limits" is a local minimum of the residual
+        with coordinates at their limits, "stalled" a local minimum within them, "max_evaluations" a
+        reached evaluation limit. For "not a pose", the matrix is not finite, or deviates from a
         rigid pose by more than `se3.NEARLY_RIGID`; `se3.project` reports the reason.
         """
         reasons = np.array(REASONS)[self.ending]
@@ -219,7 +219,7 @@ class NumericMethods(RobotFacts):
         return begin
 
     def _new_solver(self, tip: str | None, start_set: int) -> Solver:
-        """Create and cache a solver; creating one takes as long as solving a thousand poses."""
+        """Create and cache a solver; the creation takes as long as solving a thousand poses."""
         if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))

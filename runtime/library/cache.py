@@ -1,8 +1,8 @@
 """Compiled robot libraries: built once, cached, and checked when opened.
 
-The key is the SHA-256 of the C code, the glue code and the processor features. The key is part of
-the file name, and the library contains the key. A library ends with the SHA-256 of the preceding
-bytes, so that a damaged library is rejected before the system maps it.
+The key of a library is the SHA-256 of the C code, the glue code and the processor features. The key
+is part of the file name, and the library contains the key. A library ends with the SHA-256 of the
+preceding bytes, so that a damaged library is rejected before the system maps it.
 
 A kernel is a library for all processors of a platform (`chasles build --portable`). Kernels are in
 the folders of generated robots, not in the cache.
@@ -326,6 +326,6 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
 
 def _seal(library: Path) -> None:
     with library.open("r+b") as file:
-        # After read(), the file position is at the end of the library. The hash is appended there,
-        # and the system does not map appended bytes.
+        # After read(), the file position is at the end of the library. The hash is appended at this
+        # position, and the system does not map appended bytes.
         file.write(hashlib.sha256(file.read()).digest())

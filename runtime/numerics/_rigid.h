@@ -102,8 +102,8 @@ static inline int is_single(const double *T)
 
 /* Returns the maximum rounding error of the entries of a NEAR_RIGID rotation: half a unit of the
  * last decimal (at most nine) or of single precision, or 0 for higher precision. The distance from
- * a rotation cannot replace this: a planar rotation of few digits may be nearly rigid by chance.
- */
+ * a rotation cannot replace this test: a planar rotation of few digits may be nearly rigid by
+ * chance. */
 static inline double coarseness(const double *T)
 {
     double product[6], off = sqrt(off_orthogonal2(T, product));

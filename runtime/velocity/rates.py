@@ -126,8 +126,8 @@ class VelocityMethods(ManipulabilityMethods):
             components: The controlled components of the twist at the tip: "all", "linear" (the
                 angular part of V is ignored) or "angular". With a spatial twist, "linear" needs
                 all six components of V.
-            redundancy: The objective for null-space motion. With "minimum_norm", rates are
-                smallest. With "limits", joints with limits move towards mid-range, by the gradient
+            redundancy: The objective for null-space motion. "minimum_norm" minimizes the rates.
+                With "limits", joints with limits move towards mid-range, by the gradient
                 of half the sum of ((q - middle) / half range)^2. With "manipulability", Yoshikawa's
                 measure increases. A configuration (..., n) is the goal of the null-space motion.
             gain: Gain of the objective [1/s]; for a configuration, the fraction of the remaining
@@ -328,7 +328,7 @@ class VelocityMethods(ManipulabilityMethods):
     ) -> FloatArray:
         """Return the actuator forces that are equivalent to a wrench on the tool: J^T wrench.
 
-        The power is the same on both sides: `forces @ qd == wrench @ (J @ qd)`. The actuator
+        Actuators and tool have the same power: `forces @ qd == wrench @ (J @ qd)`. The actuator
         forces balance the opposite wrench of the environment. Loops are rigid and frictionless.
 
         Args:

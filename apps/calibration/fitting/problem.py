@@ -9,7 +9,7 @@ parameter k about its nominal value. The most probable parameters minimize the s
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
-s is estimated together with the parameters (`noise.py`).
+The noise s is estimated together with the parameters (`noise.py`).
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -422,7 +422,7 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # Without the rows with NaN, the variables would be undetermined.
+            return used  # If the rows with NaN were omitted, the variables would be undetermined.
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:

@@ -145,7 +145,7 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives, from the target's velocity component towards the center."""
+        """Return derivatives of the distances, from the target's velocity towards the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -189,7 +189,7 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives, from the target's velocity component towards the center."""
+        """Return derivatives of the distances, from the target's velocity towards the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
@@ -236,7 +236,7 @@ class PlaneContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives from the velocity of the target along the normal."""
+        """Return derivatives of the distances, from the target's velocity along the normal."""
         n, points = self._direction(x), points_on_tool(T, x[None, :3])[:, 0]
         by_p = np.einsum("i,nip->np", n, velocities_on_tool(T, J, x[None, :3])[:, 0])
         slopes = points @ self._across().T

@@ -112,7 +112,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """Return the base frame that fits nominal to measured axes best; None if they are parallel.
+    """Return the base frame that fits nominal to measured axes best; None if the axes are parallel.
 
     Args:
         nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.
@@ -163,7 +163,10 @@ class _Registrations:
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
-        """Factorize for nominal poses (N, 4, 4) and positions (N, m, 3), NaN if invisible."""
+        """Factorize the equations of nominal poses (N, 4, 4) and measured positions (N, m, 3).
+
+        Positions of invisible targets are NaN.
+        """
         seen = np.isfinite(measured).all(-1)
         index, target = np.nonzero(seen)
         count = len(index)

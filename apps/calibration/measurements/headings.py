@@ -6,8 +6,8 @@ several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x, right_x, or x t
 Headings of quaternions are qw, quat_w, orientation.w, or q1 ... q4 or q0 ... q3 if joints have
 other names. Headings of rotation vectors are rx, rot_x, rotvec_x. Headings of angles are roll,
 pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of matrices are r11, R_1_1, T[0][0],
-m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point, ball, and a station
-has "station".
+m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball; the heading
+of a station is "station".
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with

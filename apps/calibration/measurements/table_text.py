@@ -90,7 +90,7 @@ def _decoded(path: Path, content: bytes) -> str:
 def _separator(texts: Sequence[str]) -> str:
     """Return the separator that most lines contain, or "" for spaces.
 
-    Semicolons, tabs and bars take precedence over commas, which may be decimal marks.
+    Semicolons, tabs and vertical bars take precedence over commas, which may be decimal marks.
     """
     for mark in _SEPARATORS:
         if 2 * sum(mark in text for text in texts) > len(texts):
@@ -103,7 +103,8 @@ def _separator(texts: Sequence[str]) -> str:
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
     for text in texts:
         if separator:
-            # Reads line by line, so that an unclosed quotation mark affects a single line.
+            # The text is read line by line, so that an unclosed quotation mark affects a single
+            # line.
             yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
         else:
             yield _BEFORE_UNIT.split(text.strip())

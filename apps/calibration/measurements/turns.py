@@ -33,7 +33,7 @@ class WrongRow(ValueError):
     """
 
     def __init__(self, row: int, words: str) -> None:
-        """Set the row index, and a message without this index."""
+        """Store the row index, and a message that does not contain this index."""
         super().__init__(words)
         self.row = row
 
@@ -61,7 +61,7 @@ def form_of(names: Collection[str]) -> Form | None:
 
 
 def about_axes(turns: FloatArray) -> FloatArray:
-    """Return rotations (N, 3, 3) by (N, 3) [rad] about the fixed axes x, y, z in this order."""
+    """Return rotations (N, 3, 3) by angles (N, 3) [rad] about fixed axes x, y, z in order."""
     x, y, z = (so3.exp(turns[:, [k]] * np.eye(3)[k]) for k in range(3))
     return np.asarray(z @ y @ x)
 

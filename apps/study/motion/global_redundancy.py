@@ -294,7 +294,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return the change (n, 2) that moves each limit inwards by the whole range, or 0."""
+    """Return changes (n, 2) that move each limit inwards by the whole range; 0 if infinite."""
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 

@@ -102,7 +102,7 @@ def parameter_rates(
     A: FloatArray,
     moves: Sequence[FloatArray] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives like `curve_rates`, for motions of the redundancy parameters.
+    """Return derivatives, as `curve_rates` does, for known motions of redundancy parameters.
 
     An angle a(q), such as the swivel angle, has the rate a' if a motion c along the null vector n
     of the Jacobian compensates for the difference: D_n a c = a' - D_p a, where D_n and D_p are

@@ -106,8 +106,8 @@ class Trajectory(StudyResult):
             path: A .npz file of `to_npz` or with arrays `t (m,)` and `q (m, n)`, or a .csv file
                 with a header. The columns are the coordinate names [rad or m], and optionally "t
                 [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
-                ignored. Without times, the time step is 0.05 s. Missing rates and accelerations are
-                computed by finite differences.
+                ignored. If the file contains no times, the time step is 0.05 s. Missing rates and
+                accelerations are computed by finite differences.
             robot: The robot, checked against the file; required unless `to_npz` wrote the file.
 
         Raises:

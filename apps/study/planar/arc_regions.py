@@ -1,10 +1,10 @@
 """Planar regions bounded by circular arcs, and the regions that they sweep in a rotation.
 
-All borders are computed from candidates, arcs that contain the border. The candidate curves are
-divided at their intersections. A piece belongs to the border if the region lies on exactly one of
-its sides. A region rotates about a point by angles from a to b. The candidates are the border of
-the region, rotated by a and by b, and circles about the point. The circles are tangent to the
-border or pass through its corners.
+Every border is computed from candidates, which are arcs that contain the border. The candidate
+curves are divided at their intersections. A piece belongs to the border if the region lies on
+exactly one of its sides. A region rotates about a point by angles from a to b. The candidates are
+the border of the region, rotated by a and by b, and circles about the point. The circles are
+tangent to the border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -246,8 +246,8 @@ def _crossings(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the intersections of a circle with k circles, as angles (2, ..., k) on both circles.
 
-    The angles are NaN without an intersection. Tangent circles do not count as crossing, because
-    rounding would decide whether they cross.
+    The angles are NaN if the circles do not intersect. Tangent circles do not count as crossing,
+    because rounding would decide whether they cross.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])

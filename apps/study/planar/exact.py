@@ -147,7 +147,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             the previous joints have such a structure, such as the center of a spherical wrist.
 
     Raises:
-        InputValueError: The axes of the arm do not have this form.
+        InputValueError: The joint axes of the arm have neither of these structures.
     """
     check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:

@@ -11,8 +11,8 @@ points belong to the region, the arcs overlap by
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
-The overlap counts once. The integrals of |u| over u > 0 and u < 0 are m+ and m-. The intersection
-of the region with its reflection at u = 0 is C. The volume is
+The overlap of the arcs counts once. The integrals of |u| over u > 0 and u < 0 are m+ and m-. The
+intersection of the region with its reflection at u = 0 is C. The volume is
 
     V = s (m+ + m-) - integral over C, u > 0, of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a))
 

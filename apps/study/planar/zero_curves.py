@@ -74,7 +74,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # Four zeros on the edges of a cell: the value at the cell center selects the pairs.
+            # If a cell has zeros on all four edges, the value at the cell center selects the pairs.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found
@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # The lines start with open curves, at one end of each open curve.
+    # Open curves are followed first, each from one of its ends.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         path = [start]
         while neighbors[path[-1]]:

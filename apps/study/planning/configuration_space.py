@@ -203,7 +203,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return the shapes of each check (-1: an obstacle), and their last common body."""
+        """Return the shapes of each check (-1: an obstacle), and the last body that moves both."""
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [

@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 
 @runtime_checkable
 class Space(Protocol):
-    """A box with free and blocked points.
+    """A box-shaped space in which each point is free or blocked.
 
     Attributes:
         lower: (n,) smallest coordinates.

@@ -51,7 +51,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class SuccessStudy(StudyResult):
-    """A table of the trials of a study.
+    """A table with the trials of a study.
 
     Attributes:
         rows: The trials, keyed by number of samples and maximum step.

@@ -180,7 +180,7 @@ int has_override(PyObject *object)
     return own;
 }
 
-/* Returns "6" or "4 x 4", for messages. */
+/* Returns a shape as "6" or "4 x 4", for messages. */
 static PyObject *sizes_text(int ndim, const npy_intp *dims, const char *between)
 {
     PyObject *text = PyUnicode_FromString("");

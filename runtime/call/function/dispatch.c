@@ -259,7 +259,7 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
     const Kernel *kernel = self->kernel;
     PyObject *results[MAX_OPERANDS];
     npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
-    int large = is_large(kernel, n); /* 0 after an overflow (n is -1) */
+    int large = is_large(kernel, n); /* the count is 0 after an overflow (n is -1) */
     if (large && new_large_results(kernel, batch, outs, results) < 0) {
         return NULL;
     }

@@ -13,7 +13,7 @@ typedef struct {
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
     PyObject *guard;         /* checks results that are not finite; may be NULL */
-    PyTypeObject *solutions; /* class of the solutions; NULL if the outputs are not branches */
+    PyTypeObject *solutions; /* class of the solutions, or NULL if the outputs are not branches */
     double tolerance;        /* maximum residual of a valid branch */
     PyObject *refinement;    /* refines branches that are nearly valid; NULL without refinement */
     double near;             /* maximum residual of a refined branch */

@@ -28,7 +28,7 @@ typedef struct {
     int *at;                      /* (n,) -1 or 1 if x is at its lower or upper bound, otherwise 0
                                    */
     double *H, *A; /* (n, n): the matrix of the bounded problem, and of its free variables */
-    double *g, *z; /* (n,): right-hand side of this problem; solution of its free part */
+    double *g, *z; /* (n,): right-hand side of the bounded problem; its free solution */
     int *free;     /* (n,): indices of the free variables */
 } DampedBox;
 
@@ -54,6 +54,6 @@ void damped_box_bound(DampedBox *box, const double *lower, const double *upper);
 double damped_box_residual(const DampedBox *box, const double *y);
 
 /* Adapts d to the accuracy of the linear prediction (Marquardt), from the squared error before a
- * step, the predicted error and the error after the step. This avoids oscillation across the
+ * step, the predicted error and the error after the step. This damping avoids oscillation at the
  * singularity at the workspace boundary. */
 void damped_box_adapt(DampedBox *box, double before, double expected, double after);
