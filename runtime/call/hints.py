@@ -68,12 +68,12 @@ def _no_inverse(robot: Any) -> tuple[str, str]:
     """Return the reason for a missing inverse, and the methods that solve the same problem."""
     tasks, solvers = _tables()["tasks"], _tables()["solvers"]
     found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
-    found += [text for name, text in solvers.items() if name in dir(robot)]
-    if robot.manifest.kind == "serial":
-        found.append(
-            "chasles derive FILE --fixed JOINTS, which writes an ik of given joints where they "
-            "leave a closed form"
-        )
+    is_serial = robot.manifest.kind == "serial"
+    # The actuators of a serial arm follow from its joints by couplings, not from a pose.
+    has = {*dir(robot)} - ({"actuators"} if is_serial else set())
+    found += [text for name, text in solvers.items() if name in has]
+    if is_serial and "ik" not in robot.functions:
+        found.append(solvers["fixed"])
     missing = robot.manifest.inverse.missing
     return _ITERATED if robot.manifest.is_iterated else missing, "; ".join(found)
 

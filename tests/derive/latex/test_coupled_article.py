@@ -6,6 +6,7 @@ import pytest
 
 from chasles.derive import derive, read_text
 from chasles.derive.latex import fragments
+from tests.support.palletizer import PALLETIZER
 from tests.support.read_back import read_back
 
 BASE_ELBOW = """
@@ -22,20 +23,6 @@ joints = [
 ]
 [couplings]
 j3 = { j3 = 1, j2 = -1 }
-"""
-PALLETIZER = """
-name = "palletizer"
-convention = "urdf"
-joints = [
-  { name = "j1", xyz = [0, 0, "0.5"], axis = [0, 0, 1] },
-  { name = "j2", xyz = ["0.15", 0, 0], axis = [0, 1, 0] },
-  { name = "j3", xyz = [0, 0, "0.9"], axis = [0, 1, 0] },
-  { name = "level", xyz = [1, 0, 0], axis = [0, 1, 0] },
-  { name = "j4", xyz = ["0.2", 0, "-0.15"], axis = [0, 0, 1] },
-]
-[couplings]
-j3 = { j3 = 1, j2 = -1 }
-level = { j3 = -1 }
 """
 FOLLOWER = """
 name = "follower"
