@@ -1,6 +1,6 @@
 """The manifest of a generated robot: plain dataclasses with a reader and a writer."""
 
-from .argument_types import check_type
+from .argument_types import check_type, nearest_names
 from .bodies import Body, BodyJoint, ClosureFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
@@ -85,6 +85,7 @@ __all__ = [
     "is_inside",
     "make_folder",
     "manifest_entries",
+    "nearest_names",
     "open_input",
     "output_file",
     "read_input",

@@ -1,6 +1,7 @@
-"""Checks that an argument is an object of the expected class, such as a robot."""
+"""Checks of arguments: the class of an object, such as a robot, and names that do not exist."""
 
 import reprlib
+from collections.abc import Iterable
 from typing import Any
 
 from .errors import InputTypeError
@@ -21,3 +22,10 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
         expected = " or ".join(kind.__name__ for kind in kinds)
         found = " ".join(reprlib.repr(value).split())
         raise InputTypeError(f"{name}: expected a {expected}, got {found}")
+
+
+def nearest_names(name: str, known: Iterable[str]) -> str:
+    """Return the three known names that are most similar to an unknown name, for an error."""
+    from difflib import get_close_matches  # noqa: PLC0415 - for errors only
+
+    return ", ".join(get_close_matches(name, [*known], n=3, cutoff=0.0))

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from chasles.contract import check_type
+from chasles.contract import check_type, nearest_names
 
 from .chain.body_shapes import Skeleton, skeleton
 from .chain.coordinates import InProportion
@@ -357,8 +357,8 @@ def _chosen(
     known = [*default, *on_demand]
     unknown = [name for name in functions if name not in known]
     if unknown:
-        functions_there = ", ".join(known)
         raise InputValueError(
-            f"{robot} has no function {', '.join(unknown)}; its functions are {functions_there}"
+            f"{robot} has no function {', '.join(unknown)}; nearest functions: "
+            f"{nearest_names(unknown[0], known)} (chasles info lists the functions of a robot)"
         )
     return [name for name in known if name in functions]

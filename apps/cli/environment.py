@@ -35,6 +35,8 @@ _PROGRAMS = {"pdflatex": "articles as PDF (chasles pdf)"}
 _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
 """The name at the start of a requirement, such as lxml in "lxml>=5"."""
+_EXTRAS_OF = re.compile(r"chasles\[([\w,]+)\]")
+"""A requirement of extras of chasles itself."""
 _EXTRAS = (
     *("cli", "derive", "files", "calibration", "study", "planning", "draw", "film", "view"),
     *("jax", "torch"),
@@ -195,7 +197,15 @@ def _extra_state(extra: str) -> str:
     missing = [name for name in _packages(extra) if not _is_installed(name)]
     if not missing:
         return "installed"
-    return f"needs {', '.join(missing)}: pip install 'chasles[{extra}]'"
+    # The extra `all` leaves out packages that few users need.
+    optional = "" if extra in _of_all() else "optional, not part of chasles[all]; "
+    return f"{optional}needs {', '.join(missing)}: pip install 'chasles[{extra}]'"
+
+
+def _of_all() -> set[str]:
+    """Return the extras that the extra `all` installs."""
+    named = [_EXTRAS_OF.fullmatch(requirement) for requirement in _packages("all")]
+    return {extra for match in named if match for extra in match[1].split(",")}
 
 
 def _packages(extra: str) -> list[str]:

@@ -1,7 +1,7 @@
 """Robot-dependent attributes: generated functions, and methods that need them.
 
-The lookup of a missing method raises an AttributeError that lists the functions of the robot and a
-substitute, if there is one.
+The lookup of a missing method raises an AttributeError that names similar functions, and a
+substitute if there is one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any, Protocol, TypeVar
 
+from ..contract import nearest_names
 from ..errors import InputTypeError, MissingFunctionError
 from .hints import explain, missing_attribute, unknown_keyword
 
@@ -57,7 +58,8 @@ class Capability:
         message = (
             f"robot {robot.name!r} has no {self.name!r}{': ' * bool(reason)}{reason}"
             f"{'; instead: ' * bool(instead)}{instead}; "
-            f"its functions are: {', '.join(robot._public)}"
+            f"nearest functions: {nearest_names(self.name, robot._public)} "
+            "(robot.functions lists all)"
         )
         raise MissingFunctionError(message, name=self.name, obj=robot)
 

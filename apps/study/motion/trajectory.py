@@ -226,6 +226,11 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
         raise InputValueError(f"{path}: expected a table with a header ({error})") from None
     header, names = [name.strip() for name in head], _names(robot)
     missing = [name for name in names if name not in header]
+    if len(missing) == len(names) and all(map(_is_number, header)):
+        raise InputValueError(
+            f"{path}: the first line has numbers, not the names of columns; add the header "
+            f"{','.join(names)}, with t before it for times"
+        )
     if missing:
         raise InputValueError(f"{path}: no column for {', '.join(missing)} of robot {robot.name}")
 
@@ -239,6 +244,14 @@ def _table(path: Path, robot: Robot) -> dict[str, Any]:
     time = [name for name in _TIME if name in header][:1]
     found["t"] = columns(time)[:, 0] if time else _STEP * np.arange(len(rows), dtype=np.float64)
     return found
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _column(path: Path, header: list[str], rows: list[list[str]], name: str) -> list[float]:

@@ -132,3 +132,28 @@ def test_default_tip_is_the_link_that_the_help_describes(links, tip, tmp_path):
         text = " ".join(re.sub("[│]", " ", run(verb, "--help").stdout).split())
         assert "tool name, such as tool0, tcp or flange" in text
         assert "without such a link, the only end of the chain" in text
+
+
+def test_doctor_states_which_extras_are_not_part_of_all(monkeypatch):
+    monkeypatch.setattr("chasles.cli.environment._is_installed", lambda name: False)
+    states = json.loads(run("doctor", "--json").stdout)
+    assert states["chasles[study]"].startswith("needs ")
+    for extra in ("planning", "jax", "torch"):
+        state = states[f"chasles[{extra}]"]
+        assert state.startswith("optional, not part of chasles[all]; needs ")
+
+
+def test_table_without_a_header_is_explained(tmp_path):
+    file = tmp_path / "motion.csv"
+    file.write_text("0.1\n0.2\n")
+    done = run("animate", "four_bar", "--play", file, "--to", tmp_path / "a.gif")
+    assert done.exit_code == 1
+    assert done.stderr.endswith("; add the header crank, with t before it for times\n")
+
+
+def test_missing_function_names_three_others_and_where_all_are_listed():
+    done = run("derive", "scara", "--functions", "jacobian_mixd", "--to", "out")
+    match = re.search(r"nearest functions: (.*) \(chasles info lists", done.output)
+    assert match
+    assert len(match[1].split(", ")) == 3
+    assert match[1].startswith("jacobian_mixed, ")

@@ -21,10 +21,10 @@ def test_name_without_representation_suggests_all_three():
     arm = chasles.load("ur5e")
     for name in ("jacobian", "twist", "acceleration"):
         three = ", ".join(f"{name}_{kind}" for kind in ("space", "body", "mixed"))
-        assert f"; instead: {three}; its functions are: fk, " in message(arm, name)
+        assert f"; instead: {three}; nearest functions: " in message(arm, name)
     three = "jacobian_space_dot, jacobian_body_dot, jacobian_mixed_dot"
-    assert f"; instead: {three}; its functions are: fk, " in message(arm, "jacobian_dot")
-    assert "; instead: hessian_mixed; its functions are: fk, " in message(arm, "hessian")
+    assert f"; instead: {three}; nearest functions: " in message(arm, "jacobian_dot")
+    assert "; instead: hessian_mixed; nearest functions: " in message(arm, "hessian")
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reaso
     text = message(robot, "ik")
     assert text.startswith(f"robot '{name}' has no 'ik': {reason}")
     for substitute in substitutes:
-        stated, _, functions = text.partition("; instead: ")[2].partition("; its functions are: ")
+        stated, _, functions = text.partition("; instead: ")[2].partition("; nearest functions: ")
         assert f"{substitute}, which " in stated
         assert functions
         assert hasattr(robot, substitute)
@@ -172,7 +172,7 @@ def test_missing_attribute_error_states_reason_or_substitute(name):
     for key in missing:
         with pytest.raises(AttributeError) as caught:
             getattr(robot, key)
-        stated = str(caught.value).split("; its functions are")[0]
+        stated = str(caught.value).split("; nearest functions")[0]
         assert ": " in stated or "; instead: " in stated or key in ALONE, stated
 
 
