@@ -17,7 +17,7 @@ def arm(tmp_path_factory):
 def test_message_names_inverses_and_no_map_from_joints_to_motors(arm):
     with pytest.raises(chasles.MissingFunctionError) as raised:
         _ = arm.ik_position
-    instead = str(raised.value).partition("its functions are")[0]
+    instead = str(raised.value).partition("nearest functions")[0]
     assert "ik, which takes a pose; ik_numeric, which finds one solution" in instead
     assert "task_weights= leaves components of the pose free" in instead
     assert "actuators" not in instead
