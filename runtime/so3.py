@@ -23,7 +23,7 @@ __all__ = ["exp", "log"]
 def exp(omega: ArrayLike) -> FloatArray:
     """Return the rotations (..., 3, 3) of rotation vectors (..., 3), with any angle.
 
-    Another shape raises `ShapeError`.
+    An argument of another shape raises `ShapeError`.
 
     Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
     """
@@ -40,7 +40,7 @@ def log(R: ArrayLike) -> FloatArray:
     """Return the rotation vectors (..., 3) of rotations (..., 3, 3), with angles in [0, pi].
 
     At an angle of pi two vectors with opposite axes are possible; the choice is deterministic.
-    Another shape raises `ShapeError`.
+    An argument of another shape raises `ShapeError`.
     """
     rotations = ending(R, (3, 3), "so3.log", "R")
     # The antisymmetric part is the axis times the sine; the trace yields the cosine. Beyond pi / 2

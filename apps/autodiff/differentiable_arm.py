@@ -15,8 +15,8 @@ class Solutions(NamedTuple):
     Attributes:
         q: (..., slots, n) coordinates [rad or m].
         residual: (..., slots) deviation of `fk(q)` from the target; NaN if the solution slot is
-        empty. margin: (..., slots) distance from the boundary of the reachable set, negative beyond
-        it.
+            empty.
+        margin: (..., slots) distance from the boundary of the reachable set, negative beyond it.
     """
 
     q: Any

@@ -62,7 +62,7 @@ def _module(path: Path, names: Sequence[str]) -> ModuleType:
 
 @cache
 def _register() -> None:
-    """Compile the library for this version of JAX if the cache lacks it, and register it."""
+    """Compile the library for this version of JAX unless it is cached, and register the library."""
     library = ctypes.CDLL(str(_library()))
     function = jax.ffi.pycapsule(getattr(library, _TARGET))
     jax.ffi.register_ffi_target(_TARGET, function, platform="cpu")

@@ -108,7 +108,7 @@ def optimal_design(
             of this value and the standard deviation of the orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.
         is_allowed: Function that tests candidates (M, n), for example for collisions, and returns
-        (M,) booleans.
+            (M,) booleans.
 
     Raises:
         InputValueError: There are fewer allowed candidates than `count`, or `count` configurations

@@ -55,8 +55,8 @@ _NEIGHBOURS = 2
 value."""
 _MIN_SURPLUS = 9
 """Minimum number of equations minus unknowns for mistakes in joints, rows and conventions. With
-fewer surplus equations, wrong input may fit by chance. The unit of length is checked for any number
-of rows."""
+fewer redundant equations, wrong input may fit by chance. The unit of length is checked for any
+number of rows."""
 _ALIKE = 1.5
 """Up to this ratio of misfits, two mistakes count as equally good; the more frequent mistake is
 reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll

@@ -37,7 +37,8 @@ class FirstOrderErrors(StudyResult):
 
     Attributes:
         covariance: (..., 6, 6) covariance of the small tool displacement (v, omega), in base axes
-        [m, rad]. names: The parameters with a standard deviation, the largest effect first.
+            [m, rad].
+        names: The parameters with a standard deviation, the largest effect first.
         effects: (k,) root mean square tool displacement [m] that each parameter alone causes, over
             all configurations.
     """

@@ -56,7 +56,7 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Scene:
-    """A view of the robot with everything that is drawn in it.
+    """One view of the robot with all elements that are drawn in the view.
 
     Attributes:
         view: The projection.

@@ -106,7 +106,7 @@ class Reach(StudyResult):
 
         Args:
             ax: Three matplotlib axes, for cells from above, cells from the side, and limits; None
-            creates a new figure.
+                creates a new figure.
 
         Returns:
             The axes.

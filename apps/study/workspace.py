@@ -52,10 +52,10 @@ class Workspace(StudyResult):
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
         manipulability: (nx, ny, nz) minimum singular value of the Jacobian
             (`Manipulability.min_singular_value`) at the best configuration in each cell; 0 in cells
-            without hits. None if not requested.
+            without hits. None if this measure is not requested.
         limit_margin: (nx, ny, nz) distance to the nearest limit at the best configuration in each
             cell, relative to the range of that coordinate (at most 1/2); 0 in cells without hits.
-            None if not requested.
+            None if this measure is not requested.
         directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
             tool points into, or None if not requested.
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.
@@ -110,7 +110,8 @@ class Workspace(StudyResult):
             axis: The axis normal to the section.
             at: The coordinate [m].
 
-        Returns: (n, m) hits over the two remaining axes, in their order.
+        Returns:
+            (n, m) hits over the two remaining axes, in their order.
 
         Raises:
             InputValueError: The axis is unknown, or the coordinate is outside the cells.
@@ -168,7 +169,7 @@ def workspace(
             nodes of a grid that includes the limits.
         resolution: Number of cells along the longest side.
         quality: Quality measures to compute in each cell: attributes of `Workspace`.
-        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same int gives
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same seed gives
             identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
@@ -250,7 +251,7 @@ def _sector(z: FloatArray) -> NDArray[np.uint64]:
     """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors of the tool's z axis; A vector with NaN has the index of sector 0.
+        z: (m, 3) unit vectors of the tool's z axis; a vector with NaN has the index of sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2
@@ -330,7 +331,7 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a tool coordinate from a start configuration; for sign -1, maximize it."""
+    """Minimize a tool coordinate from a start configuration, or maximize it for sign -1."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 

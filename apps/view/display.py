@@ -167,7 +167,7 @@ class Display:
         )
 
     def reaching(self, T: FloatArray, last: Displayed) -> Displayed:
-        """Return the configuration for a tool pose, on the branch nearest to the last one.
+        """Return the configuration for a tool pose, on the branch nearest to `last`.
 
         Args:
             T: (4, 4) the pose in the base frame.

@@ -116,7 +116,7 @@ class LoopMethods(NewtonMethods):
         return _is_small(theta - other, self.chain_joints, self.unit_length)
 
     def _is_repeated(self, q: FloatArray, closes: BoolArray) -> BoolArray:
-        """Test whether a valid solution (..., k) repeats the coordinates of an earlier one."""
+        """Test whether a valid solution (..., k) repeats the coordinates of an earlier solution."""
         apart = q[..., :, None, :] - q[..., None, :, :]
         alike = _is_small(apart, self.coordinates, self.unit_length) & closes[..., None, :]
         return np.asarray(np.tril(alike, -1).any(-1))

@@ -169,7 +169,7 @@ class NearestMethods(RobotFacts):
 
         Returns:
             `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and
-            `2 sin(angle/2)` times `unit_length`. Limits are ignored. It is 0 for reachable poses.
+            `2 sin(angle/2)` times `unit_length`; 0 for reachable poses. Limits are ignored.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -368,7 +368,7 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
-    """Return the refined nearest solutions, and for which poses limits removed all of them."""
+    """Return the refined nearest solutions, and for which poses limits removed all solutions."""
     found = chosen.solve(target, seeds)
     q, residual, _, slot = found
     if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():

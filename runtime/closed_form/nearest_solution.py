@@ -14,7 +14,7 @@ from .solutions import Fields
 
 
 class NearestSolution(Fields):
-    """One solution for each pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
+    """Solutions, one per pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
         q: (..., n) coordinates [rad or m], or NaN without a solution.

@@ -244,7 +244,7 @@ def build(manifest: Manifest) -> bool:
 
 
 def open_library(manifest: Manifest) -> _call.Library:
-    """Return the library of a robot, after compilation if there is no intact one.
+    """Return the library of a robot, after compilation if there is no intact library.
 
     Raises:
         MismatchError: If the library is damaged, and no compiler was found.

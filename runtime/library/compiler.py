@@ -28,7 +28,7 @@ FLAGS = (
     # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
-    # The flag compiles only for the instruction set of this processor, in half the time.
+    # This macro compiles only for the instruction set of this processor, in half the time.
     "-DCHASLES_NO_DISPATCH",
     "-fPIC",
     "-shared",
@@ -153,10 +153,10 @@ def describe_machine() -> str:
 def _describe_processor() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            # The kernel generates this file while it is read, so only the first processor is read.
+            # Linux generates this file while it is read, so only the first processor is read.
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Other systems have no such file, and their machines seldom share a cache folder.
+        # Systems other than Linux lack this file, and their machines seldom share a cache folder.
         return platform.version()
     return "".join(lines)

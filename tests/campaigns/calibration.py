@@ -95,7 +95,7 @@ class Judged:
         is_reached: Whether the error is as small as for an efficient estimator.
         inside: Whether each interval contains the true value.
         probability: Probability that random errors, relative to their intervals, are smaller than
-        the observed errors.
+            the observed errors.
     """
 
     fall: float

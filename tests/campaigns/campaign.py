@@ -10,7 +10,7 @@ class Outcome:
 
     Attributes:
         counts: Number of checked items (poses, branches, files), keyed by name; summed over trials.
-        failures: One line per violated property.
+        failures: One line of text for each violated property.
         largest: Values such as residuals, keyed by name; the maximum over all trials is reported.
     """
 

@@ -1,4 +1,4 @@
-"""Inverse of random platforms with joints before and behind them.
+"""Inverse of random platforms with joints before and behind the platform.
 
 ``fk`` of every valid solution slot is the target pose, and one solution slot is the generating
 configuration.

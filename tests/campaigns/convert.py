@@ -19,7 +19,7 @@ ACCURACY = 1e-12
 
 
 def trial(number: int) -> Outcome:
-    """Converts ARMS arms to every format and reads them."""
+    """Converts ARMS arms to every format and reads the converted files."""
     counts: Counter[str] = Counter()
     failures, largest = [], 0.0
     for seed in range(number * ARMS, (number + 1) * ARMS):

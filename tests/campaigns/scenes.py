@@ -86,7 +86,7 @@ def trial(number: int) -> Outcome:
 
 
 def planned(robot: chasles.Robot, key: int) -> Scene:
-    """Plans a path in a random scene and checks it.
+    """Plans a path in a random scene and checks the path.
 
     Args:
         robot: A robot with loops.

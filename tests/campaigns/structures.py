@@ -23,7 +23,8 @@ STRUCTURES = (
     *("R/P/P", "P=R/P", "RLP/R", "RLPLR/RxrxR", "RLPLP", "R=P/P", "P/R=P"),
     *("P=RLP/RxrxR", "R/P/P/RxrxR", "R=P=R/RxrxR"),
 )
-"""Chains of every family of inverses, as in `tests.support.generators.synthetic`."""
+"""Structures of chains for every family of inverses, in the notation of
+`tests.support.generators.synthetic`."""
 
 
 def trial(number: int) -> Outcome:

@@ -141,8 +141,8 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
         poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
-        # The other actuator values also reach the position, but in the other assembly mode of
-        # the rods.
+        # Further actuator values also reach the position, but in a different assembly mode of the
+        # rods.
         wanted = every[np.abs(poses - T).max(0) < 1e-9]
         q, _, residual = slots(functions, compiled, T)
         found = q[0][residual[0] < 1e-9]

@@ -335,7 +335,7 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # The same triangles with negative lengths are not valid.
+    # Branches with the same triangles but negative cylinder lengths are not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):

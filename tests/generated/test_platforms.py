@@ -298,7 +298,8 @@ def turned(vector, angle):
 
 @pytest.mark.parametrize("name", PLANAR)
 def test_concurrent_rods_are_type_2_singularity(name):
-    """The platform is at the center, rotated so that all rods (nearly) intersect there."""
+    """The platform is at the center, and rotated so that all rods (nearly) intersect at the
+    center."""
     r, rod = robot(name), PLANAR[name]
     # The rods lie along the lines from the center to the pins, so the end of each crank is one rod
     # length beyond its pin.

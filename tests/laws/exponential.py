@@ -66,8 +66,9 @@ def log_so3(R: Matrix) -> Matrix:
     Args:
         R: (3, 3) rotation. Orthogonality is assumed.
 
-    Returns: (3, 1) rotation vector, radian, in the frame before or after the rotation (the axis is
-    the same in both).
+    Returns:
+        (3, 1) rotation vector, radian, in the frame before or after the rotation (the axis is the
+        same in both frames).
 
     Raises:
         ValueError: The shape is not (3, 3).

@@ -22,7 +22,7 @@ def cache(tmp_path, monkeypatch):
 def few_objects():
     """Excludes all existing objects from garbage collection, for tests that collect often.
 
-    With the expressions of earlier tests, a full collection takes 0.4 s.
+    A full garbage collection that scans the expressions of earlier tests takes 0.4 s.
     """
     gc.collect()
     gc.freeze()
@@ -38,7 +38,7 @@ def folder(tmp_path, cache):
 
 @pytest.fixture(scope="session")
 def robot(tmp_path_factory):
-    """Returns the tiny robot, loaded once for all tests that only call it."""
+    """Returns the tiny robot, loaded once for all tests that only call its functions."""
     root = tmp_path_factory.mktemp("robot")
     folder = Folder(root / "tiny", manifest())
     folder.write()

@@ -50,7 +50,7 @@ def limit_violations(
     rate_limits: ArrayLike | None = None,
     acceleration_limits: ArrayLike | None = None,
 ) -> list[LimitViolation]:
-    """Return the limits that a trajectory exceeds, with the largest excess of each.
+    """Return the limits that a trajectory exceeds, with the largest excess of each limit.
 
     Args:
         robot: The robot; its coordinate limits are always checked.

@@ -89,7 +89,8 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns the solution steps from the actuators, and the unsolved joints of both maps."""
+    """Returns the steps that solve the loops from the actuators, and the joints that both maps
+    leave unsolved."""
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

@@ -26,9 +26,10 @@ PRINTED = {
 COMPLETE = ("cpp", "mex", "moveit")
 """Languages that call the C of the robot, which has all functions."""
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
-"""A function of a robot that calls an iterative solver."""
+"""For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
-"""A function of a robot with branches, or a velocity through loops without a closed form."""
+"""For each robot, a function that the CasADi file lacks, with branches or through loops without a
+closed form."""
 CASES = [(language, robot) for language in PRINTED for robot in ROBOTS]
 
 

@@ -216,7 +216,7 @@ def test_article_contains_text_and_equations_of_custom_family(derivation):
 
 
 def test_family_with_other_joint_count_is_not_evaluated():
-    """The joint count is checked before the conditions, which may rely on it."""
+    """The joint count is checked before the conditions, which may rely on the count."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
     derive(ARM, families=(other, CYLINDRICAL))

@@ -128,7 +128,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # On circles, the squared distances have equal residuals.
+    # For legs that constrain a point to a circle, the squared distances have equal residuals.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 

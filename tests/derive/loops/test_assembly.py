@@ -329,7 +329,8 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """A pendulum without a drive on the coupler stays undetermined, and the report names it."""
+    """A pendulum without a drive on the coupler stays undetermined, and the report names the
+    pendulum."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")

@@ -1,4 +1,5 @@
-"""Robots have only supported attributes; errors for missing attributes suggest a similar one."""
+"""Robots have only supported attributes; errors for missing attributes suggest a similar
+attribute."""
 
 import re
 

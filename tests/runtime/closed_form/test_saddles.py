@@ -1,4 +1,5 @@
-"""Between two nearly equal solutions the error has a saddle, and the iteration continues past it.
+"""Between two nearly equal solutions the error has a saddle, and the iteration continues past this
+saddle.
 
 A UR5e with a nearly straight elbow has two nearly equal solutions. A random arm of the benchmarks
 has least-squares solutions on saddles at many poses at right angles.

@@ -91,7 +91,7 @@ def test_leg_lengths_keep_their_sign(tmp_path):
     slots = robot.ik(model.tip(z))
     assert (slots.q[slots.valid] > 0).all()
     np.testing.assert_allclose(slots.q[slots.valid], z[:, model.actuated], atol=SAME)
-    # In all modes, the lengths of the legs that close loops are positive.
+    # In all assembly modes, the lengths of the legs that close loops are positive.
     assert (slots.q[..., 1:] > 0).all()
 
 

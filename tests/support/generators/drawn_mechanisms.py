@@ -116,7 +116,7 @@ def four_bar(s: Sketch) -> None:
 
 
 def five_bar(s: Sketch) -> None:
-    """Two cranks and a dyad between them."""
+    """A mechanism with two cranks and a dyad (two links on pins) between the cranks."""
     one, other = s.pin("left", BASE, ORIGIN), s.pin("right", BASE, (s.length(100, 400), 0))
     s.actuated = ["left", "right"]
     ends = [(s.length(100, 300), sp.S.Zero) for _ in range(2)]

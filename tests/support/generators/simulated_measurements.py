@@ -48,7 +48,7 @@ class Simulated:
         q: (N, n) reported coordinates.
         measurements: The measurements.
         vary: Identified parameters.
-        parameter_std: Standard deviations of the parameters; None if they are unknown.
+        parameter_std: Standard deviations of the parameters, or None if they are unknown.
         noise: Factor that scales the noise of the device: 0 or 1.
         p: The true geometry.
     """

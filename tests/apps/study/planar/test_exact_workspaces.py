@@ -169,7 +169,8 @@ def test_revolved_workspace_volume_matches_monte_carlo():
 
 
 def test_swept_disc_volume_matches_pappus_theorem():
-    """For a full disc, Pappus' theorem holds for a full turn and for a fraction of a turn."""
+    """Pappus' theorem gives the volume that a disc sweeps in a full turn or in a fraction of a
+    turn."""
     for offset in (0.0, 0.3):
         disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
         whole = 2 * np.pi * 2.0 * np.pi * 0.25
@@ -188,7 +189,8 @@ def test_swept_disc_volume_matches_pappus_theorem():
 
 
 def meeting(robot, q, k):
-    """Returns a point that links k and k + 2 share, from a linear condition on its coordinates."""
+    """Returns the positions of a point that is fixed on both links k and k + 2, by least
+    squares."""
     poses = robot.link_poses(q)
     near, far = poses[:, k - 1], poses[:, k + 1]
     few = slice(0, 200)

@@ -93,7 +93,7 @@ def compare_linkage(path, seed):
 
 
 def compare_loop(path, seed):
-    """Compares residuals of a spatial loop at MuJoCo's solution, and near it."""
+    """Compares residuals of a spatial loop at MuJoCo's solution and near this solution."""
     dice = random.Random(seed)
     text = random_spatial_loop(dice)
     robot, functions, _, found = at_solutions(path, text, "b1", [0.0, 0.02, -0.03])

@@ -128,7 +128,8 @@ def solved(make):
 
 @cache
 def drawn(make):
-    """Returns random coordinates (n,) near the reference, and platform poses (m, 4, 4) there.
+    """Returns random coordinates (n,) near the reference, and platform poses (m, 4, 4) near its
+    pose.
 
     Newton's method finds the poses from several start configurations.
     """
