@@ -28,6 +28,24 @@ SCREW_ARM = SerialRobot(
 )
 
 
+def arm_with_parallel_axes(dice):
+    """Returns an arm of seven joints: joints 4, 6 and 7 are parallel to the joint before."""
+    joints = [
+        f"[[joints]]\naxis = [0, 0, 1]\nxyz = {[dice.randint(-999, 999) for _ in range(3)]}\n"
+        f"rpy = {[0, 0, 0] if k in (3, 5, 6) else [dice.randint(1, 89) for _ in range(3)]}\n"
+        for k in range(7)
+    ]
+    units = 'units = { length = "mm", angle = "deg" }\n'
+    return read_text(f'name = "arm"\nconvention = "urdf"\n{units}{"".join(joints)}')
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parallel_axes_stay_exactly_parallel(seed):
+    arm = convert(arm_with_parallel_axes(Random(seed)), "dh").robot
+    twists = [dict(joint.given)["alpha"] for joint in arm.moving]
+    assert [k + 1 for k, twist in enumerate(twists[:-1]) if twist == 0] == [3, 5, 6]
+
+
 @pytest.mark.parametrize("to", ["toml", "urdf", "dh", "mdh", "poe"])
 @pytest.mark.parametrize(
     "robot", [SCREW_ARM, read("ur5e"), convertible_arm(7)], ids=["screws", "ur5e", "errors"]
