@@ -30,6 +30,8 @@ _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
 """Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
 configurations at which the loops must close."""
+_HALO = 1.6
+"""Width of the background around the letters of a label [points]."""
 _PERIOD = 4.0
 """Duration of the motion of a single coordinate [s]."""
 _DOTS = 200
@@ -141,6 +143,9 @@ def _pictures(
     robot: Robot, rows: FloatArray, views: Sequence[str] | None
 ) -> Iterator[NDArray[np.uint8]]:
     """Yield the images (height, width, 3), all with the same axis limits."""
+    with requires("chasles[draw]"):
+        from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
     bodies = skeleton(robot)
     poses = bodies.poses(rows)
     for k in np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2, 3)))[:1]:
@@ -153,6 +158,10 @@ def _pictures(
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
         # The first frame has no path yet.
         figure.legends[0].set_visible(k > 0)
+        # The labels keep their places, so that moving links pass below some of them.
+        halo = [withStroke(linewidth=_HALO, foreground=figure.get_facecolor())]
+        for label in (text for ax in figure.axes for text in ax.texts if text.get_text()):
+            label.set_path_effects(halo)
         figure.set_dpi(_DOTS)
         figure.canvas.draw()
         picture = np.asarray(figure.canvas.buffer_rgba())[..., :3]

@@ -157,6 +157,20 @@ def test_crank_makes_a_full_turn_at_constant_speed():
     assert np.isfinite(slider.poses(rows)).all()
 
 
+def test_labels_have_a_halo_that_separates_them_from_links(monkeypatch):
+    robot, figures, of_figure = chasles.load("four_bar"), [], animation.figure_of
+
+    def recorded(*args, **kwargs):
+        figures.append(of_figure(*args, **kwargs))
+        return figures[-1]
+
+    monkeypatch.setattr(animation, "figure_of", recorded)
+    list(animation._pictures(robot, motion(robot, 2), None))
+    labels = [text for one in figures for text in one.axes[0].texts if text.get_text()]
+    assert len(labels) >= 4
+    assert all(label.get_path_effects() for label in labels)
+
+
 def test_legend_and_color_of_the_path_start_with_the_path(tmp_path):
     robot = chasles.load("four_bar")
     rows = np.array(robot.reference.q) + np.linspace(0, 1, 4)[:, None]
