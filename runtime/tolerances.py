@@ -76,7 +76,7 @@ affects half of the digits."""
 # --- closed_form: Newton's iteration on forward kinematics ---
 
 POLISHED = 1e-14
-"""The iteration ends at this residual (meter, radian)."""
+"""Residual (meter, radian) at which the iteration ends."""
 SETTLED = 1e-12
 """Below this residual (meter, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6

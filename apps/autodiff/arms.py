@@ -59,5 +59,5 @@ def checked(robot: Robot) -> Robot:
     """
     missing = {"fk", "jacobian_mixed", "hessian_mixed", "ik"} - robot.functions.keys()
     if missing:
-        raise InputValueError(f"robot {robot.name} has no {', '.join(sorted(missing))}")
+        raise InputValueError(f"robot {robot.name} has no function {', '.join(sorted(missing))}")
     return robot

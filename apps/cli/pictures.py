@@ -31,7 +31,7 @@ Views = Annotated[
     str,
     typer.Option(
         help="front, side, top, axonometric, plane; separated by commas. Default: all in a "
-        "drawing; in a film, the plane of a planar robot or axonometric."
+        "drawing; in an animation, the plane of a planar robot or axonometric."
     ),
 ]
 _LINES = 20
@@ -73,7 +73,7 @@ def draw(
 def animate(
     robot: Robot,
     to: Annotated[
-        Path | None, typer.Option("--to", help="Film to write: .gif, .mp4. Default: NAME.gif.")
+        Path | None, typer.Option("--to", help="Animation to write: .gif, .mp4. Default: NAME.gif.")
     ] = None,
     play: Play = None,
     views: Views = "",
@@ -82,7 +82,7 @@ def animate(
     tip: Tip = None,
     exact: Exact = False,
 ) -> None:
-    """Write a film of a moving robot.
+    """Write an animation of a moving robot.
 
     Without --play, one coordinate after another moves to both sides. The coordinate of a linkage
     with one degree of freedom moves through a full turn, or through its range.

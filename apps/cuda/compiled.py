@@ -62,7 +62,9 @@ def compiled(
     if status != nvrtc.nvrtcResult.NVRTC_SUCCESS:
         log = bytearray(_done(nvrtc.nvrtcGetProgramLogSize(program)))
         _done(nvrtc.nvrtcGetProgramLog(program, log))
-        raise ChaslesError(f"NVRTC does not compile {name} of {robot}:\n{log.decode()}")
+        raise ChaslesError(
+            f"NVRTC does not compile kernel {name} of robot {robot}:\n{log.decode()}"
+        )
     entry = bytes(_done(nvrtc.nvrtcGetLoweredName(program, expression)))
     image = bytearray(_done(nvrtc.nvrtcGetCUBINSize(program)))
     _done(nvrtc.nvrtcGetCUBIN(program, image))

@@ -130,7 +130,7 @@ def draw(
     if file is not None:
         suffix = as_path("draw: file", file).suffix
         if suffix.lower() in (".gif", ".mp4"):
-            raise InputValueError(f"draw: file: {os.fspath(file)!r} is a film; call animate")
+            raise InputValueError(f"draw: file: {os.fspath(file)!r} is an animation; call animate")
         if suffix[1:].lower() not in figure.canvas.get_supported_filetypes():
             expected = "expected a file that ends in .pdf, .svg or .png"
             raise InputValueError(f"draw: file: {expected}, got {os.fspath(file)!r}")
@@ -188,7 +188,7 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
         return _modes(bodies, q, ghosts), ()
     if ghosts is True:
         if "ik" not in robot.functions:
-            raise InputValueError(f"draw: ghosts: {robot.name} has no closed-form inverse")
+            raise InputValueError(f"draw: ghosts: robot {robot.name} has no closed-form inverse")
         ghosts = _nearest(other_inverses(robot, q), q)
     if isinstance(ghosts, Solutions):
         pale = bodies.poses(ghosts.valid_q())

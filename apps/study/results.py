@@ -133,7 +133,7 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
 def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
     """Return the array of an archive member; NumPy returns other members as bytes."""
     if isinstance(found, bytes):
-        raise ValueError(f"{name} is not an array")
+        raise ValueError(f"entry {name} is not an array")
     return found
 
 

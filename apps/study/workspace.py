@@ -39,7 +39,8 @@ Quality = Literal["manipulability", "limit_margin", "directions"]
 _PATH_POINTS = 10_001
 """Points of the tool path of a robot with one coordinate, whose chords add up to its length."""
 _SIDE = 8
-"""Number of belts, and of meridians, that divide the directions of the z axis into 64 sectors."""
+"""Number of belts, and number of meridians, that divide the directions of the z axis into 64
+sectors."""
 
 
 @dataclass(frozen=True, eq=False)

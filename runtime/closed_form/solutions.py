@@ -203,10 +203,10 @@ class Solutions(Fields):
         return cast(Self, _unlabelled(cast("Any", type(self)))._make((q, *fields)))
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
-        """Keep the first of equal solutions, which occur at singularities.
+        """Keep the first of several equal solutions, which occur at singularities.
 
         Args:
-            tolerance: Maximum coordinate difference of equal solutions [rad or `unit_length`].
+            tolerance: Maximum difference [rad or `unit_length`] at which solutions are equal.
         """
         facts = facts_of(type(self))
         same = facts.same if tolerance == SAME_SOLUTION else tolerance * facts.units

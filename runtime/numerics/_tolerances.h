@@ -145,8 +145,8 @@
  * select the sign of the singular direction. */
 #define DIRECTION_TIE 1e-9
 
-/* Maximum difference [rad or length] of equal solutions, modulo 2 pi. The search for equal
- * solutions uses cells of at least this width. */
+/* Maximum difference [rad or length] between solutions that count as equal, modulo 2 pi. The search
+ * for equal solutions uses cells of at least this width. */
 #define SAME_TURNS 1e-9
 
 /* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate: a joint

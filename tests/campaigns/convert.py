@@ -13,7 +13,7 @@ from tests.support.oracles.described_fk import distance, table_pose, tool_pose
 from .campaign import Campaign, Outcome
 
 ARMS, POSES = 5, 2
-"""Number of random arms per trial, and of configurations per arm."""
+"""Number of random arms per trial, and number of configurations per arm."""
 ACCURACY = 1e-12
 """Largest pose difference (meter, radian) that a conversion need not report."""
 

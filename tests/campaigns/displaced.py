@@ -48,7 +48,7 @@ SMALL = 3e-3
 COMPARED = 200
 """Number of poses per arm compared with Newton's method."""
 SAME = 1e-5
-"""Maximum difference (rad) of equal solutions of the two solvers."""
+"""Maximum difference (rad) at which solutions of the two solvers count as equal."""
 
 
 def trial(number: int) -> Outcome:

@@ -22,7 +22,7 @@ from .campaign import Campaign, Outcome
 RANDOM, RIGHT = 2000, 1000
 """Number of poses per arm: random, and at right angles."""
 MAX_LOST = 1e-4
-"""Maximum fraction of lost random configurations."""
+"""Maximum fraction of random configurations that may be missing from the solutions."""
 
 
 def trial(number: int) -> Outcome:

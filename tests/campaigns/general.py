@@ -34,7 +34,7 @@ method counts."""
 PART = 1000
 """Number of poses per batch."""
 SAME = 1e-6
-"""Maximum difference (rad) of equal solutions."""
+"""Maximum difference (rad) at which two solutions count as equal."""
 WRONG = 1e-8
 """Maximum pose error of a solution (meter, or entry of a rotation); the runtime allows 1e-9."""
 REGULAR = 1e-5
@@ -42,7 +42,7 @@ REGULAR = 1e-5
 STARTS, STEPS = 1500, 60
 """Number of random start configurations, and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
-"""The iteration ends at this step size (rad)."""
+"""Step size (rad) at which Newton's iteration ends."""
 SIX = 6
 SLIDE = 0.5
 """Maximum displacement of a prismatic joint in either direction [m]."""
@@ -83,7 +83,8 @@ class Judged:
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, ...]:
-        """Counts regular and lost configurations, unsolved poses and wrong solutions.
+        """Counts regular configurations, lost (missed) configurations, unsolved poses and wrong
+        solutions.
 
         A configuration is lost if it is regular and not among the solutions of its pose. A valid
         solution is wrong if its pose error in extended precision exceeds ``WRONG``.

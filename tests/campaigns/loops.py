@@ -22,7 +22,7 @@ from .campaign import Campaign, Outcome
 
 BLOCK, BLOCKS = 20_000, 10
 WIDER = 2.0
-"""Range of the coordinates relative to the limit range."""
+"""Range of the sampled coordinates, as a multiple of the limit range."""
 OPEN = 1e-12
 """Maximum closure error relative to the robot size."""
 

@@ -22,8 +22,8 @@ from .campaign import Campaign, Outcome
 STARTS, INPUTS = 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 SAME, REGULAR = 1e-6, 1e-4
-"""Maximum distance between equal modes, and minimum margin of a mode. The platforms have a size of
-1 m."""
+"""Maximum distance at which two modes count as equal, and minimum margin of a compared mode. The
+platforms have a size of 1 m."""
 AGAIN = 100
 """Number of Newton starts from each mode, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5

@@ -23,11 +23,11 @@ from tests.support.native import Source, compiled
 from .campaign import Campaign, Outcome
 
 OF_EACH_KIND, STARTS = 2, 2_000
-"""Number of platforms per kind and trial, and of Newton starts per platform."""
+"""Number of platforms per kind and trial, and number of Newton starts per platform."""
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
-"""Maximum rod length error, maximum distance of equal modes, and minimum determinant of a regular
-mode. The platforms have a size of 1 m."""
+"""Maximum rod length error, maximum distance at which two modes count as equal, and minimum
+determinant of a regular mode. The platforms have a size of 1 m."""
 NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """

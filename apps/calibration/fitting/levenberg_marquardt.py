@@ -59,7 +59,8 @@ def least_squares(
         scale: Scale of all variables, or the (k,) scales of the variables.
         loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
             squares.
-        step: The iteration stops at this relative change of the sum and of the variables.
+        step: Relative change of the sum of squares and of the variables at which the iteration
+            stops.
         evaluations: Maximum number of evaluations of the errors.
     """
     at = errors(x)

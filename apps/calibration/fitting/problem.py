@@ -48,7 +48,7 @@ Output = TypeVar("Output")
 _ROUNDS = 12
 """Maximum number of updates of outliers and noise; two or three usually suffice."""
 _STEP = 1e-12
-"""The iteration stops at this relative change of the sum of squares and of the variables."""
+"""Relative change of the sum of squares and of the variables at which the iteration stops."""
 _EVALUATIONS = 100
 """Maximum number of evaluations per solution; about twenty suffice. For exact data, the iteration
 does not converge before rounding errors dominate."""

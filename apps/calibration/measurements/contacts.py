@@ -253,7 +253,7 @@ class PlaneContacts(_OneNumber):
 
 
 _STEP = 1e-6
-"""The fit of the start values stops at this relative change; the identification refines the
+"""Relative change at which the fit of the start values stops; the identification refines the
 values."""
 _EVALUATIONS = 50
 """Maximum number of evaluations of the fit of the start values."""

@@ -200,7 +200,7 @@ class StationPositions(Measurements):
         apart = placed[own] - placed[own].mean(0) if own.any() else np.zeros((1, 3))
         if np.linalg.svd(apart, compute_uv=False)[1:2].sum() < _LINE:
             raise InputValueError(
-                f"identify: station {s + 1} measured {own.sum()} targets, or they are collinear; "
+                f"identify: station {s + 1} measured {own.sum()} targets, too few or collinear; "
                 "its frame requires three or more targets that are not collinear"
             )
         return transformation(placed[own], self.points[own])

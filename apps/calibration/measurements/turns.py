@@ -26,7 +26,7 @@ deviation of a rotation matrix from orthogonality."""
 
 
 class WrongRow(ValueError):
-    """Error for a row without a valid orientation.
+    """The error for a table row without a valid orientation.
 
     Attributes:
         row: Index of the row.

@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 _POINTS = 5
 """Number of points that determine a conic."""
 _PIECES, _ORDER = 128, 16
-"""Number of pieces of an arc, and of quadrature points on each piece."""
+"""Number of pieces of an arc, and number of quadrature points on each piece."""
 _NEWTON = 4
 """Number of Newton steps that invert the arc length, from the nearest entry of the table."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"

@@ -157,10 +157,10 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
     chain = next((own for own in candidates if own.parallel or own.upright), None)
     if chain is None:
-        other = "; that of point='wrist' may be" if point == "tool" else ""
+        other = "; the border for point='wrist' may be" if point == "tool" else ""
         raise InputValueError(
             f"{robot.name}: the axes that move its {point} are neither parallel nor a vertical "
-            f"first axis and parallel axes normal to it, so the border is not made of arcs{other}; "
+            f"axis before parallel horizontal axes, so the border is not made of arcs{other}; "
             "use workspace(), which accepts any arm"
         )
     flat = chain.parallel

@@ -49,7 +49,7 @@ _ATTEMPTS = 30
 _FEWEST = 5
 """Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
-"""Range of prismatic joints in which the bounds hold, relative to the range in the samples."""
+"""Range of a prismatic joint in which the bounds hold, relative to its range in the samples."""
 _FITS = 1e-9
 """Relative error of an equation's polynomial that counts as a rounding error."""
 _ROUNDS = 30

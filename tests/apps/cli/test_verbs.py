@@ -424,7 +424,7 @@ def test_film_shows_a_table_or_moves_every_joint(tmp_path, monkeypatch):
     with image.open(tmp_path / "four_bar.gif") as film:
         assert film.n_frames == 20
         assert film.width == width
-    assert "is a film; call animate" in run("draw", "four_bar", "--to", "x.gif").stderr
+    assert "is an animation; call animate" in run("draw", "four_bar", "--to", "x.gif").stderr
 
 
 @pytest.mark.parametrize("robot", ["five_bar", "scara"])

@@ -199,7 +199,7 @@ def test_collinear_plate_has_the_lengths_of_its_line():
 
 
 def test_drawing_refuses_the_file_of_a_film(tmp_path):
-    with pytest.raises(InputValueError, match=r"'.*arm\.gif' is a film; call animate"):
+    with pytest.raises(InputValueError, match=r"'.*arm\.gif' is an animation; call animate"):
         chasles.draw(chasles.load("scara"), file=tmp_path / "arm.gif")
 
 

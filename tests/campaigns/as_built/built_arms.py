@@ -24,7 +24,7 @@ C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
 """Number of configurations, and their maximum distance from the reference (radian, meter)."""
 FOUND = 1e-6
-"""Maximum coordinate difference of equal solutions (radian, meter)."""
+"""Maximum coordinate difference (radian, meter) at which two solutions count as equal."""
 BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 

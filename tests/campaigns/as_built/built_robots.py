@@ -22,7 +22,7 @@ ERROR = 5e-4
 """Maximum length error (meter)."""
 POSES = 2000
 FOUND = 1e-6
-"""Maximum joint difference of equal solutions (radian, meter)."""
+"""Maximum joint difference (radian, meter) at which two solutions count as equal."""
 NEAR = 0.02
 """Maximum tool distance between both robots on the same branch (meter, rotation entries)."""
 SAME_CONFIGURATION = 0.25

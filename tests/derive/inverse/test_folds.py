@@ -14,7 +14,8 @@ ERROR = 3e-3
 """Calibration error (meter, radian) of the arm."""
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
-"""Number of start configurations per pose, and of iterations per start, in the reference search."""
+"""Number of start configurations per pose, and number of iterations per start, in the reference
+search."""
 TRUE = 1e-8
 """A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
 KNOWN = 1e-4

@@ -62,9 +62,9 @@ UPRIGHT = Rotation("x", sp.pi / 2)
 
 
 LONGER = sp.Rational(2, 10_000)
-"""Size of a single length error (meter)."""
+"""Size of the error of a single length (meter)."""
 TILT = Rotation("x", sp.pi / 1800)
-"""Size of a single axis error (0.1 degrees)."""
+"""Rotation error of a single axis (0.1 degrees)."""
 Value = Callable[[sp.Expr], sp.Expr]
 
 

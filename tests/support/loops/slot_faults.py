@@ -9,7 +9,7 @@ from chasles.derive.model.mechanism import Mechanism
 
 FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
-"""Tolerances of equal poses and equal coordinates (relative to the size, or radian)."""
+"""Tolerances at which poses, and coordinates, count as equal (relative to the size, or radian)."""
 CLEAR = 1e-3
 """Above this margin, the solution slots must recover a configuration.
 

@@ -1,7 +1,7 @@
 /* Preloaded library (LD_PRELOAD) that makes one memory allocation of a thread fail: a call of
  * malloc, calloc, realloc or mmap.
  *
- * Only some allocations are counted: large allocations, and allocations by code in the given
+ * Only some allocations are counted: large allocations, and allocations by code in a specified
  * folder, directly or through Python. NumPy and Python cannot handle every failure of a small
  * allocation: a NumPy iterator crashes, and a lock of Python's thread pool remains locked. */
 #define _GNU_SOURCE

@@ -26,7 +26,8 @@ LONGEST_STEP = 0.8
 CLOSED = 1e-11
 """Maximum residual of a mode, relative to the mechanism size."""
 SAME = 1e-6
-"""Maximum difference of equal modes (radian, or relative to the mechanism size)."""
+"""Maximum difference at which two modes count as equal (radian, or relative to the mechanism
+size)."""
 Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 
 

@@ -6,13 +6,13 @@ import chasles
 
 STARTS, STEPS = 500, 40
 STILL = 1e-12
-"""The iteration ends at this step size (rad)."""
+"""Step size (rad) at which Newton's iteration ends."""
 CLOSED = 1e-10
 """Maximum pose error of a solution (meter, or entry of a rotation)."""
 REGULAR = 1e-3
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular solution."""
 SAME = 1e-5
-"""Maximum difference (rad) of equal configurations."""
+"""Maximum difference (rad) at which two configurations count as equal."""
 
 
 def regular_solutions(

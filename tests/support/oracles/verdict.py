@@ -15,7 +15,7 @@ VALID = 1e-9
 ROUNDING = 1e-14
 """Difference between two computations of the same residual [m or rad]."""
 SAME = 1e-6
-"""Maximum joint difference [rad or m] of equal solutions."""
+"""Maximum joint difference [rad or m] at which two solutions count as equal."""
 REGULAR = 1e-3
 """Coordinates count as regular if the smallest singular value is at least this large."""
 CHUNK = 20_000
