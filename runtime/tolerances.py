@@ -70,8 +70,8 @@ small change of the swivel angle rotates joints by up to pi."""
 # --- closed form: closure of loops ---
 
 SAME_JOINTS = 1e-6
-"""Maximum difference (meter, radian) between equal main-chain joints: at a dead point, rounding
-affects half of the digits."""
+"""Maximum difference (meter, radian) at which main-chain joints are equal: at a dead point,
+rounding affects half of the digits."""
 
 # --- closed_form: Newton's iteration on forward kinematics ---
 

@@ -92,7 +92,7 @@ def architecture(device: int) -> str:
 
 
 def loaded(image: bytes, entry: bytes, device: int) -> Any:
-    """Return a kernel on a device."""
+    """Return a compiled kernel on a GPU."""
     with _Current(device):
         module = _done(driver.cuModuleLoadData(image))
         return _done(driver.cuModuleGetFunction(module, entry))

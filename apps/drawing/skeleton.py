@@ -52,7 +52,8 @@ class Skeleton:
         bodies: The bodies. The frame of the ground is the base frame; parents precede children.
         tip: Index of the body with the tip.
         tip_placement: (4, 4) pose of the tip in the frame of this body.
-        size: Diagonal of the bounding box at the reference configuration, or at zero [m].
+        size: Diagonal of the bounding box at the reference configuration, or at zero coordinates
+            [m].
         q_drawn: (n,) default configuration of drawings; for loops, the reference configuration.
         closures: The joints that close loops, except the struts.
         actuators: Index of each actuated coordinate in q, keyed by its index in the configuration.

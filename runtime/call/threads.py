@@ -110,7 +110,7 @@ def call_in_parts(
 ) -> Any:
     """Return the results of a generalized ufunc; Ctrl-C ends the call between parts of the batch.
 
-    `cores` has the number of core dimensions of each operand; `cost` is the cost of a row.
+    `cores` has the number of core dimensions of each operand; `cost` counts operations per row.
     """
     leads = [x.ndim - core for x, core in zip(operands, cores, strict=True)]
     if not any(leads):

@@ -20,7 +20,7 @@ from .solutions import Solutions, solutions_of
 _OTHER_VALUES = (0.5, 1.1, 1.9)
 """Values [rad or m] of a fixed joint, to test whether axes keep their relation when it moves."""
 _OTHER_RATES = (0.4, 0.73)
-"""The other joints are at multiples of these values; a special relation holds for both."""
+"""The other joints are at multiples of these values; a special relation holds for both values."""
 _SEARCH = 16
 """Number of Newton steps from each start; then only configurations near the pose continue."""
 _TURNS = 96
@@ -134,7 +134,7 @@ class CompleteInverse:
 
 
 def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solutions:
-    """Put new solutions into the invalid slots; return the regular solutions without a slot."""
+    """Put new solutions into invalid slots; return the regular solutions that got no slot."""
     k, kind = len(slots.valid), cast("Any", type(slots))
     both = kind(*map(np.concatenate, zip(slots, found, strict=True))).distinct()
     slots.valid[:] = both.valid[:k]

@@ -40,7 +40,8 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Returns the largest difference of poses from the text, and from the CSV of a table."""
+    """Returns the largest difference of the poses read from the text, and from the CSV of a
+    table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

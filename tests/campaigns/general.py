@@ -217,8 +217,8 @@ def loaded(
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes excessive counts of :meth:`Judged.lost`; ``may_lose`` is the allowed number of lost
-    configurations."""
+    """Describes excessive counts of :meth:`Judged.lost`, where ``may_lose`` is the allowed number
+    of lost configurations."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

@@ -128,7 +128,8 @@ def platform_3rrr():
         Joint("y", "prismatic", (LYING,), (ACROSS,), "by", "bx"),
         hinge("phi", "by"),
     ]
-    # Each crank makes an angle with the line to its platform joint, so that the forearm reaches it.
+    # Each crank makes an angle with the line to its platform joint, so that the forearm reaches the
+    # joint.
     gap, crank, forearm = 0.2, 0.17, 0.13
     turn = math.acos((gap**2 + crank**2 - forearm**2) / (2 * gap * crank))
     bend = math.acos((crank**2 + forearm**2 - gap**2) / (2 * crank * forearm)) - math.pi

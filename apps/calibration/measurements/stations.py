@@ -129,7 +129,7 @@ class StationPositions(Measurements):
         return np.asarray(se3.exp(self._steps(x)) @ known)
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the frames, beginning with the station that measured most targets.
+        """Estimate the frames, beginning with the station that measured the most targets.
 
         :func:`register_points` estimates the targets from this station. If the targets are known,
         the frames of the other stations have a closed form.

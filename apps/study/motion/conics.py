@@ -86,7 +86,8 @@ def conic(poses: ArrayLike) -> ConicArc:
 
     Args:
         poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m] with the
-            orientation of the base. The positions are coplanar, no three collinear.
+            orientation of the base. The positions are coplanar, and no three positions are
+            collinear.
 
     Returns:
         The arc; the orientation is a smooth curve through the orientations of the poses.

@@ -92,7 +92,7 @@ def orientation_range_workspace(
         robot: As for `constant_orientation_workspace`.
         phi_min: The smallest angle of the rotation [rad].
         phi_max: The largest angle of the range [rad].
-        tolerance: The subdivision stops at this relative error of the inclusive area.
+        tolerance: Relative error of the inclusive area at which the subdivision stops.
 
     Raises:
         InputValueError: The robot is not a planar platform of this kind, the angles are not

@@ -46,8 +46,8 @@ class Judged:
     """Error measures of a robot with a geometric error.
 
     Attributes:
-        tier: Closure method: Kind of the loop solution: ``closed form``, ``newton`` or ``least
-            squares``.
+        tier: Closure method: Kind of the loop solution, which is ``closed form``, ``newton`` or
+            ``least squares``.
         open: Number of configurations in which the loops of the design can be closed, but not the
             loops of the robot.
         gap: Largest closure error of closed loops, relative to the size.

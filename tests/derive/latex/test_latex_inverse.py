@@ -31,7 +31,7 @@ TRUE = 1e-10
 FUNCTIONS = (*PRINTED_FUNCTIONS, "ik")
 """Functions with which an article is printed quickly: the inverse is derived once and reused."""
 INSIDE = 1e-3
-"""Above this margin, angles have the accuracy `TRUE`."""
+"""Margin above which angles are accurate to the tolerance `TRUE`."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure; the printed text of a UR arm is evaluated in `test_printed_text`."""

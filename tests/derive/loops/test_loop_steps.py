@@ -39,7 +39,7 @@ TRUE = 1e-10
 
 
 def crossed():
-    """Returns the bars of a parallelogram in crossed assembly."""
+    """Returns the bars of a parallelogram in the crossed assembly mode."""
     return Mechanism(
         "crossed",
         (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),

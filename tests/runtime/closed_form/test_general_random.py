@@ -156,7 +156,7 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
     value = rng.uniform(-3, 3, len(q))
     solutions = arm.ik(arm.fk(q), fixed=fixed_values(arm, [value]))
     assert (solutions.q[..., second] == value[:, None]).all()
-    # The tool pose depends only on the sum of the angles of both joints.
+    # The tool pose depends only on the sum of the angles of the two joints with coincident axes.
     q[:, first] += q[:, second] - value
     q[:, second] = value
     far = np.abs((solutions.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(axis=-1)

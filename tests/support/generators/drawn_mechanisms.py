@@ -30,7 +30,7 @@ ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 
 @dataclass
 class Sketch:
-    """A mechanism while it is built.
+    """A mechanism under construction, to which methods add bodies and joints.
 
     Attributes:
         draw: Random generator of the mechanism.

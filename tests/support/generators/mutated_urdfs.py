@@ -45,7 +45,7 @@ class UrdfJoint:
         return T
 
     def placed(self, T: np.ndarray) -> "UrdfJoint":
-        """Returns the joint at an origin (4, 4), in double precision."""
+        """Returns the joint with a specified origin (4, 4), in double precision."""
         return replace(self, xyz=texts(T[:3, 3]), rpy=texts(rpy_of(T[:3, :3])))
 
 

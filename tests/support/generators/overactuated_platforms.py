@@ -48,7 +48,7 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
     Args:
         kind: One of ``PLATFORMS``.
         seed: Number of the platform.
-        closure: How the loops close: ``exact`` or ``least squares`` closure.
+        closure: Kind of the loop closure, which is ``exact`` or ``least squares``.
     """
     rng = np.random.default_rng(seed)
     count = {"planar": 4 + seed % 2, "spatial": 7 + seed % 2, "cranks": 4}[kind]
