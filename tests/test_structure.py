@@ -238,7 +238,7 @@ def names_read(tree: ast.Module) -> Iterator[str]:
     def read(step: ast.FunctionDef) -> Iterator[str]:
         nodes = [node for part in step.body for node in ast.walk(part)]
         named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
-        # The name of a method ends after the names of its object.
+        # In the source, the name of a method ends after the name of its object.
         named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
         for node in named:
             name = node.id if isinstance(node, ast.Name) else node.attr

@@ -133,7 +133,8 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
 def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     if "P" in chain:
-        # For three revolute joints, the requirements belong to the orientation task instead.
+        # For three revolute joints, the structural requirements belong to the orientation task
+        # instead.
         structure, moves = arm.inverses.classification.found.requirements
         names = structure.text.removeprefix("joints ").partition(":")[0].split(", ")
         expected = re.sub(r"\d", lambda number: names[int(number[0]) - 1], ARMS[chain])

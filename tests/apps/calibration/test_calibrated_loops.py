@@ -407,7 +407,7 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
-    """Three joints are fixed at the symbolic values of the printed chain."""
+    """The printed inverse fixes three joints at their symbolic values."""
     with few_samples():
         derivation = derive(calibrated("well_manipulator", 5), functions=["ik"])
     printed = inverse_of_loops(LoopPage.of(derivation))

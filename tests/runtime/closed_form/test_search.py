@@ -78,7 +78,8 @@ def test_search_works_for_single_poses(arm, q, T):
 
 
 def test_search_keeps_unreachable_poses_unchanged(arm):
-    """At these fixed values the arm is shorter than its offsets and its prismatic joint."""
+    """At these values of the fixed joint, the arm is shorter than its offsets and its prismatic
+    joint."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

@@ -27,7 +27,8 @@ ROBOTS = (
     "delta",
 )
 KINDS = ("excavator", "slider_crank", "planar_3rrr", "stewart_gough", "delta")
-"""Cylinders, a slider, a planar platform, legs with six degrees of freedom, and parallelograms."""
+"""The robots have cylinders, a slider, a planar platform, legs with six degrees of freedom, and
+parallelograms."""
 PLACES = 17
 
 
