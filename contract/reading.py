@@ -139,7 +139,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks order and shape of results with solution slots, which Solutions reads by position."""
+    """Checks results that have solution slots: Solutions depends on their order and shape."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

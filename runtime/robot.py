@@ -135,7 +135,7 @@ class Robot(
 
 
 def _address(folder: Path) -> str:
-    """Return the name of an installed robot, valid on other machines, otherwise its folder."""
+    """Return the name of an installed robot, or the folder of any other robot."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
     return folder.name if installed else str(folder.absolute())
 

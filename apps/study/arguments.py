@@ -81,7 +81,7 @@ def number(name: str, value: Any) -> float:
 
 
 def poses(name: str, T: ArrayLike) -> FloatArray:
-    """Return rigid poses (..., 4, 4) after projecting nearly rigid poses to rigid poses.
+    """Return rigid poses (..., 4, 4); nearly rigid poses are projected to the nearest rigid poses.
 
     Raises:
         ShapeError: The last dimensions are not (4, 4).

@@ -9,8 +9,9 @@ IN_PLACE = 1e-12
 """Distance [m] and angle [rad] between two poses that count as rounding errors. If the poses are
 more than 1 m away from the base, their distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
-"""Below this sine of their angle, three points count as collinear: the radius of their circle is a
-billion times their distance. This sine is also the relative distance up to which points count as
+"""Three points count as collinear if the sine of the angle between their two connecting lines is
+smaller: the radius of the circle through them is then a billion times their distance. This sine is
+also the relative distance up to which points count as
 coplanar."""
 NODES_APART = 2e-3
 """Node spacing of fourth-order finite differences, relative to the curve length. The truncation

@@ -1,4 +1,4 @@
-"""Cost of fk per joint for longer chains; the cost increases if code exceeds a cache."""
+"""Cost of fk per joint for longer chains; it increases if the code does not fit into a cache."""
 
 import os
 import tempfile

@@ -63,7 +63,7 @@ def nearest(value: sp.Expr, digits: int = DIGITS) -> str:
 
 @dataclass(frozen=True)
 class NumberText:
-    """Numbers of one robot as text of its robot file.
+    """Converts the numbers of a robot to the text of its robot file.
 
     Attributes:
         noise: Length noise that the reader removes (meter).

@@ -114,7 +114,7 @@ def share_near(
 
     Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
     inverse is needed. Distant branches rarely converge to the sampled configuration. If most
-    configurations have a close nominal branch, the result is thus nearly
+    configurations have a close nominal branch, the result is nearly
     :attr:`Sampled.share_converged`.
 
     Args:

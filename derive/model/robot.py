@@ -419,7 +419,7 @@ class SerialRobot:
         return linear_map([joint.name for joint in self.moving], self.couplings)
 
     def is_coupled(self, joint: str) -> bool:
-        """Whether a coordinate other than the joint's own moves a joint."""
+        """Whether any joint is also moved by the coordinate of another joint."""
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:

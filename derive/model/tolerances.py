@@ -117,7 +117,7 @@ in double precision gives about 1e-8 near a dead point; references are written w
 OFF_BRANCH = 1e-6
 """Above this closure error of a joint (relative to the size, or radian), a branch does not exist.
 
-Rounding in double precision gives about 1e-8 near a dead point. The closure error of an
+Near a dead point, rounding errors in double precision become about 1e-8. The closure error of an
 incompatible joint is about as large as the links.
 """
 LOOPS_AGREE = 1e-6

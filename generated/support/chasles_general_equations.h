@@ -100,8 +100,8 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* An arm with six unknown joints; all other joints are fixed. If five joints of the arm are
- * unknown, an added sixth joint rotates the tool. */
+/* An arm with six unknown joints; all other joints are fixed. An arm with five unknown joints gets
+ * a sixth joint, which rotates the tool. */
 typedef struct {
     /* Function that computes the robot's forward kinematics and mixed Jacobian. */
     void (*pose_jacobian)(const double *q, double *T, double *J);

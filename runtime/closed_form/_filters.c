@@ -188,7 +188,8 @@ typedef struct {
     double scale[MAX_JOINTS]; /* the weight of each displacement */
 } Seeds;
 
-/* Reads a seed (n,) or seeds (..., n), and turns and units (n,); returns -1 on error. */
+/* Reads a seed (n,) or seeds (..., n), then the arrays turns (n,) and units (n,); returns -1 on
+   error. */
 static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
                       Seeds *seeds)
 {

@@ -6,7 +6,7 @@
 #include "numerics/_orthogonal.h"
 #include "numerics/_tolerances.h"
 
-/* Tests the cosine of the angle between two rows, up to the rounding error of the matrix. */
+/* Tests whether two rows are orthogonal, up to the rounding error of the matrix. */
 static int has_right_angle(double aa, double bb, double ab, double total)
 {
     return !(fabs(ab) > SVD_ORTHOGONAL * (sqrt(aa * bb) + SVD_ORTHOGONAL * total));

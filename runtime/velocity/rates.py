@@ -65,7 +65,7 @@ class Rates:
 
 @dataclass(frozen=True, slots=True)
 class Accelerations:
-    """Joint accelerations with the resulting derivative of the twist.
+    """Joint accelerations, and the derivative of the twist that they produce.
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].

@@ -20,7 +20,7 @@ from tests.support.peers.interface import Answers
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Number of poses per arm: random, and at right angles."""
+"""Number of poses per arm: at random joint angles, and at multiples of 90 degrees."""
 MAX_LOST = 1e-4
 """Maximum fraction of random configurations that may be missing from the solutions."""
 

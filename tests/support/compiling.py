@@ -71,7 +71,7 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 
 @contextmanager
 def deriving_only(*functions: str) -> Iterator[None]:
-    """Context in which `chasles.load` derives few functions, in this process.
+    """Context in which `chasles.load` derives only a few functions, without a further process.
 
     Robots with `parametric=True` get the functions `IDENTIFICATION`; a derivation of all functions
     of a six-axis arm takes 8 s. Robot files, and robots that are derived on first use, get

@@ -77,7 +77,7 @@ def steps_of(work: Callable[[], object], folder: Path) -> list[str]:
 
 @contextmanager
 def failing(step: int, folder: Path) -> Iterator[None]:
-    """Lets one file operation in a folder fail, as if the disk were full."""
+    """Makes one file operation in a folder fail, as if the disk were full."""
     with _watching(folder, step) as seen:
         yield
     assert len(seen) > step, f"only {len(seen)} file operations"

@@ -172,7 +172,7 @@ def prm(
         space: The space.
         samples: Number of free points.
         neighbors: Maximum number of nearest points to which each point is connected.
-        max_step: Maximum edge length, in the coordinates.
+        max_step: Maximum length of an edge in the space of the coordinates.
         dispersion: Minimum distance between points, in the coordinates. If the distance is large,
             the roadmap has fewer points than `samples`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.

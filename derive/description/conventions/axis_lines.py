@@ -60,7 +60,7 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 
 
 def tilts(line: AxisLine) -> Fitted | None:
-    """Returns the rotation to the axis in the plane z = 0, and the fields a, alpha, beta.
+    """Returns the rotation to an axis in the plane z = 0, with the fields a, alpha and beta.
 
     The fields define Tx(a) Rx(alpha) Ry(beta). The result is None if the two axes are
     perpendicular.

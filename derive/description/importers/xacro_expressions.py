@@ -1,4 +1,4 @@
-"""Evaluates xacro expressions without ``eval`` of Python, so that a file cannot run commands.
+"""Evaluates xacro expressions without Python's ``eval``, so that a file cannot run commands.
 
 Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, by which a file can call any Python
 function. This module uses Python only to parse an expression. The evaluator supports numbers,

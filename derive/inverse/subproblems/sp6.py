@@ -226,7 +226,7 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Returns the rotation after a further rotation by the angle whose tangent is the step."""
+    """Rotates further by an angle; the step is the tangent of this angle."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 

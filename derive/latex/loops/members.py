@@ -113,7 +113,7 @@ def dotted(tex: str) -> str:
 
 
 def words(name: str, struts: Mapping[str, str]) -> str:
-    """Formats a name in a sentence; its words are separated by spaces.
+    """Formats a name for a sentence; spaces separate the words of the name.
 
     Args:
         name: The name of a joint, of the angle of a strut, or of the far end of a strut.
@@ -135,7 +135,7 @@ _KINDS = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
 
 
 class Letters:
-    """Letters, for each kind of intermediate result, that the robot does not use."""
+    """The letters that the robot does not use, for each kind of intermediate result."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
         """Selects letters that the robot does not use."""

@@ -34,7 +34,7 @@ class Rates:
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Creates the rates that are known, which are the rates of the coordinates."""
+        """Creates the known rates, which are those of the coordinates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}

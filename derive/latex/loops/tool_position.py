@@ -54,7 +54,7 @@ def tool_position(page: LoopPage) -> str:
 
 
 def without_guard(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Removes the addend that is NaN if a loop cannot be closed."""
+    """Removes the term that makes the sum NaN if a loop cannot be closed."""
     definition = terms.definitions.get(entry, entry)
     kept = [part for part in sp.Add.make_args(definition) if not _is_guard(terms, part)]
     return entry if len(kept) == len(sp.Add.make_args(definition)) else sp.Add(*kept)

@@ -102,7 +102,7 @@ def _display(environment: str, body: str, settings: str = BREAKS) -> str:
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Breaks signed terms into lines of a width; continued lines are shorter by the indentation."""
+    """Breaks signed terms into lines of at most a given width; continued lines are indented."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:

@@ -259,7 +259,7 @@ class Notation:
         return expression.xreplace({part: self.constant(part) for part in parts})
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
-        """Returns a number as a signed name, where the name denotes its absolute value."""
+        """Returns the name of the absolute value of a number, with the sign of the number."""
         value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)

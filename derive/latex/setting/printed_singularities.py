@@ -127,7 +127,7 @@ def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCond
     """Returns a condition whose axis numbers are those of the complete arm.
 
     Args:
-        condition: A condition whose axis numbers count only moving axes.
+        condition: A condition that numbers the moving axes only.
         numbers: The number of each moving axis in the complete arm.
     """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)

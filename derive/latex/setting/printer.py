@@ -215,7 +215,7 @@ def decimal(value: sp.Expr) -> str:
 
 def cut(value: sp.Expr, digits: int) -> str:
     """Formats the first digits of a number; dots replace omitted digits."""
-    # SymPy may not recognize that a sum of roots is zero; such a sum has no digits.
+    # SymPy may not recognize that a sum of roots is zero, and then finds no digits of the sum.
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:

@@ -47,7 +47,7 @@ class NumericMechanism:
         unknown: Names of the joints and cylinders that are not actuated.
         size: The longest translation or rod (meter), or 1 if all are zero.
         planes: Axes x and y and the unit normal of planar loops, keyed by closure or strut, as
-            columns in the axes of its first body.
+            columns in the frame of the first body of this closure or strut.
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:

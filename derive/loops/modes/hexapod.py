@@ -194,14 +194,14 @@ class HexapodTables(Tables):
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
         axis: Index (0 to 2) of the axis of each platform angle.
-        moves: Whether the rod ends on the actuated side move.
+        moves: Whether the actuators move the ends of the rods on the actuated side.
         paths: Number of complex poses, and number of solutions in the output.
         joined: The side on which rods share joints: platform or actuated side.
         pairs: The rods, in pairs that share a joint.
         b: The rod ends on the platform.
         a: The ends of generic rods on the actuated side.
         c: The constants of the generic rods.
-        starts: All complex poses of the generic rods, padded.
+        starts: All complex poses of the generic rods; zeros fill unused rows.
     """
 
     size: float

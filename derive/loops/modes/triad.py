@@ -162,7 +162,8 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
     the mean square of rods and platform sides, so that the coefficients have magnitude about 1.
-    With lines, the mean also includes the squared distances between fixed points. The polynomial
+    If legs end on lines, the mean also includes the squared distances between the fixed points of
+    these lines. The polynomial
     vanishes identically if the three rods can stay parallel.
 
     Args:

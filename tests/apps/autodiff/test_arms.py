@@ -201,7 +201,7 @@ def test_torch_single_precision_converts_and_double_is_not_copied():
 @pytest.mark.parametrize("language", [for_jax, for_torch])
 def test_robots_without_inverse_or_with_a_swivel_angle_are_refused(language):
     (jax if language is for_jax else torch)()
-    with pytest.raises(InputValueError, match="planar_3rrr has no ik"):
+    with pytest.raises(InputValueError, match="robot planar_3rrr has no function ik"):
         language(chasles.load("planar_3rrr"))
     with pytest.raises(InputValueError, match="an angle that is not a coordinate"):
         language(chasles.load("iiwa14"))

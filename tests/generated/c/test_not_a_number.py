@@ -25,8 +25,8 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments close to the reference if the robot has a reference, else an angle or a
-    length."""
+    """Returns arguments close to the reference configuration. A robot without a reference gets an
+    angle or a length."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

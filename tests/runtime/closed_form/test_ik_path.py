@@ -197,7 +197,9 @@ def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
     folder.write_manifest()
     arm = load(folder, monkeypatch)
     for name in ("ik", "ik_path", "ik_position"):
-        with pytest.raises(AttributeError, match=rf"has no '{name}': {missing}; .*its functions"):
+        with pytest.raises(
+            AttributeError, match=rf"has no '{name}': {missing}; .*nearest functions"
+        ):
             getattr(arm, name)
     with pytest.raises(AttributeError, match=r"has no 'loops_close': its q are its joints"):
         arm.loops_close  # noqa: B018

@@ -1,8 +1,8 @@
 """Between two nearly equal solutions the error has a saddle, and the iteration continues past this
 saddle.
 
-A UR5e with a nearly straight elbow has two nearly equal solutions. A random arm of the benchmarks
-has least-squares solutions on saddles at many poses at right angles.
+A UR5e with a nearly straight elbow has two nearly equal solutions. At many poses of a random arm,
+the least-squares solutions are saddles. All joint angles are multiples of 90 degrees there.
 """
 
 from itertools import product

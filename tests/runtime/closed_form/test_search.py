@@ -37,7 +37,8 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Configurations at right angles in which the prismatic joint has the length of an offset."""
+    """Configurations whose joint angles are multiples of 90 degrees, and whose prismatic joint has
+    the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
     q[:, 5] = -0.4
     return q

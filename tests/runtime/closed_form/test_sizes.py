@@ -162,7 +162,7 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     span = 10.0**exponent
     slide = (coordinate("prismatic", -2 * span, 2 * span),)
     assert unit_length(on_a_line(1), slide, None) == pytest.approx(span)
-    # A robot far from the base frame is not large, but the distance adds rounding errors.
+    # A small robot far from the base frame has larger rounding errors.
     assert unit_length(on_a_line(1, 100 * span), slide, None) == pytest.approx(span)
     assert unit_length(on_a_line(1, 1e8 * span), slide, None) == pytest.approx(1000 * span)
 

@@ -76,7 +76,7 @@ def crane(
         hand: Whether a fifth axis follows in this plane.
         round_numbers: Whether lengths are round.
         seed: Number of the arm.
-        wrist: Whether two intersecting axes of any direction follow.
+        wrist: Whether the next two axes intersect and have any direction.
     """
     draw = random.Random(seed)
 

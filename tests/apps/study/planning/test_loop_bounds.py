@@ -104,7 +104,8 @@ def test_curvature_bounds_exceed_second_derivatives(name):
 
 
 def test_no_bound_exists_for_segment_with_open_loops():
-    """Cylinders exceed their limits, so triangles cannot be closed or are almost stretched."""
+    """Cylinders exceed their limits, so some triangles cannot be closed and others are almost
+    flat."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
     for _ in range(800):
