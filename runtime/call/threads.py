@@ -108,7 +108,7 @@ def run_rows(
 def call_in_parts(
     work: Callable[..., Any], operands: Sequence[FloatArray], cores: Sequence[int], cost: int
 ) -> Any:
-    """Return the results of a generalized ufunc; Ctrl-C ends the call between parts of the batch.
+    """Return the results of a function of arrays; Ctrl-C ends the call between parts of the batch.
 
     `cores` has the number of core dimensions of each operand; `cost` counts operations per row.
     """
@@ -121,8 +121,13 @@ def call_in_parts(
         return work(*operands)
     start = axis - len(batch)
     parts = (_parts(x, k + start, cuts) for x, k in zip(operands, leads, strict=True))
-    found = [work(*part) for part in zip(*parts, strict=True)]
-    return tuple(np.concatenate(fields, axis) for fields in zip(*found, strict=True))
+    found: tuple[Any, ...] = ()
+    for cut, part in zip(cuts, zip(*parts, strict=True), strict=True):
+        values = work(*part)
+        found = found or tuple(np.empty((*batch, *x.shape[len(batch) :]), x.dtype) for x in values)
+        for whole, x in zip(found, values, strict=True):
+            whole[(*(slice(None),) * axis, cut)] = x
+    return found
 
 
 def _division(work: int, threads: int) -> tuple[int, int]:

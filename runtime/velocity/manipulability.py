@@ -229,9 +229,13 @@ def _decomposed(
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return left singular vectors (..., k, r), values (..., r), and whether J is finite."""
     part = PART[components]
-    scaled = metric.row[part, None] * J[..., part, :] * metric.unit
-    sound = np.asarray(np.isfinite(scaled).all((-2, -1)))
-    finite = np.where(sound[..., None, None], scaled, 0.0)
-    decompose = functools.partial(np.linalg.svd, full_matrices=False)
-    axes, values, _ = call_in_parts(decompose, [finite], [2], COST)
-    return axes[..., : metric.rank], values[..., : metric.rank], sound
+
+    def decompose(J: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        scaled = metric.row[part, None] * J[..., part, :] * metric.unit
+        sound = np.asarray(np.isfinite(scaled).all((-2, -1)))
+        finite = np.where(sound[..., None, None], scaled, 0.0)
+        axes, values, _ = np.linalg.svd(finite, full_matrices=False)
+        return axes[..., : metric.rank], values[..., : metric.rank], sound
+
+    found: tuple[FloatArray, FloatArray, BoolArray] = call_in_parts(decompose, [J], [2], COST)
+    return found

@@ -285,10 +285,11 @@ class VelocityMethods(ManipulabilityMethods):
                 raise InputValueError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
         limits = {"rate_limits": rate, "acceleration_limits": acceleration, "qd_previous": before}
         try:
-            lower, upper = _rates.bounds(q, self.lower, self.upper, *limits.values(), tick)
+            operands = q, self.lower, self.upper, *limits.values(), tick
+            found = call_in_parts(_rates.bounds, operands, (1, 1, 1, 1, 1, 1, 0), COST)
         except ValueError:
             raise self._no_broadcast(method, q=q, **limits) from None
-        return lower, upper
+        return found[0], found[1]
 
     def _null_space_rates(
         self, q: FloatArray, redundancy: object, gain: float, metric: Metric, fixed: tuple[int, ...]
