@@ -15,8 +15,8 @@ from ...model.tolerances import UNDETERMINED_SUM
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, cross, dot, subtracted
 from ..steps.rotations import last_turn
+from ..steps.slides import two_slides
 from ..steps.target import Target
-from ..steps.three_joints import two_slides
 from ..steps.work import Work
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, across, meeting, parallel, revolute

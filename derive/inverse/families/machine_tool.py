@@ -7,12 +7,14 @@ and the remaining position error determines the prismatic joints.
 There are up to two revolute joints. Three revolute joints are possible with three prismatic joints,
 or if the three axes intersect in one point. If the first and third axis become parallel, only the
 sum of their angles is determined. Three prismatic joints still reach the position for any division
-of the angle sum between the two joints. The axes need not intersect or be perpendicular.
+of the angle sum between the two joints. If fixed joints move the three directions into one plane,
+the position determines the division. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 for a pose (2 with three revolute joints), 2 for a position and a
 direction. For an unreachable pose, the result is a nearby pose.
 """
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -20,9 +22,11 @@ import numpy as np
 from ...model.robot import SerialRobot
 from ...model.tolerances import OBLIQUE_AXES
 from ...terms.vectors import Vector, added, subtracted
-from ..steps.rotations import three_turns, two_turns
+from ..steps.aligned import first_angle_to_plane
+from ..steps.dependent_slides import are_nearly_dependent, may_be_dependent
+from ..steps.rotations import Aligned, three_turns, two_turns
+from ..steps.slides import slides
 from ..steps.target import Target
-from ..steps.three_joints import slides
 from ..steps.work import Work
 from ..structure.lines import Lines, numbers
 from ..structure.requirement import Requirement, askew, meeting
@@ -73,7 +77,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 1. The orientation.
     turning = tuple(axis for axis in lines.axes if axis.turns)
     if len(turning) == _MAX:
-        three_turns(work, (turning[0], turning[1], turning[2]), lambda v: target.turned(terms, v))
+        _three_turns(work, lines, target)
     elif len(turning) == _HEAD:
         two_turns(work, (turning[0], turning[1]), lambda v: target.turned(terms, v))
     for axis in turning if len(turning) == 1 else ():
@@ -82,6 +86,18 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.step([axis], "subproblem 1", "it alone turns the tool", found)
     # 2. The position.
     _slides(work, lines, target.home, target.position)
+
+
+def _three_turns(work: Work, lines: Lines, target: Target) -> None:
+    """Solves for three revolute joints from the orientation."""
+    terms = work.terms
+    first, second, third = (axis for axis in lines.axes if axis.turns)
+    directions = [axis.h for axis in lines.axes if not axis.turns]
+    aligned = None
+    if may_be_dependent(terms, directions):
+        to_plane = partial(first_angle_to_plane, terms, lines.axes, target)
+        aligned = Aligned(to_plane, are_nearly_dependent(terms, directions))
+    three_turns(work, (first, second, third), lambda v: target.turned(terms, v), aligned)
 
 
 def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:

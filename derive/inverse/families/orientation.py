@@ -9,7 +9,7 @@ from functools import partial
 
 from ..steps.aligned import first_angle
 from ..steps.least_squares import step_on_all
-from ..steps.rotations import three_turns
+from ..steps.rotations import Aligned, three_turns
 from ..steps.target import Target
 from ..steps.work import Work
 from ..structure.lines import Lines
@@ -24,7 +24,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     first, second, third = lines.axes
-    aligned = partial(first_angle, work.terms, lines.axes, target)
+    aligned = Aligned(partial(first_angle, work.terms, lines.axes, target))
     three_turns(work, (first, second, third), lambda v: target.turned(work.terms, v), aligned)
     step_on_all(work, lines, target)
 

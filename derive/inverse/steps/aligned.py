@@ -6,6 +6,9 @@ Let ``v`` be the target of a point on the last axis. The first angle and the dis
 prismatic joint solve ``R_1 (w + d u) = v`` if the prismatic joint is between the first and the last
 axis, or ``R_1 w = v - d u`` otherwise.
 
+Three prismatic joints leave the angle arbitrary. If fixed joints move their directions into one
+plane with normal n, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``.
+
 Here, w is the vector from the first axis to the point, and u is the direction of the prismatic
 joint. Both sides have equal lengths, which gives a quadratic equation for d. Subproblem 1 then
 gives the first angle.
@@ -20,7 +23,9 @@ from ...terms.vectors import Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis
 from ..subproblems.slides import slide_to_sphere
 from ..subproblems.sp1 import sp1
+from ..subproblems.sp4 import sp4
 from ..subproblems.turns import CosSin, rotated
+from .dependent_slides import plane_normal
 from .target import Target
 
 
@@ -37,10 +42,8 @@ def first_angle(
         sign: The value 1 or -1, which selects one of two solutions.
     """
     i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
-    first, second, third = axes[i], axes[j], axes[k]
-    lever = rotated(terms, second.h, middle, subtracted(terms, third.p, second.p))
-    w = subtracted(terms, added(terms, second.p, lever), first.p)
-    v = subtracted(terms, target.point(terms, third.p), first.p)
+    first, second = axes[i], axes[j]
+    w, v = _ends(terms, axes, target, middle)
     for index, axis in enumerate(axes):
         if axis.turns:
             continue
@@ -53,6 +56,40 @@ def first_angle(
         else:
             v = _equal(terms, v, target.turned(terms, axis.h), w, sign)
     return sp1(terms, first.h, w, v).turn
+
+
+def first_angle_to_plane(
+    terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
+) -> CosSin:
+    """Returns the first of three angles, after which three prismatic joints reach the position.
+
+    Args:
+        terms: Table of named terms.
+        axes: The axes of the chain: three revolute joints and three consecutive prismatic joints.
+        target: The displacement that the chain must produce.
+        middle: Rotation of the second revolute joint.
+        sign: The value 1 or -1, which selects one of two solutions.
+    """
+    i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
+    place = next(index for index, axis in enumerate(axes) if not axis.turns)
+    w, v = _ends(terms, axes, target, middle)
+    normal = plane_normal(terms, [axis.h for axis in axes if not axis.turns])
+    if i < place < k:
+        n = normal if place < j else rotated(terms, axes[j].h, middle, normal)
+        back = axes[i].reversed()
+        return sp4(terms, n, back.h, v, dot(terms, n, w), sign).turn
+    n = normal if place < i else target.turned(terms, normal)
+    return sp4(terms, n, axes[i].h, w, dot(terms, n, v), sign).turn
+
+
+def _ends(
+    terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin
+) -> tuple[Vector, Vector]:
+    """Returns a point on the last revolute axis before rotation 1, and its target."""
+    first, second, third = (axis for axis in axes if axis.turns)
+    lever = rotated(terms, second.h, middle, subtracted(terms, third.p, second.p))
+    w = subtracted(terms, added(terms, second.p, lever), first.p)
+    return w, subtracted(terms, target.point(terms, third.p), first.p)
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:

@@ -17,13 +17,16 @@ from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement
 from ..subproblems.equations import LineAndSphere
-from ..subproblems.found import FoundLength
+from ..subproblems.found import FoundLength, FoundTurn
 from ..subproblems.quartic import select
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp4 import sp4
+from ..subproblems.sp6 import chosen
 from ..subproblems.turns import CosSin, perpendicular, rotated
+from .dependent_slides import DEPENDENT_SLIDES, common_normal, normal_to_both, squared_sine
 from .position_in_reach import hypotenuse2, slide_in_reach, slide_to_distance, turn_in_reach
+from .slides import two_slides
 from .triangle import triangle
 from .work import Work
 
@@ -108,6 +111,54 @@ def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.E
     rate = dot(terms, normal, slide)
     size2 = terms.let(rate**2 + UNDETERMINED_SUM**2)
     return terms.let(-rate * dot(terms, normal, start) / size2)
+
+
+def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
+    """Solves ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``; up to two solutions."""
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. Only the revolute joint moves the center in the direction normal to both prismatic
+    # axes.
+    reach, V = subtracted(terms, center, a3.p), subtracted(terms, W, a3.p)
+    q3 = work.step(
+        [a3],
+        "subproblem 4",
+        f"{a1.name} and {a2.name} move the center in a plane",
+        _turn_to_plane_of_slides(terms, (a1, a2, a3), reach, V, work.sign()),
+    )
+    # 2, 3. Two prismatic joints move the center in the plane of their directions.
+    reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
+    two_slides(work, a1, a2, subtracted(terms, W, reached))
+
+
+def _turn_to_plane_of_slides(
+    terms: Terms, axes: tuple[Axis, ...], reach: Vector, goal: Vector, sign: sp.Expr
+) -> FoundTurn:
+    """Returns the rotation after which two prismatic joints move the point to the goal.
+
+    Args:
+        terms: Table of named terms.
+        axes: The two prismatic joints, then the revolute joint.
+        reach: The point in the home pose, relative to the revolute axis.
+        goal: The goal point, relative to the revolute axis.
+        sign: Selects one of two solutions.
+    """
+    h1, h2, h3 = (axis.h for axis in axes)
+    normal = normal_to_both(terms, h1, h2)
+    if all(map(terms.is_constant, normal)):
+        return sp4(terms, normal, h3, reach, dot(terms, normal, goal), sign)
+    # If the prismatic joints are parallel, they move the point along a line. The plane through the
+    # line and along the revolute axis then gives the angle. If the line is parallel to this axis,
+    # the goal gives the angle.
+    are_parallel = squared_sine(terms, h1, h2) <= terms.let(DEPENDENT_SLIDES**2)
+    steep, flat = common_normal(terms, h1, h2), cross(terms, h1, h3)
+    x, y, z = (select(terms, are_parallel, *each) for each in zip(flat, steep, strict=True))
+    found = sp4(terms, (x, y, z), h3, reach, dot(terms, (x, y, z), goal), sign)
+    are_all_parallel = sp.And(
+        are_parallel, squared_sine(terms, h1, h3) <= terms.let(UNDETERMINED_SUM**2)
+    )
+    turn = chosen(terms, are_all_parallel, sp1(terms, h3, reach, goal).turn, found.turn)
+    margin = found.margin and select(terms, are_all_parallel, sp.S.Zero, found.margin)
+    return replace(found, turn=turn, margin=margin)
 
 
 def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:

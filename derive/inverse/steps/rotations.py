@@ -1,9 +1,10 @@
 """Three revolute joints that produce a given rotation, as a spherical wrist or shoulder."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
 from ...model.tolerances import ALIGNED_AXES
 from ...terms.vectors import Vector, cross, dot
@@ -14,6 +15,19 @@ from ..subproblems.sp6 import chosen
 from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from .target import Target
 from .work import Work
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Solves for the first of three angles if the third axis is parallel to the first axis.
+
+    Attributes:
+        angle: Returns the first angle for the second angle and a sign.
+        condition: The additional condition under which the first angle is needed.
+    """
+
+    angle: Callable[[CosSin, sp.Expr], CosSin]
+    condition: Boolean = sp.true
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
@@ -37,7 +51,7 @@ def three_turns(
     work: Work,
     axes: tuple[Axis, Axis, Axis],
     wanted: Callable[[Vector], Vector],
-    aligned: Callable[[CosSin, sp.Expr], CosSin] | None = None,
+    aligned: Aligned | None = None,
 ) -> None:
     """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
@@ -48,9 +62,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: A function that returns the image of a direction under the rotation R.
-        aligned: If axis 6 is parallel to axis 4, this function returns the angle of joint 4 for the
-            angle of joint 5 and a sign. Without the function, the angle of joint 4 is 0 if axes 4
-            and 6 are parallel.
+        aligned: Solves for the angle of joint 4 if axis 6 is parallel to axis 4. If None, the angle
+            is then 0.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -64,11 +77,11 @@ def three_turns(
     if aligned is not None:
         image = wanted(a6.h)
         across = perpendicular(terms, a4.h, image)
-        are_aligned = dot(terms, across, across) < ALIGNED_AXES**2
+        are_aligned = sp.And(dot(terms, across, across) < ALIGNED_AXES**2, aligned.condition)
         # For parallel axes 4 and 6, subproblem 2 has a double solution, which is accurate to 1e-8
         # only.
         middle = sp1(terms, a5.h, a6.h, image).turn
-        first = aligned(middle, sign)
+        first = aligned.angle(middle, sign)
         q4 = replace(q4, turn=chosen(terms, are_aligned, first, q4.turn))
         q5 = replace(q5, turn=chosen(terms, are_aligned, middle, q5.turn))
         end = "then follows from the position"

@@ -11,29 +11,22 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import sympy as sp
 
-from ...model.tolerances import DIRECTION_FLOOR
-from ...terms.terms import Terms
-from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ...terms.vectors import added, subtracted
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, askew
-from ..subproblems.equations import LineAndPlane
-from ..subproblems.found import FoundLength
 from ..subproblems.sp1 import sp1
-from ..subproblems.turns import any_across, perpendicular, rotated
+from ..subproblems.turns import any_across, rotated
 from .aligned import first_angle
+from .dependent_slides import dependent_lengths, in_order
 from .least_squares import step_on_all
-from .rotations import three_turns, two_turns
+from .rotations import Aligned, three_turns, two_turns
 from .target import Target
 from .work import Work
 
 _MAX = 3
 """Maximum number of revolute joints, and maximum number of prismatic joints."""
 _FREEDOMS = 6
-_PARALLEL = sp.Float("1e-14", 20)
-"""Two prismatic joints count as parallel if the sine of their angle is below this rounding
-error."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
@@ -62,7 +55,7 @@ def _turns(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     match [axis for axis in lines.axes if axis.turns]:
         case [first, second, third]:
-            aligned = partial(first_angle, terms, lines.axes, target)
+            aligned = Aligned(partial(first_angle, terms, lines.axes, target))
             has_conditions = len(lines.axes) < _FREEDOMS
             three_turns(
                 work,
@@ -94,43 +87,19 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
     displacement = work.name_vector(
         ("W", "V"), meaning, subtracted(terms, target.position, carried)
     )
-    for axis, (normal, reason) in zip(sliding, _normals(work, sliding), strict=True):
-        rate, rest = dot(terms, normal, axis.h), dot(terms, normal, displacement)
-        # If two consecutive prismatic joints are parallel, the displacement of the first joint is 0
-        # and the second joint moves the tool.
-        length = terms.let(rest * rate / terms.let(rate**2 + _PARALLEL**2))
-        found = FoundLength(length, LineAndPlane(rate, -rest))
-        work.slide(axis, "line-plane intersection", reason, found)
-        moved = combination(terms, (length,), (axis.h,))
-        displacement = subtracted(terms, displacement, moved)
+    directions = [axis.h for axis in sliding]
+    steps = list(in_order(terms, directions, displacement))
+    lengths = dependent_lengths(terms, directions, displacement)
+    for axis, found, length, reason in zip(sliding, steps, lengths, _reasons(sliding), strict=True):
+        work.slide(axis, "line-plane intersection", reason, replace(found, length=length))
 
 
-def _normals(work: Work, sliding: Sequence[Axis]) -> Iterator[tuple[Vector, str]]:
-    """Yields, for each prismatic joint, a unit vector along which no later joint moves the tool."""
-    terms = work.terms
+def _reasons(sliding: Sequence[Axis]) -> Iterator[str]:
+    """Yields, for each prismatic joint, why its equation does not contain the later joints."""
     match sliding:
         case [_, second, third]:
-            across = _unit_across(terms, third.h, second.h)
-            reason = f"{second.name} and {third.name} do not move the tool along their normal"
-            yield cross(terms, across, third.h), reason
-    for axis, later in pairwise(sliding[-2:]):
-        reason = f"{later.name} does not move the tool across its direction"
-        yield _unit_across(terms, later.h, axis.h), reason
+            yield f"{second.name} and {third.name} do not move the tool along their normal"
+    for _, later in pairwise(sliding[-2:]):
+        yield f"{later.name} does not move the tool across its direction"
     alone = "it alone moves the tool along its direction"
-    yield sliding[-1].h, "the rest of the displacement" if len(sliding) > 1 else alone
-
-
-def _unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns the direction of the component of ``v`` perpendicular to the unit vector ``k``.
-
-    The second projection makes the result perpendicular to ``k`` even if ``v`` is nearly parallel
-    to ``k``.
-    """
-    across = _unit(terms, perpendicular(terms, k, v))
-    return _unit(terms, perpendicular(terms, k, across))
-
-
-def _unit(terms: Terms, v: Vector) -> Vector:
-    """Returns a vector divided by its length; a zero vector does not change."""
-    inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
-    return combination(terms, (inverse,), (v,))
+    yield "the rest of the displacement" if len(sliding) > 1 else alone

@@ -6,15 +6,14 @@ axes, or its distance from the intersection of axes.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 
 from ...model.tolerances import OBLIQUE_AXES
-from ...terms.terms import Terms
-from ...terms.vectors import ORIGIN, Vector, added, combination, dot, subtracted
+from ...terms.vectors import Vector, added, combination, dot, subtracted
 from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, across, askew, meeting, parallel
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
@@ -27,12 +26,14 @@ from .loop_of_three import loop_of_three, negative
 from .one_turn import (
     rises,
     slide_turn_slide,
+    slides_then_turn,
     turn_slide_parallel_turn,
     turn_slide_turn,
     turn_then_slides,
 )
 from .plane import turn_to_plane
 from .position_in_reach import hypotenuse2, slide_in_reach, slide_to_distance, turn_in_reach
+from .slides import slides
 from .triangle import triangle
 from .work import Work
 
@@ -268,39 +269,6 @@ def _three_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     slides(work, lines.axes, subtracted(work.terms, W, center), "the center")
 
 
-def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
-    """Solves for one to three prismatic joints that move a point by a vector.
-
-    Args:
-        work: Records the steps.
-        axes: The prismatic joints, with independent directions.
-        displacement: The displacement; only its component in the span of the axes is reached.
-        carried: Description of the point for the article.
-    """
-    terms = work.terms
-    if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
-        two_slides(work, axes[0], axes[1], displacement)
-        return
-    for k, axis in enumerate(axes):
-        alone = len(axes) == 1
-        normal = axis.h if alone else _across(terms, axes[k - 2].h, axes[k - 1].h)
-        work.slide(
-            axis,
-            "line-plane intersection",
-            f"it alone moves {carried} along its direction"
-            if alone
-            else f"the other slides move {carried} in a plane",
-            slide_to_plane(terms, normal, axis.h, ORIGIN, dot(terms, normal, displacement)),
-        )
-
-
-def _across(terms: Terms, a: Vector, b: Vector) -> Vector:
-    x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
-        sp.Matrix([terms.spelled(e) for e in b])
-    )
-    return terms.let(x), terms.let(y), terms.let(z)
-
-
 def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # 1. Only the prismatic joint moves the center along the parallel axes.
@@ -338,38 +306,6 @@ def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> 
     # 2, 3. The two joints rotate the point about the intersection of their axes.
     left = combination(terms, (sp.Integer(1), length), (V, minus_h))
     _two_about_a_point(work, a2, a3, reach, left)
-
-
-def _slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Only the revolute joint moves the center in the direction normal to both prismatic
-    # axes.
-    normal = _across(terms, a1.h, a2.h)
-    reach = subtracted(terms, center, a3.p)
-    d = dot(terms, normal, subtracted(terms, W, a3.p))
-    q3 = work.step(
-        [a3],
-        "subproblem 4",
-        f"{a1.name} and {a2.name} move the center in a plane",
-        sp4(terms, normal, a3.h, reach, d, work.sign()),
-    )
-    # 2, 3. Two prismatic joints move the center in the plane of their directions.
-    reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
-    displacement = subtracted(terms, W, reached)
-    two_slides(work, a1, a2, displacement)
-
-
-def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
-    """Solves for two prismatic joints that move a point by a vector in the plane of the joints."""
-    terms = work.terms
-    for axis, other in ((first, second), (second, first)):
-        n = perpendicular(terms, other.h, axis.h)
-        work.slide(
-            axis,
-            "line-plane intersection",
-            f"{other.name} does not move the point normal to its direction",
-            slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, displacement)),
-        )
 
 
 def _oblique(lines: Lines, i: int, j: int) -> Requirement:
@@ -469,6 +405,6 @@ CASES = (
         lambda a: [across(a, 0, 1), askew(a, 0, 2)],
         turn_slide_turn,
     ),
-    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], _slides_then_turn),
+    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], slides_then_turn),
     Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),
 )

@@ -14,7 +14,7 @@ from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import perpendicular, rotated
 from ..subproblems.two_lines import EQUATIONS, component, of_two_lines
-from .three_joints import two_slides
+from .slides import two_slides
 from .work import Work
 
 

@@ -7,16 +7,12 @@ does not change the height of the center, and any value of it may be a solution.
 import numpy as np
 import pytest
 
-from chasles.derive import read_text
-from chasles.derive.inverse.serial_inverse import inverses
-from chasles.derive.terms.terms import Terms
 from tests.campaigns.losses import trial
-from tests.support.generators.drawn_arms import Derived
+from tests.support.generators.fixed_joints import FIXED, solved_with_fixed
 from tests.support.generators.poses import PoseSet
 from tests.support.oracles.verdict import judged
 
 X, Y, Z, XY = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)
-FIXED = ("F", X)
 PLANAR = {
     "axes 1 and 2 parallel, a slide along them": [("R", Z), ("R", Z), FIXED, ("P", Y)],
     "a slide along parallel axes 2 and 3": [("P", Y), FIXED, ("R", Z), ("R", Z)],
@@ -41,18 +37,10 @@ POSES = 200
 
 def case_of(joints, seed):
     """Returns the inverse for a value of the fixed joint as input; lengths are random."""
-    rng = np.random.default_rng(seed)
-    text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']
     axes = [*joints, *(("R", axis) for axis in WRIST)]
-    for k, (kind, axis) in enumerate(axes):
-        at = rng.uniform(-0.3, 0.3, 3).round(2).tolist() if k <= len(joints) else [0, 0, 0]
-        name = "prismatic" if kind == "P" else "revolute"
-        text += ["[[joints]]", f'name = "j{k}"\ntype = "{name}"\nxyz = {at}\naxis = {list(axis)}']
-    robot = read_text("\n".join(text))
-    give = (joints.index(FIXED),)
-    found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}), give=give)
-    assert found.classification.found.family.title == "spherical wrist"
-    return Derived("planar", "ik", described=robot, inverses=found)
+    case = solved_with_fixed(axes, seed, meeting=len(joints))
+    assert case.inverses.classification.found.family.title == "spherical wrist"
+    return case
 
 
 def verdict(joints, value, seed=0):

@@ -1,0 +1,159 @@
+"""Prismatic joints whose directions become linearly dependent at some values of other joints.
+
+At such values, the joints move a point only along a line or in a plane, and many displacements
+reach the same target. The joints are solved one after another, so that each joint compensates the
+rounding errors of the joints before it. A joint that does not move the point in the direction of
+its equation keeps the displacement 0.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from ...model.tolerances import DIRECTION_FLOOR, OBLIQUE_AXES
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, combination, cross, dot, subtracted
+from ..subproblems.equations import LineAndPlane
+from ..subproblems.found import FoundLength
+from ..subproblems.quartic import select
+from ..subproblems.turns import perpendicular
+
+DEPENDENT_SLIDES = sp.Float("1e-14", 20)
+"""Up to this sine, which rounding causes, prismatic joints count as dependent.
+
+The angle is that between two joints, or between one joint and the plane of two other joints.
+"""
+_TRIPLE = 3
+OneOf = Callable[..., sp.Expr]
+"""Selects one of three values, which belong to the three cyclic orders of the directions."""
+
+
+def dependent_lengths(
+    terms: Terms, directions: Sequence[Vector], displacement: Vector
+) -> list[sp.Expr]:
+    """Returns the displacements of up to three prismatic joints that move a point by a vector.
+
+    Args:
+        terms: Table of named terms.
+        directions: The unit directions of the joints, which may be linearly dependent.
+        displacement: The vector; only its component in the span of the directions is reached.
+    """
+    if len(directions) < _TRIPLE:
+        return [found.length for found in in_order(terms, directions, displacement)]
+    one_of, ordered = _widest_last(terms, directions)
+    u, v, w = (found.length for found in in_order(terms, ordered, displacement))
+    return [one_of(u, w, v), one_of(v, u, w), one_of(w, v, u)]
+
+
+def may_be_dependent(terms: Terms, directions: Sequence[Vector]) -> bool:
+    """Whether three directions, which depend on fixed joints, may lie in one plane."""
+    if len(directions) < _TRIPLE:
+        return False
+    first, second, third = directions
+    return not terms.is_constant(dot(terms, normal_to_both(terms, first, second), third))
+
+
+def are_nearly_dependent(terms: Terms, directions: Sequence[Vector]) -> Boolean:
+    """Returns the condition that three directions nearly lie in one plane."""
+    _, (first, second, third) = _widest_last(terms, directions)
+    rate = dot(terms, common_normal(terms, third, second), first)
+    return sp.Le(terms.let(rate**2), terms.let(sp.Float(OBLIQUE_AXES, 20) ** 2))
+
+
+def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
+    """Returns the unit normal of the plane of three directions that lie in one plane."""
+    _, (_, second, third) = _widest_last(terms, directions)
+    return common_normal(terms, third, second)
+
+
+def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
+    """Returns three directions in cyclic order; the last two have the largest angle between them.
+
+    The function that is also returned selects the value that belongs to the chosen order.
+    """
+    squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
+    is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])
+    is_second = squares[1] >= squares[2]
+
+    def one_of(*values: sp.Expr) -> sp.Expr:
+        return _if(terms, is_first, values[0], _if(terms, is_second, values[1], values[2]))
+
+    h = list(directions)
+    orders = [h[k:] + h[:k] for k in range(_TRIPLE)]
+    return one_of, [_each(one_of, *vectors) for vectors in zip(*orders, strict=True)]
+
+
+def in_order(
+    terms: Terms, directions: Sequence[Vector], displacement: Vector
+) -> Iterator[FoundLength]:
+    """Yields the displacements of prismatic joints that are solved in their order.
+
+    Each equation holds along a direction in which no later joint moves the point.
+    """
+    for k, u in enumerate(directions):
+        normal = _normal(terms, u, directions[k + 1 :])
+        rate, rest = dot(terms, normal, u), dot(terms, normal, displacement)
+        length = terms.let(rest * rate / terms.let(rate**2 + DEPENDENT_SLIDES**2))
+        yield FoundLength(length, LineAndPlane(rate, -rest))
+        moved = combination(terms, (length,), (u,))
+        displacement = subtracted(terms, displacement, moved)
+
+
+def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
+    """Returns a unit vector along which no later joint moves the point."""
+    match later:
+        case []:
+            return direction
+        case [only]:
+            return unit_across(terms, only, direction)
+        case [second, third]:
+            return common_normal(terms, third, second)
+    raise AssertionError(later)
+
+
+def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
+    """Returns the cross product of two vectors, expanded so that vanishing terms cancel."""
+    x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
+        sp.Matrix([terms.spelled(e) for e in b])
+    )
+    return terms.let(x), terms.let(y), terms.let(z)
+
+
+def common_normal(terms: Terms, k: Vector, v: Vector) -> Vector:
+    """Returns a unit vector perpendicular to two unit vectors, also if they are nearly parallel."""
+    return cross(terms, unit_across(terms, k, v), k)
+
+
+def unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
+    """Returns the direction of the component of ``v`` perpendicular to the unit vector ``k``.
+
+    The second projection makes the result perpendicular to ``k`` even if ``v`` is nearly parallel
+    to ``k``.
+    """
+    across = _unit(terms, perpendicular(terms, k, v))
+    return _unit(terms, perpendicular(terms, k, across))
+
+
+def _unit(terms: Terms, v: Vector) -> Vector:
+    """Returns a vector divided by its length; a zero vector does not change."""
+    inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
+    return combination(terms, (inverse,), (v,))
+
+
+def squared_sine(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
+    """Returns the squared sine of the angle between two unit vectors."""
+    across = perpendicular(terms, a, b)
+    return dot(terms, across, across)
+
+
+def _each(one_of: OneOf, *vectors: Vector) -> Vector:
+    x, y, z = (one_of(*components) for components in zip(*vectors, strict=True))
+    return x, y, z
+
+
+def _if(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
+    """Returns ``one`` if the condition holds, otherwise ``other``; constants may decide it."""
+    if condition in (sp.true, sp.false):
+        return one if condition is sp.true else other
+    return select(terms, condition, one, other)

@@ -1,0 +1,75 @@
+"""Prismatic joints that move a point by a vector.
+
+Fixed joints between the prismatic joints may make their directions linearly dependent.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...terms.vectors import ORIGIN, Vector, dot
+from ..structure.lines import Axis
+from ..subproblems.equations import LineAndPlane
+from ..subproblems.found import FoundLength
+from ..subproblems.slides import slide_to_plane
+from ..subproblems.turns import perpendicular
+from .dependent_slides import dependent_lengths, normal_to_both
+from .work import Work
+
+
+def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str) -> None:
+    """Solves for one to three prismatic joints that move a point by a vector.
+
+    Args:
+        work: Records the steps.
+        axes: The prismatic joints, whose directions may depend on fixed joints.
+        displacement: The displacement; only its component in the span of the axes is reached.
+        carried: Description of the point for the article.
+    """
+    terms = work.terms
+    if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
+        two_slides(work, axes[0], axes[1], displacement)
+        return
+    steps = []
+    for k, axis in enumerate(axes):
+        alone = len(axes) == 1
+        normal = axis.h if alone else normal_to_both(terms, axes[k - 2].h, axes[k - 1].h)
+        reason = (
+            f"it alone moves {carried} along its direction"
+            if alone
+            else f"the other slides move {carried} in a plane"
+        )
+        d = dot(terms, normal, displacement)
+        steps.append((axis, reason, slide_to_plane(terms, normal, axis.h, ORIGIN, d)))
+    _record(work, steps, displacement)
+
+
+def _record(
+    work: Work, steps: Sequence[tuple[Axis, str, FoundLength]], displacement: Vector
+) -> None:
+    """Records the steps of prismatic joints, whose directions may depend on fixed joints.
+
+    Args:
+        work: Records the steps.
+        steps: The prismatic joints, with the reason and the result of each step.
+        displacement: The displacement that all joints together cause.
+    """
+    terms, found = work.terms, [found for *_, found in steps]
+    rates = [each.equation.rate for each in found if isinstance(each.equation, LineAndPlane)]
+    if not all(map(terms.is_constant, rates)):
+        # At some values of the fixed joints, the directions are linearly dependent.
+        directions = [axis.h for axis, *_ in steps]
+        lengths = dependent_lengths(terms, directions, displacement)
+        found = [replace(one, length=two) for one, two in zip(found, lengths, strict=True)]
+    for (axis, reason, _), each in zip(steps, found, strict=True):
+        work.slide(axis, "line-plane intersection", reason, each)
+
+
+def two_slides(work: Work, first: Axis, second: Axis, displacement: Vector) -> None:
+    """Solves for two prismatic joints that move a point by a vector in the plane of the joints."""
+    terms, steps = work.terms, []
+    for axis, other in ((first, second), (second, first)):
+        n = perpendicular(terms, other.h, axis.h)
+        found = slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, displacement))
+        reason = f"{other.name} does not move the point normal to its direction"
+        steps.append((axis, reason, found))
+    _record(work, steps, displacement)

@@ -1,0 +1,38 @@
+"""Arms that are solved for a fixed value of one joint, with the fixed joint F in a list of axes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from chasles.derive import read_text
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.terms.terms import Terms
+
+from .drawn_arms import Derived
+
+Vector = tuple[int, int, int]
+FIXED = ("F", (1, 0, 0))
+"""The fixed joint: a revolute joint about x."""
+
+
+def solved_with_fixed(
+    joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
+) -> Derived:
+    """Returns the pose inverse of an arm for a value of its fixed joint as input.
+
+    Args:
+        joints: Type (R, P, or F for the fixed joint) and axis direction of each joint.
+        seed: Seed of the random lengths.
+        meeting: Index of the first of the last axes that meet in one point; by default, none meet.
+    """
+    rng = np.random.default_rng(seed)
+    text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']
+    for k, (kind, axis) in enumerate(joints):
+        is_displaced = meeting is None or k <= meeting
+        at = rng.uniform(-0.3, 0.3, 3).round(2).tolist() if is_displaced else [0, 0, 0]
+        name = "prismatic" if kind == "P" else "revolute"
+        text += ["[[joints]]", f'name = "j{k}"\ntype = "{name}"\nxyz = {at}\naxis = {list(axis)}']
+    robot = read_text("\n".join(text))
+    give = tuple(k for k, joint in enumerate(joints) if joint is FIXED)
+    found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}), give=give)
+    return Derived("fixed", "ik", described=robot, inverses=found)
