@@ -5,20 +5,30 @@ must find the same number of solutions.
 """
 
 import random
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from chasles.derive import SerialRobot
+from chasles.derive.inverse.chosen_joints import inverses_for_fixed
+from chasles.derive.inverse.families import FAMILIES
+from chasles.derive.terms.terms import Terms
 from tests.support.generators.arms_with_slides import robot
 from tests.support.generators.drawn_arms import Derived, cases_of
+from tests.support.generators.poses import PoseSet
 from tests.support.oracles.verdict import counts, judged, newton
 
 from .campaign import Campaign, Outcome
-from .losses import sets, title
+from .losses import determines, title
 
-KINDS = ("RR", "RRR", "RRRR", "RRP", "PRR", "RRRP", "RPRR", "PRRP", "RPRP")
+KINDS = ("RR", "RRR", "RRRR", "RRP", "PRR", "RRRP", "RPRR", "PRRR", "PRRP", "RPRP")
 FUNCTIONS = ("ik", "ik_orientation", "ik_position")
+ORIENTING = 3
+"""Number of revolute joints that an orientation determines."""
+POSES = 500
+"""Number of random poses per inverse."""
 COUNTED = 5
 """Number of poses whose solutions Newton's method counts."""
 
@@ -32,20 +42,35 @@ def arm(kinds: str, seed: int) -> SerialRobot:
 
 def trial(number: int) -> Outcome:
     """Tests each inverse of one arm of each kind."""
-    cases = [
-        case
-        for kinds in KINDS
-        for case in cases_of(arm(kinds, number))
-        if case.function in FUNCTIONS
+    of_kinds = {kinds: inverses_of(arm(kinds, number)) for kinds in KINDS}
+    failures = [
+        f"{kinds}: no {name}"
+        for kinds, cases in of_kinds.items()
+        for name in sorted(expected(kinds) - {case.function for case in cases})
     ]
-    failures = [fault for case in cases for fault in faults(case, number)]
-    return Outcome({"inverses": len(cases)}, tuple(failures))
+    every = [case for cases in of_kinds.values() for case in cases]
+    failures += [fault for case in every for fault in faults(case, number)]
+    counted = Counter(f"{case.function} inverses" for case in every)
+    return Outcome({**counted, "poses": POSES * len(every)}, tuple(failures))
+
+
+def expected(kinds: str) -> set[str]:
+    """Returns the names of inverses that every arm of a kind must have."""
+    return {"ik", "ik_orientation"} if kinds.count("R") == ORIENTING else {"ik"}
+
+
+def inverses_of(robot: SerialRobot) -> list[Derived]:
+    """Returns the inverses of an arm, which include the orientation task of three revolute
+    joints."""
+    found = inverses_for_fixed(robot, Terms({}), FAMILIES, ())
+    return [case for case in cases_of(robot, found) if case.function in FUNCTIONS]
 
 
 def faults(case: Derived, number: int) -> Iterator[str]:
     """Yields descriptions of lost configurations and of different numbers of solutions."""
     rng = np.random.default_rng(number)
-    chosen, poses = next(sets(case, rng))
+    chosen = replace(case, free=case.still)
+    poses = PoseSet("random", chosen.random(rng, POSES), regular=determines(chosen))
     found = judged(chosen, poses, chosen.refined)
     if found.missed or found.wrong or found.lost:
         yield f"{title(case)}, {case.function}, {case.name}: {found}"
