@@ -1,11 +1,12 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
-Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The platforms tripteron,
-Exechon, 3-UPU and 3-RUU have no ball joints. Further kinds are a Par4, a delta with a telescopic
-shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every valid solution slot is
-the target pose, one slot is the generating configuration, and no slot is valid in another assembly
-mode. ``fk`` agrees with Newton's method on the description, which follows the line from the
-reference in small steps.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs, which are all of one type or
+mixed. The platforms tripteron, Exechon, 3-UPU, 3-URU and 3-RUU have no ball joints. In platforms
+such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a delta with a
+telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every valid
+solution slot is the target pose, one slot is the generating configuration, and no slot is valid in
+another assembly mode. ``fk`` agrees with Newton's method on the description, which follows the line
+from the reference in small steps.
 """
 
 import tempfile
@@ -17,11 +18,12 @@ from numpy.typing import NDArray
 import chasles
 from chasles.derive import Mechanism, derive
 from chasles.derive.build.generate import files_of, put
+from tests.support.generators.guided_platforms import GUIDED_KINDS
 from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
 from tests.support.generators.machine_platforms import MACHINE_KINDS
 from tests.support.loops.assembly_modes import followed
 from tests.support.loops.closures import Model
-from tests.support.loops.legs_of_joints import drawn, kinds_of
+from tests.support.loops.legs_of_joints import FLAT, SPATIAL, drawn, kinds_of
 from tests.support.loops.slot_faults import FAULTS, slot_faults
 
 from .campaign import Campaign, Outcome
@@ -33,7 +35,10 @@ FOLLOWED = 20
 """Number of inputs that Newton's method follows from the reference."""
 AGREE = 1e-9
 """Maximum difference from Newton's method (relative to the size, or radian)."""
-KINDS = LEG_KINDS | MACHINE_KINDS
+KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS
+EQUAL_LEGS = {f"{n}-{leg}": (leg,) * n for n, of in ((3, FLAT), (6, SPATIAL)) for leg in of}
+"""Types of the legs of platforms with equal legs, keyed by title."""
+NAMED = (*KINDS, *EQUAL_LEGS)
 Array = NDArray[np.float64]
 FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
@@ -42,10 +47,17 @@ def trial(number: int) -> Outcome:
     """Compares the solution slots of one platform with its forward kinematics."""
     # Even-numbered platforms have a kind with a name, such as a tripteron.
     if number % 2 == 0:
-        kind = tuple(KINDS)[number // 2 % len(KINDS)]
-        return outcome(drawn_as(KINDS[kind], number), number, kind)
+        kind = NAMED[number // 2 % len(NAMED)]
+        return outcome(named(kind, number), number, kind)
     kinds = kinds_of(number)
     return outcome(drawn(number, kinds), number, " ".join(kinds))
+
+
+def named(kind: str, number: int) -> Mechanism:
+    """Returns a random platform of a kind in ``NAMED``."""
+    if kind in EQUAL_LEGS:
+        return drawn(number, EQUAL_LEGS[kind])
+    return drawn_as(KINDS[kind], number)
 
 
 def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
@@ -65,6 +77,8 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
             "slots": len(robot.labels["ik"]),
         }
     found = [f"{faults[kind]} {kind}" for kind in FAULTS if faults[kind]]
+    if not counts["closed inputs"]:
+        found.append("no closed input")
     worst = apart.max(initial=0.0)
     if not worst <= AGREE:
         found.append(f"{worst:.2g} from Newton's method")

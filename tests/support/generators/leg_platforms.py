@@ -1,8 +1,8 @@
 """Random platforms on legs without ball joints, each a serial arm between base and platform.
 
 A tripteron has a prismatic joint and three parallel revolute joints per leg. An Exechon has two
-legs of the type UPR and one SPR leg. The legs of a 3-UPU and of a 3-RUU delta have universal joints
-at both ends; they keep the orientation of the platform.
+legs of the type UPR and one SPR leg. The legs of a 3-UPU, a 3-URU and a 3-RUU delta have universal
+joints at both ends; they keep the orientation of the platform.
 """
 
 import numpy as np
@@ -186,6 +186,36 @@ def _universal(rng):
     return [f"l{k}" for k in range(3)], text, reference
 
 
+def _elbows(rng):
+    """Returns three URU legs like the legs of a 3-UPU, with a driven elbow in place of each slide.
+
+    The axis of the elbow is parallel to the inner axes.
+    """
+    base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
+    upper, lower = rng.integers(360, 420, 2)
+    length = np.hypot(top - base, height)
+    # The links and the line between the universal joints form a triangle.
+    bend = np.degrees(np.arccos((length**2 + upper**2 - lower**2) / (2 * length * upper)))
+    elbow = np.degrees(np.arccos((length**2 - upper**2 - lower**2) / (2 * upper * lower)))
+    text, reference = FREE, {"z": height}
+    for k in range(3):
+        foot, end, rpy = around(base, k), around(top, k), (0, 0, 120 * k)
+        text += chain(
+            [
+                (f"a{k}", "revolute", foot, (0, 1, 0), rpy),
+                (f"b{k}", "revolute", (0, 0, 0), (1, 0, 0)),
+                (f"e{k}", "revolute", (0, 0, upper), (1, 0, 0)),
+                (f"c{k}", "revolute", (0, 0, lower), (1, 0, 0)),
+                (f"d{k}", "revolute", (0, 0, 0), (0, 1, 0)),
+            ]
+        )
+        text += closure(f"end{k}", "weld", (f"d{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        tilt = np.degrees(np.arctan2(top - base, height))
+        reference |= {f"a{k}": tilt, f"d{k}": -tilt}
+        reference |= {f"b{k}": bend, f"e{k}": -elbow, f"c{k}": elbow - bend}
+    return [f"e{k}" for k in range(3)], text, reference
+
+
 def _rotary(rng, offset=0):
     """Returns a rotary delta: each leg has an arm, and a rod between universal joints.
 
@@ -219,6 +249,7 @@ LEG_KINDS = {
     "tripteron": _tripteron,
     "exechon": exechon,
     "3-UPU": _universal,
+    "3-URU": _elbows,
     "3-RUU": _rotary,
     "3-RUU with offsets": lambda rng: _rotary(rng, 10),
 }

@@ -1,0 +1,74 @@
+"""Random platforms on UPS legs, with a passive chain between base and platform.
+
+The chain has as many degrees of freedom as there are legs. The kind 3-UPS/UP has three legs and the
+chain UP, for example.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from .leg_platforms import chain, closure
+
+ORIGIN = (0, 0, 0)
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+HEIGHT = 600
+"""Height of the platform at the reference."""
+GUIDES = {
+    "2-UPS/U": (X, Y),
+    "3-UPS/S": (X, Y, Z),
+    "3-UPS/UP": (X, Y, "up"),
+    "4-UPS/SP": (X, Y, Z, "up"),
+    "5-UPS/UPU": (X, Y, "up", Y, X),
+}
+"""Joints of the chain by kind of platform: axes of revolute joints, and vertical prismatic
+joints."""
+
+
+def _guide(joints):
+    """Returns the text of the chain, the name of its last link, and its reference values."""
+    # Without a vertical slide, the first joint is at the height of the platform.
+    start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
+    listed = [
+        (f"g{k}", "prismatic", ORIGIN, Z)
+        if joint == "up"
+        else (f"g{k}", "revolute", ORIGIN if k else start, joint)
+        for k, joint in enumerate(joints)
+    ]
+    reference = {f"g{k}": HEIGHT for k, joint in enumerate(joints) if joint == "up"}
+    return chain(listed), listed[-1][0], reference
+
+
+def _guided(joints, rng):
+    """Returns a platform with the given chain and one UPS leg per joint of the chain."""
+    count = len(joints)
+    text, platform, reference = _guide(joints)
+    # Two legs at opposite points of the platform would move only one of its two axes.
+    spread = 360 / max(count, 3)
+    for k in range(count):
+        heading = spread * k + rng.uniform(-8, 8)
+        # The legs are oblique, because legs in planes through the center do not turn the platform.
+        ahead = heading + rng.uniform(30, 50) * (-1) ** (k if count > 3 else 0)
+        foot, top = _at(rng.integers(320, 400), heading), _at(rng.integers(140, 200), ahead)
+        leg = top + np.array([0, 0, HEIGHT]) - foot
+        length = np.linalg.norm(leg)
+        text += chain(
+            [
+                (f"u{k}", "revolute", foot, X),
+                (f"v{k}", "revolute", ORIGIN, Y),
+                (f"l{k}", "prismatic", ORIGIN, Z),
+            ]
+        )
+        text += closure(f"ball{k}", "ball", (f"l{k}", ORIGIN, ORIGIN), (platform, top, ORIGIN))
+        tilt = np.degrees([np.arctan2(-leg[1], leg[2]), np.arcsin(leg[0] / length)])
+        reference |= {f"u{k}": tilt[0], f"v{k}": tilt[1], f"l{k}": length}
+    return [f"l{k}" for k in range(count)], text, reference | {"tool": platform}
+
+
+def _at(radius, heading):
+    angle = np.deg2rad(heading)
+    return np.round([radius * np.cos(angle), radius * np.sin(angle), 0], 3)
+
+
+GUIDED_KINDS = {kind: partial(_guided, joints) for kind, joints in GUIDES.items()}
+"""Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""
