@@ -96,7 +96,8 @@ def _three_turns(work: Work, lines: Lines, target: Target) -> None:
     aligned = None
     if may_be_dependent(terms, directions):
         to_plane = partial(first_angle_to_plane, terms, lines.axes, target)
-        aligned = Aligned(to_plane, are_nearly_dependent(terms, directions))
+        end = "is then taken as 0, or follows from the position if the slides move in one plane"
+        aligned = Aligned(to_plane, are_nearly_dependent(terms, directions), end)
     three_turns(work, (first, second, third), lambda v: target.turned(terms, v), aligned)
 
 

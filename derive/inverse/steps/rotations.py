@@ -24,10 +24,12 @@ class Aligned:
     Attributes:
         angle: Returns the first angle for the second angle and a sign.
         condition: The additional condition under which the first angle is needed.
+        end: End of the sentence that tells how the first angle follows, for the article.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
     condition: Boolean = sp.true
+    end: str = "then follows from the position"
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
@@ -84,7 +86,7 @@ def three_turns(
         first = aligned.angle(middle, sign)
         q4 = replace(q4, turn=chosen(terms, are_aligned, first, q4.turn))
         q5 = replace(q5, turn=chosen(terms, are_aligned, middle, q5.turn))
-        end = "then follows from the position"
+        end = aligned.end
     work.step(
         [a4],
         "subproblem 2",
