@@ -1,12 +1,12 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
 Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs, which are all of one type or
-mixed. The platforms tripteron, Exechon, 3-UPU, 3-URU and 3-RUU have no ball joints. In platforms
-such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a delta with a
-telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every valid
-solution slot is the target pose, one slot is the generating configuration, and no slot is valid in
-another assembly mode. ``fk`` agrees with Newton's method on the description, which follows the line
-from the reference in small steps.
+mixed. The platforms tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball joints. In
+platforms such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a
+delta with a telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every
+valid solution slot is the target pose, one slot is the generating configuration, and no slot is
+valid in another assembly mode. ``fk`` agrees with Newton's method on the description, which follows
+the line from the reference in small steps.
 """
 
 import tempfile

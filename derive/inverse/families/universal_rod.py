@@ -1,8 +1,11 @@
-"""An arm and a rod between universal joints: two pairs of parallel axes, and a fifth axis.
+"""An arm or a slide, and a rod between universal joints: parallel axes, and a fifth axis.
 
 Axes 1 and 2 are parallel, axes 3 and 4 are parallel and perpendicular to them, and axis 5 is
 perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
 delta whose rods have printed universal joints have this structure (R-U-U).
+
+In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). The circle of the rod
+about axis 2 then takes the place of the triangle.
 
 Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
 determines the sum of angles 3 and 4, and the position of a point on axis 5 determines angle 3. If
@@ -18,8 +21,9 @@ import sympy as sp
 from ...terms.vectors import added, combination, cross, dot, subtracted
 from ..steps.target import Target
 from ..steps.triangle import remaining, triangle
+from ..steps.two_joints import two_joints
 from ..steps.work import Work
-from ..structure.lines import Lines
+from ..structure.lines import Axis, Lines
 from ..structure.requirement import Requirement, across, parallel, revolute
 from ..subproblems.equations import Direction
 from ..subproblems.found import FoundTurn
@@ -30,9 +34,10 @@ from .family import Family
 
 
 def _requires(lines: Lines) -> list[Requirement]:
+    slides = not lines.axes[0].turns
     return [
-        revolute(lines, range(5)),
-        parallel(lines, 0, 1),
+        revolute(lines, range(1 if slides else 0, 5)),
+        across(lines, 0, 1) if slides else parallel(lines, 0, 1),
         parallel(lines, 2, 3),
         across(lines, 1, 2),
         across(lines, 3, 4),
@@ -41,12 +46,16 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (first, second, third, fourth, fifth) = work.terms, lines.axes
+    # Neither joint 1 nor joint 2 changes components along this axis.
+    kept = first if first.turns else second
+    both = f"{'axes' if first.turns else 'joints'} {first.name} and {second.name}"
+    along = "them" if first.turns else f"axis {second.name}"
     # 1. The direction of axis 5 determines the sum of angles 3 and 4.
     total = work.step(
         [third, fourth],
         "subproblem 1",
-        f"axes {first.name} and {second.name} keep the component of axis {fifth.name} along them",
-        _tilt(work, lines, target),
+        f"{both} keep the component of axis {fifth.name} along {along}",
+        _tilt(work, lines, kept, target),
     )
     # 2. The position of a point on axis 5 determines angle 3.
     wrist = work.name_vector(
@@ -58,38 +67,44 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     bent = work.step(
         [third],
         "subproblem 4",
-        f"axes {first.name} and {second.name} keep the component of the point along them",
-        sp4(terms, first.h, third.h, rod, dot(terms, first.h, rest), work.sign()),
+        f"{both} keep the component of the point along {along}",
+        sp4(terms, kept.h, third.h, rod, dot(terms, kept.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
-    # 3, 4. The arm and the rod form a triangle.
+    # 3, 4. The arm and the rod form a triangle, or the rod ends on a circle.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
-    triangle(work, first, second, added(terms, turned, hand), subtracted(terms, wrist, first.p))
+    end = added(terms, turned, hand)
+    if first.turns:
+        triangle(work, first, second, end, subtracted(terms, wrist, first.p))
+    else:
+        two_joints(work, first, second, end, wrist)
     # 5. The orientation.
     e = any_across(terms, fifth.h)
     aim = target.turned(terms, e)
-    for axis in (first, second, third, fourth):
+    for axis in (axis for axis in lines.axes[:4] if axis.turns):
         aim = rotated(terms, axis.h, work.turns[axis.joint].back, aim)
     found = sp1(terms, fifth.h, e, aim)
     work.step([fifth], "subproblem 1", "the other joints are known", found)
 
 
-def _tilt(work: Work, lines: Lines, target: Target) -> FoundTurn:
-    """Returns the rotation about axis 3 that gives axis 5 a required component along axis 1.
+def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
+    """Returns the rotation about axis 3 that gives axis 5 a required component along a kept axis.
 
     The sine is computed from the other component, because the cosine is inaccurate near a sine of
     0.
     """
-    terms, first, third, fifth = work.terms, lines.axes[0], lines.axes[2], lines.axes[4]
+    terms, third, fifth = work.terms, lines.axes[2], lines.axes[4]
     aim = target.turned(terms, fifth.h)
-    over = cross(terms, first.h, aim)
-    along, aside = dot(terms, first.h, aim), terms.let(sp.sqrt(dot(terms, over, over)))
+    over = cross(terms, kept.h, aim)
+    along, aside = dot(terms, kept.h, aim), terms.let(sp.sqrt(dot(terms, over, over)))
     sign = work.sign()
-    side = cross(terms, third.h, first.h)
-    wanted = combination(terms, (along, terms.let(sign * aside)), (first.h, side))
+    side = cross(terms, third.h, kept.h)
+    wanted = combination(terms, (along, terms.let(sign * aside)), (kept.h, side))
     x, y = dot(terms, fifth.h, wanted), dot(terms, cross(terms, third.h, fifth.h), wanted)
     turn: CosSin = direction(terms, x, y)
     return FoundTurn(turn, Direction(x, y), sign if isinstance(sign, sp.Symbol) else None)
 
 
-UNIVERSAL_ROD = Family("an arm and a rod between universal joints", (5,), _requires, _solve)
+UNIVERSAL_ROD = Family(
+    "an arm or a slide, and a rod between universal joints", (5,), _requires, _solve
+)

@@ -1,8 +1,8 @@
 """Random platforms on legs without ball joints, each a serial arm between base and platform.
 
 A tripteron has a prismatic joint and three parallel revolute joints per leg. An Exechon has two
-legs of the type UPR and one SPR leg. The legs of a 3-UPU, a 3-URU and a 3-RUU delta have universal
-joints at both ends; they keep the orientation of the platform.
+legs of the type UPR and one SPR leg. The legs of a 3-UPU, a 3-URU, a 3-PUU and a 3-RUU delta have
+universal joints at both ends; they keep the orientation of the platform.
 """
 
 import numpy as np
@@ -216,6 +216,31 @@ def _elbows(rng):
     return [f"e{k}" for k in range(3)], text, reference
 
 
+def _linear(rng, offset=0):
+    """Returns a linear delta: each leg has an inclined slide, and a rod between universal joints.
+
+    ``offset`` is the distance between the two axes of each universal joint.
+    """
+    base, top, rod = rng.integers(250, 300), rng.integers(30, 60), rng.integers(380, 480)
+    out, length, lean = base - top, rod + 2 * offset, int(rng.integers(-3, 4))
+    text, reference = FREE, {"z": -np.sqrt(length**2 - out**2)}
+    down = np.degrees(np.arctan2(-reference["z"], -out))
+    for k in range(3):
+        foot, end, rpy = around(base, k), around(top, k), (0, 0, 120 * k)
+        text += chain(
+            [
+                (f"l{k}", "prismatic", foot, (lean, 0, 10), rpy),
+                (f"p{k}", "revolute", (0, 0, 0), (0, 1, 0)),
+                (f"s{k}", "revolute", (offset, 0, 0), (0, 0, 1)),
+                (f"t{k}", "revolute", (rod, 0, 0), (0, 0, 1)),
+                (f"v{k}", "revolute", (offset, 0, 0), (0, 1, 0)),
+            ]
+        )
+        text += closure(f"end{k}", "weld", (f"v{k}", (0, 0, 0), (0, 0, 0)), ("platform", end, rpy))
+        reference |= {f"p{k}": down, f"v{k}": -down}
+    return [f"l{k}" for k in range(3)], text, reference
+
+
 def _rotary(rng, offset=0):
     """Returns a rotary delta: each leg has an arm, and a rod between universal joints.
 
@@ -250,6 +275,8 @@ LEG_KINDS = {
     "exechon": exechon,
     "3-UPU": _universal,
     "3-URU": _elbows,
+    "3-PUU": _linear,
+    "3-PUU with offsets": lambda rng: _linear(rng, 10),
     "3-RUU": _rotary,
     "3-RUU with offsets": lambda rng: _rotary(rng, 10),
 }

@@ -16,7 +16,16 @@ REACH = {"revolute": 0.2, "prismatic": 0.05}
 """Maximum distance of a coordinate from the reference (radian or meter)."""
 FOLDED = {"3-RUU": 1, "3-RUU with offsets": 2}
 """Number of folded configurations of a rod; the formula gives only one of these configurations."""
-SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-RUU": 8, "3-RUU with offsets": 64}
+SLOTS = {
+    "tripteron": 1,
+    "exechon": 8,
+    "3-UPU": 8,
+    "3-URU": 8,
+    "3-PUU": 8,
+    "3-PUU with offsets": 64,
+    "3-RUU": 8,
+    "3-RUU with offsets": 64,
+}
 """Number of solution slots: one for a decoupled robot, otherwise two per leg, or four with a folded
 rod."""
 
