@@ -15,7 +15,7 @@ import numpy as np
 import chasles
 
 OWN = f"{Path(chasles.__file__).parent}/".encode()
-LOADS = 20
+LOADS = 10
 """Number of allocations during a load that fail in turn; a load makes hundreds of allocations."""
 POSES = 20_000
 """Number of poses that are solved on two threads."""
