@@ -94,7 +94,8 @@ class StudyResult:
         wrong = f"{os.fspath(path)}: expected a {cls.__name__} written by to_npz"
         try:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
-        except (KeyError, RecursionError, TypeError, ValueError) as error:
+        except (KeyError, RecursionError, SystemError, TypeError, ValueError) as error:
+            # A damaged string array may contain numbers that are no characters: SystemError.
             raise InputValueError(wrong) from error
         if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)

@@ -30,6 +30,15 @@ def test_crafted_result_is_refused(name, tmp_path):
         Trajectory.load(file)
 
 
+def test_text_with_numbers_that_are_no_characters_is_refused(tmp_path):
+    file = tmp_path / "result.npz"
+    facts = np.array(['{"type": "T"}'])
+    facts.view(np.uint32)[10] = 0x40000074
+    np.savez(file, facts=facts.reshape(()))
+    with pytest.raises(ChaslesError, match=r"result\.npz"):
+        Trajectory.load(file)
+
+
 def test_too_long_cells_are_refused(tmp_path):
     file = tmp_path / "table.csv"
     file.write_text("x," + "9" * (csv.field_size_limit() + 1) + "\n1,1\n")
