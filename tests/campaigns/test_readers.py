@@ -8,7 +8,10 @@ import pytest
 
 from tests.campaigns.readers import attempt, mutant, readers
 
-FILES = 12
+FILES = 5
+"""Number of mutated files for each reader; the campaign reads more."""
+ROUNDS = 3
+"""Number of files for each reader and command."""
 COMMANDS = (
     "$(touch mark)",
     "`touch mark`",
@@ -60,7 +63,7 @@ def test_commands_in_files_are_not_executed(every_reader, tmp_path, monkeypatch)
     dice, count = random.Random(5), 0
     for reader in every_reader:
         texts = [content.decode() for content in reader.corpus if content.isascii()]
-        for command in COMMANDS * FILES if texts and reader.files > len(COMMANDS) else ():
+        for command in COMMANDS * ROUNDS if texts and reader.files > len(COMMANDS) else ():
             text = dice.choice(texts)
             place = dice.choice(list(PLACES.finditer(text)))
             file = tmp_path / reader.file
@@ -68,4 +71,4 @@ def test_commands_in_files_are_not_executed(every_reader, tmp_path, monkeypatch)
             assert attempt(reader, file) in ("read", "refused"), command
             assert not (tmp_path / "mark").exists(), (reader.name, command)
             count += 1
-    assert count >= 1000
+    assert count >= 300

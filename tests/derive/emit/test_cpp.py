@@ -80,10 +80,11 @@ def built(tmp_path_factory):
         project += FETCHED.format(name=name, source=folder / name) if name != "ur5e" else ""
     (folder / "CMakeLists.txt").write_text(project)
     (folder / "page.cpp").write_text(examples(PAGE, "cpp")[0])
-    debug = os.environ | {"HOME": str(folder), "CMAKE_BUILD_TYPE": "Debug"}
-    run("bash", "-ec", examples(PAGE, "")[0], cwd=folder, env=debug)
+    settings = {"HOME": str(folder), "CMAKE_BUILD_TYPE": "None", "CFLAGS": "-O1"}
+    settings = os.environ | settings
+    run("bash", "-ec", examples(PAGE, "")[0], cwd=folder, env=settings)
     prefix = f"-DCMAKE_PREFIX_PATH={folder / '.local'}"
-    run("cmake", "-S", ".", "-B", "consumer", prefix, cwd=folder, env=debug)
+    run("cmake", "-S", ".", "-B", "consumer", prefix, cwd=folder, env=settings)
     run("cmake", "--build", "consumer", cwd=folder)
     return folder
 

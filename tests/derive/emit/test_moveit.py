@@ -397,7 +397,7 @@ def test_package_builds_with_cmake(packages, tmp_path):
         text = CONFIG.format(package=name, include=moveit.STUBS / "include")
         (folder / f"{name}Config.cmake").write_text(AMENT if name == "ament_cmake" else text)
     build = tmp_path / "build"
-    flags = [f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Debug"]
+    flags = [f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=None"]
     for command in (["-S", package, "-B", build, *flags], ["--build", build]):
         done = subprocess.run(["cmake", *command], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr

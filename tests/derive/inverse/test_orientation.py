@@ -17,7 +17,7 @@ from tests.support.generators.poses import PoseSet
 from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import counts, judged, newton
 
-ARMS, POSES, COUNTED = 4, 500, 3
+ARMS, POSES, COUNTED = 2, 500, 3
 PAN = """
 name = "pan"
 convention = "urdf"

@@ -37,7 +37,7 @@ def test_functions_for_one_pose_and_many_poses(folder):
     (folder / "page.c").write_text("\n".join(functions))
     sources = ["page.c", *(f"generated/ur5e/ur5e{part}.c" for part in ("", "_batch"))]
     places = ["-Igenerated/ur5e", "-Igenerated/support"]
-    command = ["gcc", *STRICT, "-O0", "-shared", "-fPIC", *places, *sources, "-lm", "-o", "page.so"]
+    command = ["gcc", *STRICT, "-O1", "-shared", "-fPIC", *places, *sources, "-lm", "-o", "page.so"]
     subprocess.run(command, cwd=folder, check=True)
     page, robot = ctypes.CDLL(str(folder / "page.so")), chasles.load("ur5e")
     rows = np.random.default_rng(1).uniform(-3, 3, (20, 6))

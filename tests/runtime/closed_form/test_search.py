@@ -39,7 +39,7 @@ def arm(folder):
 def q():
     """Configurations whose joint angles are multiples of 90 degrees, and whose prismatic joint has
     the length of an offset."""
-    q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
+    q = np.random.default_rng(0).choice(QUARTERS, (200, 8))
     q[:, 5] = -0.4
     return q
 
