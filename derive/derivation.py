@@ -154,6 +154,9 @@ def derive(
     maps = coupling_maps(robot, terms, arguments)
     capabilities = [*FUNCTIONS, *maps, *(inverse.functions if inverse else ()), *written, *laws]
     called = {name: function.calls for name, function in written.items()}
+    if maps and functions is not None:
+        # The runtime checks the limits of coupled joints with this function.
+        functions = [*functions, *({"chain"} - {*functions})]
     chosen = _chosen(robot.name, _with_called(functions, called), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= laws | maps

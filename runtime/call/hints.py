@@ -84,7 +84,7 @@ def _reason(robot: Any, name: str) -> str:
         return _ON_DEMAND
     if name in groups["platforms"] and robot.functions.keys().isdisjoint(("rods", "legs")):
         return _NO_PLATFORM
-    if name in groups["loops"] and manifest.kind == "serial":
+    if name in groups["loops"] and manifest.kind == "serial" and not manifest.loops.coupling:
         return _OF_LOOPS
     if name in groups["iterated"]:
         return _CLOSED_FORM

@@ -148,14 +148,16 @@ def test_maps_convert_positions_rates_and_accelerations(arm):
 
 def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
     nominal = tmp_path / "nominal"
-    write(read_text(WRIST), nominal, parametric=True, languages=("c", "python"))
+    functions = ("fk", "fk_p", "actuators", "actuators_D_chain")
+    write(read_text(WRIST), nominal, parametric=True, functions=functions, languages=("c",))
     arm = chasles.load(nominal)
     p = np.array([g.value for g in arm.geometry])
     varied = np.array([g.part in VARIED for g in arm.geometry])
     rng = np.random.default_rng(5)
     p += np.where(varied, rng.normal(0, 1e-4, len(p)), 0)
     text = robot_file(arm, p, "calibrated", "test")
-    write(read_text(text, exact=True), tmp_path / "own", languages=("c", "python"))
+    functions = ("fk", "fk_jacobian_mixed", "ik", "coordinates_from_readings")
+    write(read_text(text, exact=True), tmp_path / "own", functions=functions, languages=("c",))
     own = chasles.load(tmp_path / "own")
     readings = rng.uniform(-1.5, 1.5, (50, 6))
     q = own.coordinates_from_readings(readings)
@@ -163,6 +165,16 @@ def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
     np.testing.assert_allclose(T, arm.fk_p(readings, p), atol=1e-13)
     np.testing.assert_allclose(own.ik_nearest(T, q + 1e-4).q, q, atol=1e-8)
     np.testing.assert_array_equal(own.limits, arm.limits)
+
+
+def test_coupled_arm_with_few_functions_checks_limits_of_joints(tmp_path):
+    write(read_text(WRIST), tmp_path, functions=("fk", "ik"), languages=("c",))
+    arm = chasles.load(tmp_path)
+    found = arm.ik(arm.fk(np.zeros(6)))
+    assert found.within_limits().valid.any()
+    with pytest.raises(AttributeError) as error:
+        arm.actuators_D_chain(np.zeros(6))
+    assert "no loops" not in str(error.value)
 
 
 def _differential(q):
