@@ -105,8 +105,9 @@ SOURCES := pyproject.toml setup.py $(wildcard contract/*.h runtime/*/*.[ch] runt
 .venv/derive: .venv/bin/python $(SOURCES)
 	@echo "installing chasles and its compiler into .venv" && $(INSTALL) '.[derive]' && touch $@
 
+# Compiles the shipped robots, too, which a wheel contains compiled.
 .venv/dev: .venv/bin/python $(SOURCES)
-	@echo "installing chasles, its compiler, the tests' tools and oracles into .venv" && $(INSTALL) '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && touch .venv/derive $@
+	@echo "installing chasles, its compiler, the tests' tools and oracles into .venv" && $(INSTALL) '.[derive,files,calibration,study,cluster,test,crosscheck,view,dev]' && $(BIN)/python -m chasles build >/dev/null && touch .venv/derive $@
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
