@@ -1,3 +1,3 @@
-"""The errors of chasles."""
+"""The exceptions of chasles."""
 
 from .contract.errors import *  # noqa: F403

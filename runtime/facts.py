@@ -172,7 +172,7 @@ class RobotFacts(GeneratedFunctions):
         return _read_only(q[0 if keeps else int(np.argmax(values))])
 
     def _smallest_singular_value(self, q: FloatArray) -> FloatArray:
-        """Return the smallest singular value (N,) of the Jacobian at q (N, n), up to its rank."""
+        """Return the smallest nonzero singular value (N,) of the Jacobian at q (N, n)."""
         if "jacobian_mixed" not in self.functions:
             return np.zeros(len(q))
         J = np.array(self.functions["jacobian_mixed"](q))

@@ -47,7 +47,7 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
     A joint of the main chain stands for the coordinate that moves it.
 
     Raises:
-        InputTypeError: If `fixed` holds values or anything else than names and indices.
+        InputTypeError: If `fixed` holds values, or items other than names and indices.
         InputValueError: If a name is unknown, if several coordinates move a joint, or if all
             coordinates are fixed.
     """
@@ -176,6 +176,6 @@ def following(
     reference: Reference,
     chain_D_q: Callable[[FloatArray], FloatArray],
 ) -> BoolArray:
-    """Return `follows` for loops in closed form, whose derivative has exact zeros."""
+    """Return `follows` for closed-form loops: derivatives of independent joints are exactly 0."""
     q = np.vstack([configurations(coordinates, reference), reference.q])
     return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))

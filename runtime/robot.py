@@ -160,6 +160,6 @@ def _restore_function(address: str, digest: str, name: str) -> Any:
 
 
 def _pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
-    """Return a function from function names to their `__reduce__` values."""
+    """Return a function that maps function names to their `__reduce__` values."""
     address = _address(manifest.folder)
     return lambda name: (_restore_function, (address, manifest.digest, name))

@@ -7,10 +7,11 @@ dimensions broadcast, and NaN propagates. Every function raises `ShapeError` for
 
 Rounding to single precision or to printed digits makes R slightly non-orthogonal. Its deviation is
 
-    |R^T R - 1| / 8^0.5,   to first order |R - U| / 2^0.5 with U the nearest rotation
+    |R^T R - 1| / 8^0.5
 
-in the Frobenius norm. `project` returns U. Inverse kinematics projects poses with a deviation of at
-most `NEARLY_RIGID`. The other functions do not check whether a matrix is a pose.
+To first order, this is |R - U| / 2^0.5, with U the nearest rotation in the Frobenius norm.
+`project` returns U. Inverse kinematics projects poses with a deviation of at most `NEARLY_RIGID`.
+The other functions do not check whether a matrix is a pose.
 
 Sources:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
@@ -163,7 +164,7 @@ def adjoint(T: ArrayLike) -> FloatArray:
     R, p = poses[..., :3, :3], poses[..., None, :3, 3]
     A = np.zeros((*poses.shape[:-2], 6, 6))
     A[..., :3, :3] = A[..., 3:, 3:] = R
-    # The columns of hat(p) R.
+    # Each column of R is multiplied by hat(p).
     A[..., :3, 3:] = np.swapaxes(np.cross(p, np.swapaxes(R, -1, -2)), -1, -2)
     return A
 

@@ -7,8 +7,8 @@ the tolerances of the generated code.
 # --- size ---
 
 MIN_SIZE = 1e-5
-"""Minimum robot size relative to the distance from the base origin; SOLVED times this size is 100
-times the rounding error at that distance."""
+"""Minimum ratio of the robot size to its distance from the base origin: at this ratio, SOLVED is
+100 times the rounding error."""
 
 # --- closed form: solutions in slots ---
 
@@ -25,8 +25,8 @@ GIVEN_ASIDE = 1e-4
 """Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
 degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
 GIVEN_NEAR = 1e-2
-"""Newton's method starts from solution slots at the offset value up to this residual (length,
-radian): the offset times the amplification near a singularity."""
+"""Maximum residual (length, radian) of the slots from which Newton's method starts: the offset
+times its amplification near a singularity."""
 AT_REST = 1e-7
 """Maximum tool motion (length, radian) along a self-motion: damping shortens the Newton steps too
 much to reach smaller residuals."""

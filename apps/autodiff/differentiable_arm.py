@@ -26,7 +26,7 @@ class Solutions(NamedTuple):
 
 @dataclass(frozen=True)
 class DifferentiableArm:
-    """Differentiable functions of a robot. Leading dimensions of their arrays are batches.
+    """Differentiable functions of a robot. Leading dimensions of the arrays are batch dimensions.
 
     Attributes:
         robot: The robot.
@@ -52,7 +52,7 @@ def fixed_coordinates(robot: Robot) -> tuple[int, ...]:
     """Return the indices in q of the coordinates that are inputs of `ik` after the pose.
 
     Raises:
-        InputValueError: An input of `ik` is not a coordinate of the robot, such as a swivel angle.
+        InputValueError: An input of `ik` is not a coordinate but, for example, a swivel angle.
     """
     indices = [item.index for item in robot.redundancy]
     if None in indices:

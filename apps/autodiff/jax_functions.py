@@ -91,7 +91,7 @@ def _library() -> Path:
 
 
 def _cache() -> Path:
-    """Return the folder of compiled libraries, as chasles itself chooses it."""
+    """Return the folder of compiled libraries that chasles uses."""
     chosen, xdg = os.environ.get("CHASLES_CACHE"), os.environ.get("XDG_CACHE_HOME", "")
     if chosen:
         return Path(chosen).absolute()

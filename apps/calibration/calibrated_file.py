@@ -1,10 +1,10 @@
-"""Writing of a calibrated robot as a robot file.
+"""Robot files of calibrated robots.
 
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
-describe every chain without rounding, whatever convention the nominal file uses. A robot with loops
-has the nominal file with the identified parameters, and the compiler closes the loops by Newton's
-method. In both cases, the compiler infers the nominal structure from the values, and the inverse
-starts from the solutions of this structure.
+describe every chain without rounding, whatever convention the nominal file uses. For a robot with
+loops, the result is the nominal file with the identified parameters, and the compiler closes the
+loops by Newton's method. In both cases, the compiler infers the nominal structure from the values,
+and the inverse starts from the solutions of this structure.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .parameters import nominal as nominal_of
 from .shown_numbers import roll_pitch_yaw
 
 _PITCH = 1e-12
-"""Tolerance for rounding errors of |axis| = 1, and of pitch 0 of a revolute joint [m/rad]."""
+"""Tolerance for rounding errors of unit axes, and of the zero pitch of a revolute joint [m/rad]."""
 _METER = 15
 """Number of decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
 _DEGREE = 13

@@ -2,7 +2,7 @@
 
 B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
 The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
-det(A), and so the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count
+det(A), and thus the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count
 configurations. The search adds configurations one by one. The search then exchanges configurations
 until no exchange improves det(A).
 

@@ -48,11 +48,11 @@ def identify(
         vary: One or several parameters that may differ from nominal, by name or by group
             ("parameter", "joint", "offset", "axis", "transmission", "coupling", "compliance",
             "loop", "base", "tool"). The group "parameter" means the named parameters of the
-            description, such as the radius of a delta robot; they move every value that is stated
-            with them. The name "geometry" means the group "axis", and for robots with loops also
-            "loop": all lengths, angles and offsets. The tool corrections are added if poses are
-            measured. The set "geometry" with these corrections is complete and minimal for every
-            serial robot. The base corrections are added for robots with loops, with
+            description, such as the radius of a delta robot; they change every value that is
+            expressed in them. The name "geometry" means the group "axis", and for robots with loops
+            also "loop": all lengths, angles and offsets. The tool corrections are added if poses
+            are measured. The set "geometry" with these corrections is complete and minimal for
+            every serial robot. The base corrections are added for robots with loops, with
             `parameter_std`, and if "axis" is not varied.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.

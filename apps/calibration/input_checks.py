@@ -81,7 +81,7 @@ class Mistake(NamedTuple):
     def comparable(self, misfit: float) -> float:
         """Return the misfit of the corrected input [m], for comparison with the stated misfit.
 
-        Shorter lengths have shorter errors, so the misfit is divided by a factor below 1. If the
+        Smaller lengths have smaller errors, so the misfit is divided by a factor below 1. If the
         lengths become longer, the misfit stays unchanged.
         """
         return misfit / min(self.factor, 1.0)

@@ -339,7 +339,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # A folder without a description can be found only if all shipped robots are compared.
+    # Only a run over all shipped robots can find folders without a description.
     is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:

@@ -43,7 +43,8 @@ def actuators(
 ) -> None:
     """Compute the actuated coordinates, such as cylinder lengths, from joints of the main chain.
 
-    The exit status is 1 if the loops do not close at these joints, or if no actuator follows.
+    The exit status is 1 if the loops do not close at these joints, or if these joints determine no
+    actuator.
     """
     arm = load(robot, base=base, tip=tip, exact=exact)
     if "actuators" not in arm.functions:

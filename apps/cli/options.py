@@ -65,18 +65,18 @@ Picture = Annotated[
 
 
 class Command(TyperCommand):
-    """A subcommand whose help omits the type of options without a value."""
+    """A subcommand whose help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters with an empty type for flags."""
+        """Return the parameters; flags get an empty type."""
         return _with_plain_flags(super().get_params(ctx))
 
 
 class Group(TyperGroup):
-    """The command with subcommands whose help omits the type of options without a value."""
+    """The command with subcommands; its help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters with an empty type for flags."""
+        """Return the parameters; flags get an empty type."""
         return _with_plain_flags(super().get_params(ctx))
 
 

@@ -84,8 +84,8 @@ def animate(
 ) -> None:
     """Write an animation of a moving robot.
 
-    Without --play, one coordinate after another moves to both sides. The coordinate of a linkage
-    with one degree of freedom moves through a full turn, or through its range.
+    Without --play, one coordinate after another moves in both directions. The coordinate of a
+    linkage with one degree of freedom moves through a full turn, or through its range.
     """
     arm = load(robot, base=base, tip=tip, exact=exact)
     file = to or Path(f"{arm.name}.gif")

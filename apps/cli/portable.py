@@ -67,7 +67,7 @@ def _compile_levels(folder: Path) -> None:
     flags = tuple(flag for flag in compiler.flags if flag not in ("-march=native", "-shared"))
     objects = []
     for level, march in _LEVELS.get(platform.machine(), {"": ""}).items():
-        # With generic tuning, the compiler schedules wide vectors 40 % slower.
+        # Generic tuning makes code for wide vectors 40 % slower.
         own = (f"-march={march}",) * bool(march)
         own += (f"-DCHASLES_LEVEL={level}", "-mtune=haswell") * bool(level)
         objects.append(f"level_{level}.o")

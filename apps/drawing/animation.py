@@ -26,7 +26,8 @@ from .views import views_of
 FloatArray = NDArray[np.float64]
 _MAX_FPS = 1000
 _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
-"""Largest motion of a coordinate to each side: an angle, or a length relative to the robot size."""
+"""Largest motion of a coordinate in each direction: an angle, or a length relative to the robot
+size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
 """Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
 configurations at which the loops must close."""
@@ -51,8 +52,8 @@ def animate(
     Args:
         robot: The robot.
         trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
-            configurations (k, n) [rad or m], one per frame. None moves one coordinate after
-            another to both sides of the configuration that `draw` selects, within the limits. A
+            configurations (k, n) [rad or m], one per frame. None moves one coordinate after another
+            in both directions from the configuration that `draw` selects, within the limits. A
             single coordinate moves through a full turn, or through its range.
         file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
@@ -104,7 +105,7 @@ def _frames(trajectory: Any, fps: float) -> Any:
 
 
 def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
-    """Return configurations (k, n) in which one coordinate after another moves to both sides."""
+    """Return configurations (k, n): one coordinate after another moves in both directions."""
     robot, q = bodies.robot, bodies.q_drawn
     units = np.array([coordinate.unit for coordinate in robot.coordinates])
     reach = np.where(units == "rad", _SWEEP, _SWEEP_LENGTH * bodies.size)

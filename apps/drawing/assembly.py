@@ -48,8 +48,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
         near: (n_z,) configuration from which the passive leg joints start.
 
     Returns:
-        The modes, without modes whose loops Newton's method cannot close from any start
-        configuration.
+        The modes whose loops Newton's method can close from some start configuration.
     """
     robot = bodies.robot
     theta, margin, _ = robot.functions["modes"](q)

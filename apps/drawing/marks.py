@@ -303,7 +303,7 @@ class _Marks:
     # --- ground ---
 
     def _ground(self) -> Iterator[Mark]:
-        """Yield a hatched line under each joint on the ground, or under a line of the ground."""
+        """Yield a hatched line under each joint on the ground, or under a link of the ground."""
         shapes = self.skeleton.bodies[0].shapes
         lines = [np.array(s.points) for s in shapes if s.kind == "link"]
         if lines and not self.is_planar:

@@ -188,7 +188,7 @@ def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimen
 
 
 def _sides(around: FloatArray) -> list[Dimension]:
-    """Return the sides of a triangle, or the parts of a line that looks like a triangle."""
+    """Return the sides of a triangle, or the parts of a line that replaces a flat triangle."""
     if len(around) != 3:  # noqa: PLR2004 - the sides of a triangle are lengths
         return []
     u, v = around[1] - around[0], around[2] - around[0]

@@ -90,7 +90,7 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
 def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
     """Return the view onto the plane of motion of a planar robot, or None for a spatial robot.
 
-    All revolute axes of a planar robot are normal to the plane, all prismatic axes in the plane.
+    All revolute axes of a planar robot are normal to the plane, and all prismatic axes lie in it.
     """
     turns: list[FloatArray] = []
     slides: list[FloatArray] = []

@@ -95,7 +95,7 @@ class StudyResult:
         try:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
         except (KeyError, RecursionError, SystemError, TypeError, ValueError) as error:
-            # A damaged string array may contain numbers that are no characters: SystemError.
+            # A damaged string array may contain numbers that are not characters: SystemError.
             raise InputValueError(wrong) from error
         if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)

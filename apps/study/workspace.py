@@ -37,7 +37,8 @@ FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
 _PATH_POINTS = 10_001
-"""Points of the tool path of a robot with one coordinate, whose chords add up to its length."""
+"""Number of points on the tool path of a robot with one coordinate; chords between them give the
+path length."""
 _SIDE = 8
 """Number of belts, and number of meridians, that divide the directions of the z axis into 64
 sectors."""

@@ -48,7 +48,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header of a host; a plain name would be shared by two ports."""
+        """Return the Set-Cookie header; its name contains the port, because ports share cookies."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod

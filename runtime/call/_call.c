@@ -1,6 +1,6 @@
-/* The module chasles.call._call, which calls compiled functions from Python. The compiled side,
- * in the folder kernel/, is Library, Kernel, the inner loop of the ufunc, and memory of large
- * results. The Python side, in the folder function/, is Function, its arguments and its results. */
+/* The module chasles.call._call, which calls compiled functions from Python. The folder kernel/
+ * opens libraries, runs their kernels, and manages the memory of large results. The folder
+ * function/ defines the Python type Function. */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
 #include "call/function/nearest.h"

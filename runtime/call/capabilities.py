@@ -20,7 +20,7 @@ Condition = Callable[[Any], bool]
 
 
 class Capability:
-    """A descriptor of an attribute that a robot may lack; instance attributes have priority.
+    """A descriptor of an attribute that some robots lack; instance attributes have priority.
 
     Attributes:
         item: The method or cached property, or None if the attribute is a generated function.
@@ -31,7 +31,7 @@ class Capability:
     def __init__(
         self, item: Any, functions: tuple[str, ...] = (), when: Condition | None = None
     ) -> None:
-        """Store the item and its requirements."""
+        """Store the attribute and its requirements."""
         self.item, self.functions, self.when = item, functions, when
 
     def __set_name__(self, owner: type, name: str) -> None:

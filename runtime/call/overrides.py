@@ -72,7 +72,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # Every core dimension has a separate name, because the sizes are already checked.
+    # The sizes are already checked, so that operands need no common dimension names.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     shapes = [item.shape for item in function.outputs]

@@ -2,7 +2,8 @@
 
 A part is a slice of the batch along a leading dimension. The ufunc writes its result directly into
 the output slice, without the interpreter lock. The calling thread also works, so that a call
-completes without other threads. Python handles signals between parts, so Ctrl-C stops a long call.
+completes even if no other thread starts. Python handles signals between parts, so Ctrl-C stops a
+long call.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ def run_rows(
 def call_in_parts(
     work: Callable[..., Any], operands: Sequence[FloatArray], cores: Sequence[int], cost: int
 ) -> Any:
-    """Return the results of a function of arrays; Ctrl-C ends the call between parts of the batch.
+    """Call a function on the parts of a batch; Ctrl-C ends the call between two parts.
 
     `cores` has the number of core dimensions of each operand; `cost` counts operations per row.
     """

@@ -17,7 +17,7 @@
  * solutions are in the same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* number of cells, a power of 2 */
-    npy_intp *head, *next; /* last solution in each cell, previous solution; -1 for none */
+    npy_intp *head, *next; /* last solution of each cell, and its predecessors; -1 for none */
     double width;          /* width of a cell */
     double scale[MAX_JOINTS];
 } Cells;

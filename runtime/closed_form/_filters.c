@@ -1,4 +1,4 @@
-/* The module chasles.closed_form._filters, the loops of the filters of Solutions (solutions.py).
+/* The module chasles.closed_form._filters: compiled filters of Solutions (solutions.py).
  *
  * Every function takes dense rows for N poses, with k slots of n coordinates. */
 #define PY_SSIZE_T_CLEAN
@@ -113,7 +113,7 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
     }
 }
 
-/* Writes the windings of a solution, from the ends of the values that write_turns lists. */
+/* Combines the values from write_turns into all windings of a solution. */
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
@@ -210,7 +210,7 @@ typedef struct {
     npy_intp slot;
 } Ranked;
 
-/* Returns a solution with its distance, or with a lower bound of its distance above `enough`. */
+/* Returns a solution with its distance, or with a lower bound that already exceeds `enough`. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {
@@ -364,8 +364,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether groups of slots differ; a group contains the windings of one solution. Returns
- * false without a comparison if there are many groups. */
+/* Tests whether all groups hold different solutions; a group has the windings of one solution.
+ * Returns false without a comparison if there are many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

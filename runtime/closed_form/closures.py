@@ -48,7 +48,7 @@ class ActuatorBranches(NamedTuple):
 
 
 def is_planar(robot: RobotFacts) -> bool:
-    """Test whether the main chain of a robot is a body that moves freely in a plane."""
+    """Test whether the main chain moves one body freely in a plane."""
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 

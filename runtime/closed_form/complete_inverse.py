@@ -18,11 +18,11 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Values [rad or m] of a fixed joint, to test whether axes keep their relation when it moves."""
+"""Values [rad or m] of a fixed joint, to test whether a relation of axes holds for all of them."""
 _OTHER_RATES = (0.4, 0.73)
-"""The other joints are at multiples of these values; a special relation holds for both values."""
+"""The other joints are at multiples of these values; a relation counts if it holds for both."""
 _SEARCH = 16
-"""Number of Newton steps from each start; then only configurations near the pose continue."""
+"""Number of Newton steps from each start; only configurations that are then near continue."""
 _TURNS = 96
 """Number of start configurations with random revolute joints for each solution slot."""
 
@@ -78,7 +78,7 @@ class CompleteInverse:
         return _with_slots(solutions, further)
 
     def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
-        """Test for values (..., f) at which axes have relations that other values break."""
+        """Test for values (..., f) at which axes have a special relation, such as parallel axes."""
         n, count = len(kind.wraps), len(self.fixed)
         others = np.outer(_OTHER_VALUES, 1 + np.arange(count) / 7)
         values = np.concatenate([at.reshape(-1, count), others])

@@ -122,7 +122,7 @@ class FixedJoints:
         )
 
     def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
-        """Return joint name and value; a coordinate that moves one joint represents the joint."""
+        """Return joint name and value; a coordinate that moves one joint stands for the joint."""
         if name in self._joints:
             return name, value
         coordinates = [c.name for c in self.manifest.coordinates]

@@ -246,8 +246,8 @@ class NearestMethods(RobotFacts):
         if fixed_q and not is_own(self, fixed_q):
             if redundancy != "fixed":
                 raise InputValueError(
-                    f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
-                    "parameters; other fixed joints leave none free"
+                    f"{label}: redundancy={redundancy!r} requires free redundancy "
+                    "parameters; with other fixed joints, none is free"
                 )
             return self._with_joints_fixed(info, inverse, moves, target, seeds, fixed_q)
         make = partial(self._chosen, info, inverse, moves, threads)
@@ -368,7 +368,7 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
-    """Return the refined nearest solutions, and for which poses limits removed all solutions."""
+    """Return refined nearest solutions, and a mask of poses without a solution within limits."""
     found = chosen.solve(target, seeds)
     q, residual, _, slot = found
     if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():

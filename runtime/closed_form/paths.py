@@ -41,13 +41,13 @@ class JointPath:
         q: (reached, n) coordinates [rad or m]; revolute joints are continuous beyond 2 pi.
         complete: Whether the last pose was reached.
         ended_at: The index of the first pose that was not reached; if complete, the pose count.
-        reason: "" if complete; "no solution": no branch reaches the next pose; "jump": every
-            solution needs a larger joint displacement than allowed; "limit": the branch continues
+        reason: "" if complete; "no solution" if no branch reaches the next pose; "jump" if every
+            solution needs a larger joint displacement than allowed; "limit" if the branch continues
             beyond a limit.
         coordinate: The coordinate with the jump or limit violation, otherwise "".
         next_value: The next value of this coordinate, otherwise NaN.
-        min_margin: The smallest margin on the path: 0 at the workspace boundary (a stretched elbow,
-            not an aligned wrist), or NaN if no pose was reached.
+        min_margin: The smallest margin on the path, NaN if no pose was reached. The margin is 0 at
+            a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with this margin, -1 if no pose was reached.
         max_step: (n,) the largest displacement of each coordinate between successive poses.
     """
@@ -273,7 +273,7 @@ class InverseMethods(RobotFacts):
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # The indices of `inside` count windings, so they are not slot indices of `slots`.
+            # The index refers to `inside`, where each winding has its own slot, not to `slots`.
             return _Step(q, margin)
         outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
@@ -311,7 +311,7 @@ class InverseMethods(RobotFacts):
     ) -> FloatArray:
         """Return coordinates (k, n) from pose `first` on, while the path stays in a single slot.
 
-        As in `_next`, the solution slot must be nearest, and no joint may jump or exceed a limit.
+        The slot must hold the nearest solution, and no joint may jump or exceed a limit.
         """
         units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)
@@ -329,7 +329,7 @@ class InverseMethods(RobotFacts):
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
-        """Return a solution near the previous pose, or None for partial poses and redundancy."""
+        """Return a solution near the previous pose, None for partial poses and redundant robots."""
         has_jacobian = ("pose and jacobian", "actuators", "") in self._roles
         if pose is None or not has_jacobian or self.redundancy:
             return None

@@ -1,6 +1,6 @@
 """Refinement of targets without a valid solution slot, but with a small residual.
 
-Near singularities of several solution steps, a closed form loses digits or misses its solution;
+If several solution steps are nearly singular, a closed form loses digits or misses a solution;
 Newton's iteration recovers this solution. Rounded poses get least-squares solutions
 (docs/explanation).
 """
@@ -50,8 +50,8 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all solution slots."""
 
 _SEARCH = 12
-"""Maximum number of steps from a distant solution slot; then only slots near the target continue.
-At a double solution, a step divides the error by 4."""
+"""Maximum number of steps from a distant solution slot; only slots that are then near continue. At
+a double solution, a step divides the error by 4."""
 _ROUNDED_STEPS = 8
 """Number of steps to a least-squares solution of a rounded pose; each divides the error by 100."""
 _GROWTH = 10.0
@@ -60,7 +60,7 @@ _ASIDE = 0.25
 """Maximum fraction of the squared error in singular directions; at the workspace boundary, the
 fraction is 1."""
 _VALUES = 16
-"""Number of fixed values per turn of a joint; the error varies with the cosine of its angle."""
+"""Number of values per turn at which a joint is fixed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        In rows with ``aside`` (N,), a joint may also be fixed far from the target.
+        In rows where ``aside`` (N,) is set, joints are also fixed for slots with large residuals.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)

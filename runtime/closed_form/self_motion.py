@@ -30,13 +30,13 @@ _SAMPLES = {1: 64, 2: 20, 3: 12}
 _FEW = 4
 """Samples per parameter for larger numbers of parameters."""
 _FRACTIONS = np.linspace(0, 1, 5)
-"""The samples of an interval between two samples of one parameter, relative to its length."""
+"""Positions of samples between two samples of one parameter, as fractions of their distance."""
 _INTERVALS = 16
 """Maximum number of intervals that are sampled again at once."""
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Number of random steps from a sample for one parameter; its p-th power for p parameters."""
+"""Number of random steps from a sample for one parameter; for p parameters, its p-th power."""
 _MAX_ROWS = 100_000
 """Maximum number of rows that are solved at once."""
 
@@ -123,7 +123,7 @@ class _Search:
     def _refined(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return values (N, m) of one parameter and more where joints move far, padded by NaN."""
+        """Return parameter values (N, m), denser where joints move far, padded with NaN."""
         found: list[FloatArray] = []
         inner = np.sort(values, 1)[:, None]
         while inner.size:
@@ -132,7 +132,7 @@ class _Search:
             moves = np.where(np.diff(inner) > SELF_MOTION_GAP, moves, 0.0)
             parts = inner[..., :-1], inner[..., 1:], moves
             low, high, moves = (part.reshape(len(values), -1) for part in parts)
-            # Where rounding errors move the joints, intervals of any length exceed the limit.
+            # Where rounding errors move the joints, even the shortest intervals exceed the limit.
             order = np.argsort(-moves, 1, kind="stable")[:, :_INTERVALS]
             is_far = np.take_along_axis(moves, order, 1) > SELF_MOTION_MOVE
             ends = (np.take_along_axis(end, order, 1) for end in (low, high))
@@ -143,7 +143,7 @@ class _Search:
     def _joint_moves(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return the largest joint displacement (N, m) of a solution slot since the last value."""
+        """Return the largest joint displacement (N, m) in any slot from the previous value."""
         chosen, target, _ = self._at(fixed_q, free, values[..., None])
         q, residual, _ = chosen.inverse.ufunc(target, *chosen.parameters)
         q[~(residual <= chosen.inverse.near)] = np.nan

@@ -104,7 +104,7 @@ class Solutions(Fields):
         """(..., k) whether the pose belongs to a different assembly mode from `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
-        the mode of the reference configuration: its result is a different pose or a singularity.
+        the mode of the reference configuration, so that it does not return this pose.
         A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
         returns all modes. The result is False for robots whose loops have a closed form. Filters do
         not change this field.
@@ -127,7 +127,7 @@ class Solutions(Fields):
         """Return the valid solutions (count, n) [rad or m] of one pose, in slot order.
 
         Raises:
-            InputValueError: If there are several poses, whose counts may differ.
+            InputValueError: If there are several poses, as their numbers of solutions may differ.
         """
         if self.valid.ndim != 1:
             raise InputValueError(
@@ -141,13 +141,13 @@ class Solutions(Fields):
     ) -> Self:
         """Keep the solutions within limits, with all windings (values that differ by 2 pi).
 
-        A joint with a range of `w` turns, rounded up, multiplies the solution slots by `w`. The
-        solution slots of a branch are consecutive, in ascending order, and the last joint varies
-        fastest. Windings are counted down from the upper limit, which is included; if windings lie
-        on both limits, only the winding on the upper limit is listed. Joints without limits keep
-        their value. Joints with one limit are moved within this limit by the fewest turns. Each
-        winding is then a separate solution. Distances from a seed ignore full turns only for joints
-        without limits.
+        A joint whose range is `w` turns, rounded up, multiplies the number of solution slots by
+        `w`. The solution slots of a branch are consecutive, in ascending order, and the last joint
+        varies fastest. Windings are counted down from the upper limit, which is included; if
+        windings lie on both limits, only the winding on the upper limit is listed. Joints without
+        limits keep their value. Joints with one limit are moved within this limit by the fewest
+        turns. Each winding is then a separate solution. Distances from a seed ignore full turns
+        only for joints without limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 

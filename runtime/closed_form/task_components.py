@@ -95,7 +95,7 @@ def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
 
 
 def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
-    """Measure the rotation of the third tool axis to a direction, about the other tool axes."""
+    """Measure the rotation that aligns the third tool axis with a direction."""
     z = pose[:, :3, 2]
     u = u / np.sqrt((u * u).sum(-1, keepdims=True))
     across = np.cross(z, u)

@@ -1,4 +1,4 @@
-/* The module chasles.iterative._numeric, iterative inverse kinematics that Python calls.
+/* The module chasles.iterative._numeric: iterative inverse kinematics, called from Python.
  *
  * A Solver owns an Arm (native/arm.h): tip frame, limits and start table of a robot. The solver
  * keeps the compiled robot functions loaded. */

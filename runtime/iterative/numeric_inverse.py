@@ -66,10 +66,11 @@ class NumericSolution(NamedTuple):
     def reason(self) -> Any:
         """The reason for a missing solution: a str for a single pose, otherwise an array (...,).
 
-        A valid solution has the reason "". The reason "limits" is a local minimum of the residual
-        with coordinates at their limits, "stalled" a local minimum within them, "max_evaluations" a
-        reached evaluation limit. For "not a pose", the matrix is not finite, or deviates from a
-        rigid pose by more than `se3.NEARLY_RIGID`; `se3.project` reports the reason.
+        A valid solution has the reason "". The reason "limits" means a local minimum of the
+        residual with coordinates at their limits; "stalled" means a local minimum within the
+        limits; "max_evaluations" means that no evaluations were left. For "not a pose", the matrix
+        is not finite, or deviates from a rigid pose by more than `se3.NEARLY_RIGID`; `se3.project`
+        reports the reason.
         """
         reasons = np.array(REASONS)[self.ending]
         return reasons if reasons.ndim else str(reasons)
@@ -311,7 +312,7 @@ def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
     carriers = [next(body for body in bodies if body.name == names[-1])]
     while parent := carriers[0].parent:
         carriers.insert(0, bodies[parent])
-    # A joint with several coordinates is a series of bodies; the last body is the link.
+    # A joint with several coordinates consists of several bodies; the last body is the link.
     for i, body in enumerate(carriers):
         k, joint = sum(one.name in names for one in carriers[:i]), body.joint
         if joint is None or joint.kind == "fixed":

@@ -26,15 +26,14 @@ typedef struct {
     const char *name;
     /* One pointer for each input and each output, to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
-    /* Evaluates n rows; a step is the distance of adjacent rows in doubles. NULL if the robot has
-     * no code for batches. Outputs must not overlap inputs. */
+    /* Evaluates n rows; a step is the distance between adjacent rows in doubles. NULL if the robot
+     * has no code for batches. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
     /* NULL except for an inverse. Writes the solutions nearest to seeds to dense rows of q,
      * residual and margin, and the slot of each solution or the reason for a missing solution; see
-     * chasles_nearest.h. Steps are distances of adjacent rows in doubles. The moves are lower and
-     * upper limits of the coordinates, weights of their displacements, and full turns that leave
-     * the pose unchanged. */
+     * chasles_nearest.h. Steps are distances between adjacent rows in doubles. The moves are the
+     * lower limits, upper limits, weights and periods of the coordinates. */
     void (*nearest_rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                          double tolerance, const double *const *moves, const double *q_seed,
                          ptrdiff_t seed_step, double *const *outputs, signed char *slot);

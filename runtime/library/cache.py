@@ -108,7 +108,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
 
 
 def kernel_recipe(manifest: Manifest, sources: Mapping[str, bytes] | None = None) -> Recipe:
-    """Return the recipe of the kernel in a robot's folder, for all processors of this platform."""
+    """Return sources, key and path of the kernel in a robot's folder, for this platform."""
     sources = sources or sources_of(manifest)
     key = _key(sources, f"{platform.system()} {platform.machine()}")
     path = manifest.folder / f"{manifest.name}-{key[:32]}.so"
@@ -305,8 +305,8 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(cache, recipe.name) as folder:
-            # The compiler reads copies of the hashed bytes. The plain names of these copies cannot
-            # break an #include, and no path enters the library.
+            # The compiler reads copies of the hashed bytes. Their plain names are safe in an
+            # #include and keep paths out of the library.
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:

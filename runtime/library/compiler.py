@@ -157,6 +157,6 @@ def _describe_processor() -> str:
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Systems other than Linux lack this file, and their machines seldom share a cache folder.
+        # Only Linux has this file; other systems seldom share a cache folder between machines.
         return platform.version()
     return "".join(lines)

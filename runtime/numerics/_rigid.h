@@ -1,7 +1,7 @@
 /* Projection of rounded poses to SE(3).
  *
  * The nearest rotation in the Frobenius norm is the orthogonal factor U of the polar decomposition
- * R = U H. Newton's iteration without an inverse, R <- R - R (R^T R - 1) / 2, converges
+ * R = U H. Newton's iteration without matrix inversion, R <- R - R (R^T R - 1) / 2, converges
  * quadratically to U: a deviation of 1e-5 needs two steps.
  *
  * Source: N. J. Higham, Computing the polar decomposition - with applications, 1986; A. Bjorck,

@@ -30,13 +30,13 @@
  * entries cause up to 2.1. */
 #define ROUNDED_OFF 4.0
 
-/* Reciprocal decimal units: the finest decimals of handwritten lengths, and the range of decimals
- * (six to eight) in which a translation counts as rounded. Finer rounding is below SOLVED. */
+/* Powers of ten: handwritten lengths have at most five decimals; a translation counts as rounded
+ * with six to eight decimals. Finer rounding is below SOLVED. */
 #define WRITTEN_DECIMALS 1e5
 #define FEWEST_DECIMALS 1e6
 #define MAX_DECIMALS 1e8
 
-/* Maximum error of a decimal number with nine decimals, relative to its last unit: 10 times the
+/* Maximum error of a number with nine decimals, in units of the last decimal: 10 times the
  * double-precision error 1e-7. */
 #define ROUNDED_NUMBER 1e-6
 

@@ -303,7 +303,7 @@ class VelocityMethods(ManipulabilityMethods):
                 if ("hessian", "actuators", "") not in self._roles:
                     raise InputValueError(
                         f"{self.name}.joint_rates: loops solved by iteration have no Hessian for "
-                        'redundancy="manipulability"; redundancy can be a configuration'
+                        'redundancy="manipulability"; pass a configuration instead'
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 J[..., list(fixed)] = H[..., list(fixed), :] = 0

@@ -44,7 +44,7 @@ class SingularityMethods(LengthMethods):
     ) -> Singularity:
         """Return distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
 
-        A row of J_x is the line (n, r x n) of a rod, so that angular columns contain lever arms.
+        Each row of J_x is the line (n, r x n) of a rod, so that its angular entries are lever arms.
         These columns, and the columns of J_q for revolute actuators, are divided by the
         characteristic length. All matrix entries become dimensionless.
 

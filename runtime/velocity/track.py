@@ -129,9 +129,8 @@ class TrackMethods(ManipulabilityMethods):
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;
             S. Chiaverini, B. Siciliano, O. Egeland, Review of the damped least-squares inverse
-            kinematics with experiments on an industrial robot manipulator, 1994, for numerical
-            filtering, here of all small singular values; P. B. Stark, R. L. Parker,
-            Bounded-variable least squares, 1995.
+            kinematics with experiments on an industrial robot manipulator, 1994 (numerical
+            filtering); P. B. Stark, R. L. Parker, Bounded-variable least squares, 1995.
         """
         path, start = self._checked_path(T, q_start)
         rates = self._rates(rate_limits, fixed)

@@ -200,8 +200,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never exactly known. Free axes absorb the error of the device frame;
-    # without free axes, base corrections absorb the error.
+    # The device frame is never exactly known. Parameters of joint axes can absorb its error; if
+    # they are not varied, base corrections do.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -329,7 +329,7 @@ class Problem:
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the (t, k) derivative of `strays` with respect to the scaled variables."""
+        """Return the (t, k) derivative of the deviations with respect to the scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]

@@ -1,7 +1,7 @@
 """Tables without a header: the columns are inferred from their count and values.
 
-Coordinates are the first or the last columns of the table. Constant distances between targets
-distinguish several target positions from a pose.
+Coordinates are the first or the last columns of the table. Points at constant distances are several
+targets, not a pose.
 """
 
 from __future__ import annotations

@@ -87,11 +87,11 @@ class _OneNumber(Measurements):
         return self
 
     def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
-        """Return the best fit from several targets, because the fit has local minima.
+        """Return the best of the fits from several start targets, because of local minima.
 
         Args:
             T: (N, 4, 4) nominal tool poses.
-            start: Function that returns the start of all unknowns for a target (3,).
+            start: Function that returns the start values of all unknowns for a target (3,).
         """
         return min(
             (self._refined(T, start(target)) for target in _TARGETS), key=lambda fit: fit.misfit

@@ -97,7 +97,7 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frames for a tool that rotates about at most one axis, also from positions.
+    """Return the frames from probe points, for a tool that rotates about at most one axis.
 
     Four points represent the probe: its origin and one point on each axis. The points are as
     far apart as the tool positions, but at least `_LEVER`.

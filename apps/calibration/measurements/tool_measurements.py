@@ -308,7 +308,7 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """No names: the tool corrections, which are parameters, locate the probe."""
+        """There are no unknowns: the tool corrections, which are parameters, locate the probe."""
         return ()
 
     @property

@@ -1,4 +1,4 @@
-"""Angles in a table: unit, and orientations as quaternions, rotation vectors, angles, matrices."""
+"""Units and orientations in a table: quaternions, rotation vectors, angles and matrices."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def of_quaternions(found: FloatArray) -> FloatArray:
 
 
 def of_matrices(found: FloatArray) -> FloatArray:
-    """Return the rotations (N, 3, 3) nearest to matrices (N, 9), which list their rows.
+    """Return the rotations (N, 3, 3) nearest to matrices (N, 9), stored row by row.
 
     Raises:
         WrongRow: A matrix is not a rotation.

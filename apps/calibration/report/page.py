@@ -73,7 +73,7 @@ def _table(table: Table) -> str:
 
 def _svg(ax: Any) -> str:
     stream = io.StringIO()
-    # No date and a fixed salt for SVG identifiers make the page reproducible.
+    # The page omits the date and fixes the salt of SVG identifiers, so that it is reproducible.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()

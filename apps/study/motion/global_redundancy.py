@@ -131,7 +131,10 @@ def parameter_curve(
             parameters, q_start = search.best(resolution)
         except _Blocked as blocked:
             place = _part(s, int(knots[blocked.knot]))
-            failure = f"no value of {search.listed} reaches the pose at {place}"
+            failure = (
+                f"no value of {search.listed} reaches the pose at {place} by a continuous motion "
+                "within the limits"
+            )
             continue
         curve = ParameterCurve(search.names, _through(interpolation, s[knots], parameters), q_start)
         path = robot.ik_path(T, q_start, fixed=curve.at(s))
@@ -139,11 +142,11 @@ def parameter_curve(
         if end == len(s):
             return curve, path
         failure = f"the motion within the limits ends at {_part(s, end)}"
-    raise OutOfReachError(f"{robot.name}: {failure}, by a continuous motion within the limits")
+    raise OutOfReachError(f"{robot.name}: {failure}")
 
 
 class _Blocked(Exception):
-    """No configuration at a knot continues a configuration at the previous knot."""
+    """No configuration at a knot can follow a configuration at the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)

@@ -3,8 +3,8 @@
 If the axes that move the point are parallel, the workspace is planar, or a prism if prismatic
 joints move along the axes. If the first axis is vertical and the other axes are normal to a plane
 that the first joint rotates, the workspace is a body of revolution. The plane may be offset from
-the axis. In both cases, the point rotates about one axis after the other within limits, from the
-tip to the base. The border of the swept section consists of arcs. `meridian.py` computes volumes.
+the axis. In both cases, the rotations about the axes are applied one by one, from the tip to the
+base. The border of the swept section consists of arcs. `meridian.py` computes volumes.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             a first joint with a vertical axis, and revolute joints normal to a plane that this
             joint rotates.
         point: "tool": the tool origin; "wrist": the last intersection of consecutive axes for which
-            the previous joints have such a structure, such as the center of a spherical wrist.
+            the previous joints have one of these structures, such as the center of a spherical
+            wrist.
 
     Raises:
         InputValueError: The joint axes of the arm have neither of these structures.
@@ -157,11 +158,11 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
     chain = next((own for own in candidates if own.parallel or own.upright), None)
     if chain is None:
-        other = "; the border for point='wrist' may be" if point == "tool" else ""
+        other = "; the border for point='wrist' may do so" if point == "tool" else ""
         raise InputValueError(
-            f"{robot.name}: the axes that move its {point} are neither parallel nor a vertical "
-            f"axis before parallel horizontal axes, so the border is not made of arcs{other}; "
-            "use workspace(), which accepts any arm"
+            f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
+            "axis followed by parallel horizontal axes, so the border does not consist of "
+            f"arcs{other}; use workspace(), which accepts any arm"
         )
     flat = chain.parallel
     rest = chain if flat else chain.without_first()

@@ -2,9 +2,9 @@
 
 At the platform angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves
 on an arc of radius r about a point m. A leg reaches a position at all angles if its distance is at
-most b from the farthest point of this arc and at least a from the nearest point. The borders of
-both conditions consist of circles: about the ends of the arc with radii a and b, about m with radii
-b - r, r + a and |r - a|. So circular arcs bound the total workspace.
+most b from the farthest point of this arc and at least a from the nearest point. Circles
+bound both regions: about the ends of the arc with radii a and b, about m with radii b - r, r + a
+and |r - a|. So circular arcs bound the total workspace.
 
 The border of the inclusive workspace also contains other curves: two legs reach their limits on
 these curves. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all

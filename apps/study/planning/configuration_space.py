@@ -111,7 +111,7 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Bound how far the shapes of each check approach each other, from the segment's middle.
+        """Bound how much nearer the shapes of each check can be than at the middle of a segment.
 
         Args:
             a: (n,) start of the segment [rad or m].

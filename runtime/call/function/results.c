@@ -18,7 +18,7 @@ enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS }
 /* Facts about the poses of a batch that have no valid branch. */
 typedef struct {
     int refine;  /* some residual is at most `near`, so that refinement is useful */
-    int no_pose; /* a residual is infinite: the matrix is not a pose, or the mode differs */
+    int no_pose; /* some residual is infinite: no pose, or another assembly mode */
 } Unsettled;
 
 /* Examines the poses without a valid branch, among n poses with k branches each. */

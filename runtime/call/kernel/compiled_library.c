@@ -47,7 +47,7 @@ static const char *kernels_of_processor(void)
 #ifdef __x86_64__
     const unsigned avx512 = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL | bit_AVX512BW | bit_AVX512CD;
     const int v3 = has_features(bit_AVX2 | bit_BMI | bit_BMI2, 0x6); /* xmm, ymm registers */
-    const int v4 = v3 && has_features(avx512, 0xe6);                 /* also zmm and masks */
+    const int v4 = v3 && has_features(avx512, 0xe6);                 /* zmm and mask registers */
     return v4 ? "chasles_kernels_v4" : v3 ? "chasles_kernels_v3" : "chasles_kernels";
 #else
     return "chasles_kernels";

@@ -142,7 +142,7 @@ static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *
     feclearexcept(FE_ALL_EXCEPT);
 }
 
-/* Returns a copy for PyMem_Free, or NULL on error. */
+/* Returns a copy that PyMem_Free releases, or NULL on error. */
 static char *copy_text(PyObject *text)
 {
     Py_ssize_t size;

@@ -42,7 +42,7 @@ void damped_box_free(DampedBox *box)
     free(box->rows);
 }
 
-/* The longer row is the scale: its component along a short row is below the damping. */
+/* The product is compared with the square of the longer row; smaller products are negligible. */
 static int is_orthogonal_enough(double aa, double bb, double ab, double unused)
 {
     (void)unused;

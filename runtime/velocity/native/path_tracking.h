@@ -25,8 +25,7 @@ typedef struct {
     double *J, *scaled;             /* (6, n) */
     double *low, *high, *step;      /* (n,) bounds of the scaled step; the step in coordinates */
     double T[POSE], missing[TWIST]; /* the pose, and the displacement to the path */
-    double before,
-        expected; /* squared error to the next pose, before a step and as predicted after */
+    double before, expected;        /* squared error before a step, and predicted after the step */
 } Tracking;
 
 /* Allocates memory; 0 on failure. */

@@ -4,7 +4,7 @@
 #include "velocity/native/rate_loops.h"
 #include "velocity/native/strided.h"
 
-/* Indices of the operands, and index of the first step of each array operand. */
+/* Indices of the operands, then of the strides of array operands. */
 enum { J, V, LOWER, UPPER, SECONDARY, UNIT, ROW, BORDER, RANK, N_INPUTS };
 enum { RATES = N_INPUTS, REACHED, DAMPING, SMALLEST, DIRECTION, SCALE, LIMITED, N_OPERANDS };
 enum { J_ROW, J_COLUMN, V_STEP, LOWER_STEP, UPPER_STEP, SECONDARY_STEP, UNIT_STEP, ROW_STEP };

@@ -152,7 +152,7 @@ def test_for_jax_refuses_a_folder_without_the_module(tmp_path, folder):
     robot = chasles.load("ur5e")
     with pytest.raises(chasles.InputValueError, match="run chasles export jax ur5e --to"):
         for_jax(robot, tmp_path)
-    with pytest.raises(chasles.InputValueError, match="has no jax source of this ur5e"):
+    with pytest.raises(chasles.InputValueError, match="has no jax source of this version of ur5e"):
         for_jax(robot, folder / "panda")
     with pytest.raises(chasles.InputValueError, match="has no function hessian_mixed"):
         for_jax(robot, folder / "ur5e")
