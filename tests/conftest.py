@@ -2,6 +2,7 @@
 
 import gc
 
+import hypothesis
 import pytest
 
 # Sets the size of SymPy's cache before a test imports SymPy.
@@ -31,6 +32,8 @@ def pytest_collection_finish():
     collection takes 0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need
     dozens of collections.
     """
+    # The first draw of Hypothesis searches all objects for references, which are few now.
+    hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)
     gc.collect()
     gc.freeze()
     gc.set_threshold(NEW_OBJECTS)
@@ -38,6 +41,8 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
+    # At the end, pytest collects garbage ten times; the process ends and needs no memory back.
+    gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
