@@ -7,10 +7,8 @@ from .report import RESULTS, text
 
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 BEGIN, END = "<!-- figures: python -m bench -->\n", "<!-- end of figures -->\n"
-HEAD = """\
-| row | chasles | compared with | ratio | bar |
-|---|---|---|---|---|
-"""
+RATIOS = ("row", "chasles", "compared with", "ns", "ratio", "at least", "target", "")
+LIMITS = ("row", "chasles", "unit", "target", "")
 
 
 def write() -> None:
@@ -21,15 +19,15 @@ def write() -> None:
 
 
 def figures() -> str:
-    """Return the machine, and a table of all results, the smallest ratios first."""
+    """Return the machine, and tables of all results, the smallest ratios first."""
     results = [
         json.loads(file.read_text(encoding="utf-8")) for file in sorted(RESULTS.glob("*.json"))
     ]
     rows = [row for result in results for row in result.get("found", ())]
     ratios = sorted((row for row in rows if "median" in row), key=lambda row: row["median"])
     limits = [row for row in rows if "unit" in row]
-    lines = [*map(_ratio, ratios), *map(_limit, limits)]
-    return f"{_machine(results[0]['machine'])}\n\n{HEAD}{''.join(lines)}"
+    tables = _block([RATIOS, *map(_ratio, ratios)]) + _block([LIMITS, *map(_limit, limits)])
+    return f"{_machine(results[0]['machine'])}\n{tables}"
 
 
 def _machine(machine: dict[str, str]) -> str:
@@ -37,24 +35,27 @@ def _machine(machine: dict[str, str]) -> str:
     return f"Measured on {first}; {', '.join(f'{n} {v}' for n, v in machine.items())}."
 
 
-def _ratio(row: dict) -> str:
+def _block(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    return "\n".join(["", "```", *lines, "```", ""])
+
+
+def _ratio(row: dict) -> tuple[str, ...]:
     name, _, peer = row["key"].partition(": ")
-    times = f"chasles: {text(row['own'])} ns | {_OTHER.get(peer, peer)}: {text(row['peer'])} ns"
-    ratio = f"ratio {text(row['median'])}, at least {text(row['least'])}"
-    return f"| `{name}` | {times} | {ratio} | {_bar(row, text(row['bar']))} |\n"
+    numbers = (text(row[key]) for key in ("peer", "median", "least"))
+    return (name, text(row["own"]), _OTHER.get(peer, peer), *numbers, *_bar(row))
 
 
-def _limit(row: dict) -> str:
-    value = f"chasles: {text(row['value'])} {row['unit']}"
-    bar = _bar(row, f"{row['bar']} {row['unit']}")
-    return f"| `{row['key']}` | {value} | | | {bar} |\n"
+def _limit(row: dict) -> tuple[str, ...]:
+    return (row["key"], text(row["value"]), row["unit"], *_bar(row))
 
 
-def _bar(row: dict, bar: str) -> str:
+def _bar(row: dict) -> tuple[str, str]:
     if row["bar"] is None:
-        return ""
-    return f"bar {bar}, {'reached' if row['holds'] else '**missed**'}"
+        return "", ""
+    return text(row["bar"]), "reached" if row["holds"] else "missed"
 
 
 _OTHER = {"of 6": "a joint of 6", "one": "one thread", "chasles, one sine at a time": "one sine"}
-"""Names in the table that replace incomplete names of compared measurements."""
+"""Full names that replace shortened names in the table."""

@@ -47,9 +47,10 @@ def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
     axes = len(robot.coordinates)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
+    structure = structure.replace("read from the tool", "in the direction from tool to base")
     most = explanation.max_solutions
     inverse = f"Inverse: {structure}, up to {most} solutions." if most else "No closed form."
-    cells = (f"`{robot.name}`", f"{robot.title} with {axes} axes.", inverse)
+    cells = (f"`{robot.name}`", f"{robot.title} ({axes} axes).", inverse)
     return f"| {' | '.join(map(str, cells))} |"
 
 

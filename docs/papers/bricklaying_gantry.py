@@ -2,8 +2,8 @@
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
 bricklaying gantry-based parallel robot manipulator. The robot `bricklaying_gantry` is the gantry.
-In equations (3) to (6), a link of length r at the angle theta replaces the gantry; the file
-`robots/bricklaying_polar.toml` in this folder describes this link as a polar arm. The chain of
+In equations (3) to (6), a polar arm replaces the gantry; the file `robots/bricklaying_polar.toml`
+in this folder describes this arm. The chain of
 section 2.3 is
 the robot `bricklaying_planar`.
 """
@@ -92,8 +92,16 @@ CORRECTED = {
     "table_5_row_4_theta_rad": ("0.790", "45.3 deg used for 45.287 deg", deg(45.3)),
     "table_5_row_5_theta_rad": ("0.790", "45.3 deg used for 45.284 deg", deg(45.3)),
     "text_1_row_1_r": ("5.09", "1.09/cos 78 deg", 1.09 / np.cos(deg(78)) * INCH),
-    "text_1_row_1_omega": ("0.068", "1.36/20 rounded to 0.07, then a zero", f"{1.36 / 20:.2f}0"),
-    "text_1_row_2_omega": ("0.059", "1.19/20 rounded to 0.06, then a zero", f"{1.19 / 20:.2f}0"),
+    "text_1_row_1_omega": (
+        "0.068",
+        "1.36/20 rounded to 0.07, printed as 0.070",
+        f"{1.36 / 20:.2f}0",
+    ),
+    "text_1_row_2_omega": (
+        "0.059",
+        "1.19/20 rounded to 0.06, printed as 0.060",
+        f"{1.19 / 20:.2f}0",
+    ),
     "text_1_row_2_numerator": ("5.02", "", None),
     "text_1_row_5_theta_rad": ("0.78", "45 deg used for 44.49 deg", deg(45)),
     "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777", 0.79 / 20),
@@ -120,7 +128,8 @@ CORRECTED = {
     "A_prime": ("71.57", "35.50 + 36.03", deg(35.50 + 36.03)),
     "C_prime": ("125.53", "180 - 54.39", deg(180 - 54.39)),
 }
-"""Correct value of each misprint, and the cause of the printed value in words and as a number."""
+"""For each misprint, the correct value, the cause in words, and the value that results from the
+cause."""
 NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
@@ -128,7 +137,7 @@ INPUTS = ("_x", "_y", "_time", "target", "lengths")
 """Printed items whose keys have one of these endings are inputs."""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""Numbers of the drop spots whose printed r is correct except for its unit, for each set-up."""
+"""For each set-up, the numbers of the drop spots whose printed r is correct except for its unit."""
 
 
 def rows() -> list[Row]:
@@ -371,9 +380,9 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """Compares equations (12) to (17): the circle around the target intersects the line [in].
+    """Compares equations (12) to (17), which intersect a line with a circle around the target [in].
 
-    The x coordinates that chasles finds are the roots of the quadratic equation and determine it.
+    The x coordinates computed by chasles are the roots of the printed quadratic equation.
     """
     slope = np.tan(line)
     a = 1 + slope**2

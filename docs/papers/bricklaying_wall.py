@@ -18,11 +18,11 @@ FloatArray = NDArray[np.float64]
 BRICK = np.array([0.08, 0.04, 0.03])
 """Length, width and height of a brick [m], chosen so that a wall fits into the strokes."""
 PICK_SPOT = np.array([0.04, 0.05, 0.03])
-"""Guide position at which it grips a brick by its upper face [m]."""
+"""Guide position at which the gripper grips a brick by its upper face [m]."""
 ABOVE = 0.03
 """Height by which bricks are lifted before they travel [m]."""
 SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
-"""Limits of the guide along its lines [m/s, m/s^2, m/s^3]."""
+"""Limits of the guide's speed, acceleration and jerk [m/s, m/s^2, m/s^3]."""
 GRIP = 0.4
 """Time to close or open the gripper [s]."""
 
@@ -75,7 +75,7 @@ def wall() -> Wall:
 
 
 def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Adds straight lines of the guide: up to a height, across, and down to a position."""
+    """Adds straight lines of the guide, which rises, moves horizontally, and descends."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
         end = start.copy()
@@ -106,11 +106,13 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["flow_chart"],
             f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages per brick",
-            "the paper lists: switch on, feed design data, define pick and drop spot, go to the "
-            "next working area; ours grips, lifts, travels, lowers, releases, and returns in 3",
+            "the paper lists switching on, feeding design data, defining pick and drop spots, and "
+            "going to the next area; ours are grip, lift, travel, lower, release and three returns",
         ),
         not_printed(
-            printed["laying"], built.sampled.t[-1], f"{speeds}; 0.4 s each to grip and release"
+            printed["laying"],
+            built.sampled.t[-1],
+            f"{speeds}; gripping and releasing take 0.4 s each",
         ),
         not_printed(
             printed["motors"],

@@ -68,13 +68,13 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
         for k, part in enumerate(value):
             yield from _digits(part, (*path, k))
         return
-    if not _is_expression(value):
+    if not is_expression(value):
         return
     for number in _NUMBER.finditer(value):
         yield from (Digit(path, k) for k in range(number.start(), number.end()) if value[k] != ".")
 
 
-def _is_expression(text: str) -> bool:
+def is_expression(text: str) -> bool:
     """Tests whether a text is a number or an equation; words are neither."""
     try:
         ast.parse(text.strip(), mode="eval")
@@ -84,11 +84,11 @@ def _is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Tests whether the verdict of a row holds although a digit is wrong.
+    """Tests whether the verdict of a row survives a wrong digit.
 
-    The test changes the number in multiples of the digit's unit. The verdict must fail for a change
-    just beyond the tolerance in one of both directions, and for a change just beyond twice the
-    tolerance in both directions.
+    The test changes the number by multiples of the digit's unit. Just beyond the tolerance, the
+    verdict must fail in at least one direction; just beyond twice the tolerance, it must fail in
+    both directions.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"item {row.item} stores no verdict function")
@@ -106,7 +106,7 @@ def _holds(row: Row, changed: Printed) -> bool:
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Returns the item with a digit changed in both directions, by one or two steps."""
+    """Returns the items for small and for larger changes of a digit, in both directions."""
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:

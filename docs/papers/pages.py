@@ -13,12 +13,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mutations
-
-if TYPE_CHECKING:
-    from report import Row
+from report import ECHO, TWICE, Row
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
@@ -33,7 +31,7 @@ PAPERS = (
 )
 PROCESSES = 2
 DOTS_PER_INCH = 320
-HEAD = ("item", "values", "verdict and note")
+HEAD = ("item", "values", "verdict")
 SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 MEANINGS = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
@@ -71,6 +69,12 @@ CHANGED = """\
 A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
 must then fail. This test does not apply to rows without a printed value, to words and equations
 without digits, and to wrong values of unknown cause. The second table counts these rows."""
+CONSISTENCY = """\
+## Consistency
+
+Each line compares an input of chasles with the value in the paper. Values in brackets are not
+printed; in these lines, one model is computed twice.
+"""
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
@@ -197,8 +201,10 @@ def written(stem: Path, picture: Any) -> Path:
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
     """Returns the text of docs/papers.md: tables of verdicts and of digits."""
-    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items())), ""]
-    lines += table(("paper", *DIGITS), map(_digit_counts, rows.items()))
+    pages = ", ".join(f"[{paper}](papers/{paper}.md)" for paper in rows)
+    lines = [INTRODUCTION, f"Each paper has a page: {pages}.", ""]
+    lines += [*_block(("paper", *VERDICTS), map(_counts, rows.items())), ""]
+    lines += _block(("paper", *DIGITS), map(_digit_counts, rows.items()))
     return "\n".join([*lines, ""])
 
 
@@ -206,20 +212,25 @@ def section(paper: str, rows: Sequence[Row]) -> str:
     """Returns the text of the page of a paper."""
     title, source = words(importlib.import_module(paper))
     lines = [f"# {title}", "", source, ""]
-    lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, rows))]
+    other = [row for row in rows if row.verdict != "consistency"]
+    lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, other)), ""]
+    lines += [CONSISTENCY, "```", *(_compared(row) for row in rows if row not in other), "```"]
     return "\n".join([*lines, ""])
 
 
 def counted(paper: str, rows: Sequence[Row]) -> list[str]:
     """Returns the lines of a paper in the tables of verdicts and of digits."""
     own = (paper, rows)
-    return [table(VERDICTS, [found(own)])[-1] for found in (_counts, _digit_counts)]
+    return [
+        _block(("paper", *head), [found(own)])[2]
+        for head, found in ((VERDICTS, _counts), (DIGITS, _digit_counts))
+    ]
 
 
 def _counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
     paper, rows = item
     found = Counter(row.verdict for row in rows)
-    return (_link(paper), *(str(found[verdict]) for verdict in VERDICTS))
+    return (paper, *(str(found[verdict]) for verdict in VERDICTS))
 
 
 def _digit_counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
@@ -228,20 +239,39 @@ def _digit_counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
     without = mutations.exempt(rows)
     figures = sum(len(mutations.digits(row)) for row in refuting)
     counts = (len(refuting), figures, *(without[reason] for reason in mutations.EXEMPTIONS))
-    return (_link(paper), *map(str, counts))
+    return (paper, *map(str, counts))
 
 
-def _link(paper: str) -> str:
-    return f"[{paper}](papers/{paper}.md)"
+def _block(head: Sequence[str], rows: Any) -> list[str]:
+    widths = (max(map(len, PAPERS)), *map(len, head[1:]))
+    lines = ["  ".join(map(str.rjust, line, widths)) for line in (head, *rows)]
+    return ["```", *lines, "```"]
 
 
 def cells(row: Row) -> tuple[str, ...]:
     """Returns the cells of a row in the order of `HEAD`; each cell is a complete phrase."""
-    printed, ours = (f"{value} {row.unit}".rstrip() for value in row.shown)
-    source = "its equations give" if printed.startswith("[") else "the paper states"
-    values = f"{source} {'no value' if row.printed is None else printed}, and chasles has {ours}."
+    printed, ours = _values(row)
+    source = "by the paper's equations" if printed.startswith("[") else "in the paper"
+    value = row.source.value if row.source else None
+    if isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value)):
+        printed = f"“{printed}”"
+    values = f"{'no value' if row.printed is None else printed} {source}, {ours} in chasles."
     note = _phrase(row.note.replace("; cause: ", ". Cause: "))
     return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}. {note}".strip()
+
+
+def _compared(row: Row) -> str:
+    printed, ours = _values(row)
+    note = row.note
+    for usual in (ECHO, TWICE):
+        note = note.removeprefix(usual)
+    note = f"; {note.lstrip(':; ')}" if note else ""
+    return f"{row.item} ({row.where}): {printed}, chasles {ours}{note}"
+
+
+def _values(row: Row) -> tuple[str, str]:
+    printed, ours = (f"{value} {row.unit}".rstrip() for value in row.shown)
+    return printed, ours
 
 
 def _phrase(note: str) -> str:

@@ -74,8 +74,8 @@ TWICE = "both values come from the same model, computed twice"
 ROUNDING = 1e-9
 """Relative rounding error that an equation may have."""
 EDGE = 1e-12
-"""Relative widening of the agreement interval, because the bound 0.655 of a printed 0.65 has no
-exact float."""
+"""Relative widening of the agreement interval, because decimal bounds such as 0.655 have no exact
+float."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
 """Maximum number of equation entries that the tables show."""
@@ -206,7 +206,10 @@ def _agreeing(
         return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
     if printed.about is not None:
         note = "; ".join(
-            filter(None, ((f"the paper says “{printed.text}”: ± {printed.about}", note)))
+            filter(
+                None,
+                ((f"the tolerance is ± {printed.about}, as the paper says “{printed.text}”", note)),
+            )
         )
     return _with_value(_row(printed, ours, verdict, note), printed, value)
 
@@ -236,8 +239,8 @@ def erratum(
             cause.
 
     Raises:
-        Refuted: The printed value agrees with our value, or the corrected value does not, or the
-            cause does not reproduce the printed value.
+        Refuted: The printed value is right, the corrected value is wrong, or the cause does not
+        produce the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value

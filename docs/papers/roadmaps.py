@@ -185,7 +185,5 @@ def arm(printed: dict[str, Printed]) -> list[Row]:
     """Plans with a roadmap in the joint coordinates of the arm."""
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
-    words = (
-        "the report plans in a plane; ours moves the arm from point 1 to 5; length in joint space"
-    )
+    words = "the report plans in a plane; our length is in joint space, from via point 1 to 5"
     return [not_printed(printed["arm"], plan.length, f"{words}; clearance {1000 * clear:.1f} mm")]

@@ -168,7 +168,7 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["parameters"],
             report.suitable_rank,
             at(**numbers)(printed["complete"]),
-            "a fifth parameter shifts the frame along its axis, which no tool pose reveals",
+            "the fifth parameter shifts the frame along its axis, which no tool pose reveals",
             evaluated=at(**numbers),
         ),
     ]

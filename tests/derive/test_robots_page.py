@@ -23,7 +23,7 @@ def test_robots_page_matches_robot_descriptions():
     assert len(rows) == len(arms)
     for row, arm in zip(rows, arms, strict=True):
         axes = len(arm.coordinates)
-        assert row.startswith(f"| `{arm.name}` | {arm.title} with {axes} axes. | "), (
+        assert row.startswith(f"| `{arm.name}` | {arm.title} ({axes} axes). | "), (
             "run python docs/robots.py"
         )
         if arm.name in CLASSIFIED:
