@@ -16,8 +16,8 @@ BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
 """Allowed relative decrease of a ratio on the machine of the baseline.
 
-The margin is large because another process on the same core slows chasles, which keeps the
-arithmetic units busy, more than other libraries. Instruction counts (`count.py`) detect small
+The margin is large because another process on the same core slows chasles more than other
+libraries. Instruction counts (`count.py`) detect small
 slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5

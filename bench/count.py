@@ -232,7 +232,7 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Return the first input vector and the step between inputs, at which the loops close."""
+    """Return the first input vector and the step between inputs; the loops close at all inputs."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01

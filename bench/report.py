@@ -48,7 +48,8 @@ class Ratio:
     """The time of another library divided by the time of chasles, per pose or call.
 
     Attributes:
-        key: Measurement, arm and other library, such as "scalar ur5e fk: wrenfold".
+        key: Names of the measurement, the arm and the other library, such as "scalar ur5e fk:
+        wrenfold".
         own: Minimum time of chasles [ns].
         peer: Minimum time of the other library [ns].
         median: Median ratio of all rounds; above 1, chasles is faster.

@@ -213,7 +213,7 @@ def several(results: object) -> tuple:
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
-    """Return coordinates; for functions with a seed, also configurations one control step away."""
+    """Return random coordinates, and for functions with a seed also nearby configurations."""
     q = closed(robot, VECTORS)
     if not function.endswith("_near"):
         return (q,)

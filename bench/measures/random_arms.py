@@ -32,7 +32,7 @@ def run(count: int, first: int) -> int:
 
     Args:
         count: Number of arms of each kind.
-        first: Number of the first random arm, which determines its geometry.
+        first: Number of the first random arm; an arm's number determines its geometry.
     """
     rows = []
     for number in range(first, first + count):

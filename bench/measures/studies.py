@@ -1,7 +1,7 @@
 """``python -m bench studies``: workspaces, reach, motions and plans, compared with plain loops.
 
 The loops call other libraries for fewer configurations. Each iteration computes forward kinematics
-and the grid cell, or the inverse of a pose within limits. Times are per configuration, or per
+with the grid cell, or the inverse kinematics within limits. Times are per configuration, or per
 sample for a motion.
 """
 

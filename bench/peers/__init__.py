@@ -1,1 +1,1 @@
-"""Other libraries, set up for the same kinematics, in one folder per problem."""
+"""Interfaces to other libraries for the same kinematics, in one folder per problem."""

@@ -333,7 +333,7 @@ def errors() -> tuple[Errors, ...]:
 
 
 def error_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2 is lost; an error of one pantograph rod explains the printed 0.5 mm."""
+    """Table 2 is lost; its printed summary, 0.5 mm, follows from an error of one pantograph rod."""
     worst = max(errors(), key=lambda own: own.distance)
     least = LONGER * 0.5e-3 / worst.distance
     return [

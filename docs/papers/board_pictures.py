@@ -228,7 +228,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
 
 
 def bars(errors: Sequence[Errors]) -> Any:
-    """Draws the largest errors along x, y and z as bars for each length; 0.5 mm is a line."""
+    """Draws the largest errors along x, y and z as bars for each length, and a line at 0.5 mm."""
     figure, axes = panels(2.6)
     place = np.arange(len(errors))
     for k in range(3):

@@ -218,7 +218,7 @@ def wall_of_bricks(built: Wall) -> Any:
 
     figure, axes = solid(2.9)
     half = np.array([BRICK[0], BRICK[1], 0]) / 2
-    # The drawing order is from back to front, which the projection does not find by itself.
+    # matplotlib cannot sort these objects by depth, so they are drawn from back to front.
     axes.computed_zorder = False
     way = built.sampled.T[:, :3, 3]
     axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="path of the guide")

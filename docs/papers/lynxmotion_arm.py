@@ -44,12 +44,11 @@ SAMPLES, FINEST = 500_000, 30
 D1 = 0.05
 """Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
-"""Sphere midway between points 3 and 4 [m]; our choice, since figure 1.10 is lost."""
+"""Sphere midway between points 3 and 4 [m], which we chose because figure 1.10 is lost."""
 DETOUR = np.array([0.2, 0.075, 0.14])
 """The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Two link radii [m] with which distances to obstacles are computed: nearly zero, and the radius
-that part 3 uses."""
+"""Two link radii for obstacle distances [m]: nearly zero, and the radius of part 3."""
 RATE = 100.0
 """Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0

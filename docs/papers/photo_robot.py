@@ -246,7 +246,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def columns(pose: Printed, ours: Any) -> list[Row]:
-    """Returns a row for each axis of a pose, and for its position."""
+    """Returns a table row for each axis of a pose, and a row for its position."""
     table = np.array(pose.value)
     return [
         consistent(

@@ -19,7 +19,7 @@ from chasles.study.planning import Plan, prm
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
 """Seed of the random numbers in figures 3.2 to 3.4. As in the report, 100 points fail at step 10,
-while a larger step or more points succeed."""
+but a larger step or more points succeed."""
 MM = 1000.0
 
 

@@ -16,7 +16,7 @@ from the equations of the paper, independently of chasles.
 `where` is the position in the paper, such as "table 4, row 5".
 
 `digits` is the number of decimals with which the value of chasles is printed. The default is one
-decimal more than in the paper, and more decimals if the value would be at the limit of agreement.
+decimal more than in the paper, or more decimals if rounding would hide whether the values agree.
 
 `about` is a tolerance in the unit, for numbers that the paper introduces by the word "about".
 

@@ -28,7 +28,7 @@ DESCENT = 2.166
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
-"""Indices of the position x, the position z and the pitch of point R, which four joints move."""
+"""Indices of x, z and pitch of point R, which four joints move."""
 
 
 @cache
