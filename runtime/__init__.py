@@ -164,7 +164,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """The version and drawing functions, loaded at first use to halve the import time."""
+    """The version and drawing functions are loaded at first use, to halve the import time."""
     if name in ("animate", "draw"):
         from . import drawing  # noqa: PLC0415
 

@@ -64,7 +64,8 @@ class Robot(
         tip_frame: The name of the tool frame.
         link_names: The link names, in the order of `link_poses`.
         parameters: The named parameters of the robot description, keyed by name.
-        geometry: The input `p` of the parametric functions, in order, or () without such functions.
+        geometry: The parameters in the input `p` of the parametric functions, in order, or ()
+            without such functions.
         notes: Remarks on the description, for example on values that were snapped.
         cleaning: The snapped values of the robot description. `cleaning.position` [m] and
             `cleaning.orientation` [rad] are bounds on the change of the tool pose.

@@ -9,7 +9,7 @@ Rounding to single precision or to printed digits makes R slightly non-orthogona
 
     |R^T R - 1| / 8^0.5
 
-To first order, this is |R - U| / 2^0.5, with U the nearest rotation in the Frobenius norm.
+To first order, the deviation is |R - U| / 2^0.5, with U the nearest rotation in the Frobenius norm.
 `project` returns U. Inverse kinematics projects poses with a deviation of at most `NEARLY_RIGID`.
 The other functions do not check whether a matrix is a pose.
 

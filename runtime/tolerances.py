@@ -59,8 +59,8 @@ JUMP = 0.5
 """Maximum joint motion (length, radian) between poses of a path. Branches differ by 1 rad or more
 away from singularities; larger steps cannot be distinguished from a change of branch."""
 SELF_MOTION_STEP = 1e-9
-"""Final sampling step [rad or m] of a search along the self-motion, as accurate as a solution:
-distances have a kink at their minimum."""
+"""Final sampling step [rad or m] of a search along the self-motion. Distances have a kink at their
+minimum, so that this step is the accuracy of the result."""
 SELF_MOTION_GAP = 1e-7
 """Minimum distance [rad or m] between these samples."""
 SELF_MOTION_MOVE = 0.25
@@ -80,7 +80,8 @@ POLISHED = 1e-14
 SETTLED = 1e-12
 """Below this residual (meter, radian), a step without improvement ends the iteration."""
 MAX_DAMPING = 1e6
-"""Maximum ratio of the damping lambda^2 to the squared error; larger ratios stop the steps."""
+"""Maximum ratio of the damping lambda^2 to the squared error; at larger ratios, the steps are too
+short."""
 MIN_DAMPING = 1e-14
 """Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3

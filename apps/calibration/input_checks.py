@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 DOUBTFUL = 0.05
-"""Mistakes are checked if the error of the nominal robot is larger, relative to the spread of its
-tool positions."""
+"""Above this error of the nominal robot, relative to the spread of its tool positions, the checks
+look for mistakes."""
 BETTER = 10.0
 """Factor by which a correction must reduce the nominal robot's errors."""
 MUCH_BETTER = 3.0

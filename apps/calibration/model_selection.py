@@ -137,7 +137,8 @@ def cross_validate(
             :func:`~chasles.calibration.identify`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        folds: Number of groups of configurations; a group contains every folds-th configuration.
+        folds: Number of groups of configurations; with k groups, a group contains every k-th
+            configuration.
         vary: Parameters that may differ from nominal.
         parameter_std: Standard deviations of the parameters about nominal.
         robust: Whether outliers are excluded.

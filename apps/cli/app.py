@@ -60,7 +60,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0 for success, 1 after an error, 2 for wrong arguments, 130 after Ctrl-C.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # A program that reads the pipe receives each line immediately.
+        # Lines are flushed at once for a program that reads the pipe.
         sys.stdout.reconfigure(line_buffering=True)
     try:
         app(arguments, prog_name="chasles")

@@ -47,7 +47,7 @@ _COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
 }
 """The components of a task, as functions of the pose."""
 _FREER: tuple[TaskName, ...] = ("position_direction", "position_pitch", "position")
-"""Tasks that prescribe the position and less than the orientation."""
+"""Tasks that prescribe the position and at most two components of the orientation."""
 _ORIENTATION = "orientation out of reach"
 """Reason for a missing solution if the tool reaches the position with a different orientation."""
 _REASONS = {"stalled": "no closer pose found"}

@@ -55,8 +55,8 @@ def values(
 ) -> FloatArray:
     """Return the numbers of a list separated by commas or spaces.
 
-    A warning suggests degrees for an angle without a unit that is outside the limits (n, 2) and
-    more than a full turn, or more than two turns without limits.
+    A warning suggests degrees for an implausible angle without a unit. With limits (n, 2), this is
+    an angle of more than a full turn outside the limits; without limits, of more than two turns.
 
     Raises:
         InputValueError: The list has the wrong length, or one of its words is not a number.

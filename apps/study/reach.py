@@ -133,8 +133,8 @@ def reach(
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid, for its cell centers; (m, 3) positions of the tool origin [m]; or (m, 4, 4)
-            poses.
+        targets: A grid, whose cell centers are the positions; (m, 3) positions of the tool origin
+            [m]; or (m, 4, 4) poses.
         orientations: (k, 3, 3) tool orientations at every position; by default
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced

@@ -176,7 +176,7 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value from a file has the declared type; arguments of arrays are not checked."""
+    """Whether a value from a file has the declared type; array element types are ignored."""
     origin, words = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, word) for word in words)

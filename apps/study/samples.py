@@ -27,15 +27,14 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece: a thread has enough work, and the Sobol net of a piece fits in the
-cache."""
+"""Number of points of a piece: enough work for a thread, and a Sobol net that fits in the cache."""
 BLOCK = 1 << 12
 """Number of points processed at once; the poses and Jacobians fit in the cache."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube; a double has one more bit."""
 _NET_KEY = 0
-"""Second seed of the random digits of the net. The pieces have other second seeds, so their digits
-are independent of the net."""
+"""Second seed of the random digits of the Sobol net. Each piece has a different second seed, so its
+digits are independent of the net."""
 
 
 @dataclass(frozen=True, eq=False)

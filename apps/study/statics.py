@@ -28,8 +28,8 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
-"""If the squared component of a strut in the unit internal forces is at most this value,
-equilibrium determines the strut force."""
+"""Above this squared component of a strut in a unit internal force, equilibrium does not determine
+the strut force."""
 
 
 @dataclass(frozen=True, eq=False)

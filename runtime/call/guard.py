@@ -31,8 +31,8 @@ class Guard:
         steps: The loop of each solution step.
         coordinates: The elements of the first input.
         dead_point: Maximum margin that is treated as a dead point.
-        is_followed: Whether an iteration from the reference configuration solves the loops, which
-            gives no margin beyond a singularity.
+        is_followed: Whether an iteration from the reference configuration solves the loops; margins
+            are then unknown beyond a singularity.
     """
 
     label: str

@@ -1,6 +1,6 @@
 """Hints for missing attributes and keywords: the reason and a substitute.
 
-The tables are in `hints.toml`. This file is read if an error message needs it.
+The tables are in `hints.toml`. This file is read only if an error message needs it.
 """
 
 from __future__ import annotations

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 _ROWS = 8
-"""Part sizes are multiples of this number, so that all SIMD lanes are filled. The code for single
-rows is different and may round differently; with this minimum, results are equal bit for bit for
-every number of threads."""
+"""Part sizes are multiples of this number, so that all SIMD lanes are filled. Single rows use other
+code with other rounding; this minimum makes results equal bit for bit for every number of
+threads."""
 _MIN = 500_000
 """Minimum floating-point operations per thread: 0.1 ms, three times the start time of a thread."""
 _MAX = 20_000_000

@@ -13,8 +13,8 @@
 
 #define MAX_JOINTS 64
 
-/* A solution is in the cell of the weighted sum of its non-periodic coordinates, so that equal
- * solutions are in the same cell or in adjacent cells. */
+/* The weighted sum of its non-periodic coordinates selects the cell of a solution; equal solutions
+ * are in the same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* number of cells, a power of 2 */
     npy_intp *head, *next; /* last solution of each cell, and its predecessors; -1 for none */

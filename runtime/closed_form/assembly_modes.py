@@ -36,7 +36,7 @@ class AssemblyModes(NamedTuple):
             the platform size.
         margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 if the
             platform is singular and two modes meet.
-        complete: (...,) whether all modes were found because all complex solutions are known.
+        complete: (...,) whether certainly all modes were found: all complex solutions are known.
     """
 
     T: FloatArray

@@ -211,7 +211,7 @@ class InverseMethods(RobotFacts):
         start: FloatArray,
         max_step: FloatArray,
     ) -> JointPath:
-        """Follow the branch nearest to the start. `poses` are None for partial poses."""
+        """Follow the branch nearest to the start. `poses` is None for partial poses."""
         count = len(solutions.q)
         q, margin = np.empty((count, self.n)), np.empty(count)
         if not count:

@@ -107,7 +107,7 @@ def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]
     """Return displacements (N, 6) between poses (N, 4, 4), in base axes, and their sizes (N,)."""
     a, b = here.transpose(1, 2, 0), there.transpose(1, 2, 0)
     linear = b[:3, 3] - a[:3, 3]
-    # The cross products of the columns give twice the sine times the axis.
+    # The cross products of corresponding columns add up to 2 sin(angle) times the axis.
     sine = np.stack(
         [
             sum(a[i, k] * b[j, k] - a[j, k] * b[i, k] for k in range(3))

@@ -34,7 +34,8 @@ from .polish import BLOCK, STEPS, iterate
 from .task_components import WHOLE, Task
 
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Maps target indices (N,) and coordinates (N, n) to f (N,) and its gradients (N, n)."""
+"""Maps target indices (N,) and coordinates (N, n) to half the squared errors f (N,) and the
+gradients (N, n) of f."""
 _LONGEST = 1.0
 """Maximum distance of a start configuration from the saddle [rad or length]."""
 
@@ -141,10 +142,11 @@ class Refinement:
     def _is_aside(
         self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
     ) -> BoolArray:
-        """Test which missed poses (...,), axis-aligned with a rounded translation, are reachable.
+        """Test which poses (...,) without a solution are reachable.
 
-        At the workspace boundary, the error of the nearest solution slot is in the singular
-        direction. A reachable pose has a different error direction, or two singular directions.
+        These poses are axis-aligned with a rounded translation. At the workspace boundary, the
+        error of the nearest solution slot is in the singular direction. A reachable pose has a
+        different error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():
@@ -394,7 +396,7 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
 
 
 def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> DescentStarts:
-    """Return start configurations on both sides of saddles, with zero error to second order.
+    """Return start configurations on both sides of saddles, where f is 0 to second order.
 
     Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them, at which Newton's
     iteration stalls: the gradient -J^T e is 0, but the error is not. The direction of lowest

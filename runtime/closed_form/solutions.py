@@ -158,7 +158,7 @@ class Solutions(Fields):
                 turns. All windings of a large batch can need much memory.
 
         Returns:
-            Solutions with k solution slots times the number of windings.
+            Solutions, with k slots times the number of windings.
 
         Raises:
             InputValueError: If a lower limit is above the upper limit, or a solution has more than
@@ -337,7 +337,7 @@ class Solutions(Fields):
         return start if start.flags.c_contiguous else np.ascontiguousarray(start)
 
     def _remade(self, *fields: Any) -> Self:
-        """Return solutions of the same class, faster than by a call of the class."""
+        """Return solutions of the same class; this is faster than calling the class."""
         return tuple.__new__(type(self), fields)
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
@@ -445,7 +445,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
 
 
 def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -> Any:
-    """Call a compiled filter, with copies of the fields if they are not dense."""
+    """Call a compiled filter; fields that are not dense are copied first."""
     try:
         return compiled(*fields, *rest)
     except TypeError:

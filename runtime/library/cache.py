@@ -305,8 +305,8 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(cache, recipe.name) as folder:
-            # The compiler reads copies of the hashed bytes. Their plain names are safe in an
-            # #include and keep paths out of the library.
+            # The compiler reads copies of the hashed bytes. The plain names of these copies fit the
+            # include lines and keep paths out of the library.
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             with (folder / GLUE_FILE).open("a") as glue:

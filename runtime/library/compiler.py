@@ -146,7 +146,7 @@ def _find_program() -> tuple[Sequence[str], str]:
 
 
 def describe_machine() -> str:
-    """Return system and processor: code for -march=native may not run on a different processor."""
+    """Return the system and the processor, because code for -march=native depends on both."""
     return f"{platform.system()} {platform.machine()}\n{_describe_processor()}"
 
 

@@ -127,8 +127,8 @@ static inline double reached_by_rounding(const double *T)
     return ROUNDED * off;
 }
 
-/* Returns the maximum residual for an axis-aligned RIGID pose, from the six to eight decimals of
- * its translation or from single precision, or 0 for higher precision or fewer decimals. */
+/* Returns the maximum residual for an axis-aligned RIGID pose whose translation is rounded to six
+ * to eight decimals or to single precision, otherwise 0. */
 static inline double placed_by_rounding(const double *T)
 {
     if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {

@@ -31,7 +31,7 @@ Part = Literal["all", "linear", "angular"]
 
 PART: Mapping[Part, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
 COST = 20_000
-"""Floating-point operations of one singular value decomposition, with joint rates."""
+"""Floating-point operations per row: a singular value decomposition, and the joint rates."""
 
 
 @dataclass(frozen=True, slots=True)

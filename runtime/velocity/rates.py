@@ -114,8 +114,9 @@ class VelocityMethods(ManipulabilityMethods):
 
         The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
         and the other joints compensate if they can do so without damping. Otherwise, and for every
-        arm without redundancy, the twist is scaled down in its direction. If acceleration limits
-        exclude this direction, the result is the nearest allowed twist. See the manual page
+        arm without redundancy, the twist is shortened without a change of direction. If
+        acceleration limits exclude this direction, the result is the nearest allowed twist. See the
+        manual page
         "Motion in velocity space" for limits and fixed joints.
 
         Args:

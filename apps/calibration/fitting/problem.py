@@ -355,7 +355,7 @@ class Problem:
         return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
-        """Alternate solutions with updates of outliers and noise until all are consistent.
+        """Alternate solutions with updates of outliers and noise until they are consistent.
 
         Args:
             fit: Start values of the iteration.

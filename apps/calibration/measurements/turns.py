@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 _TURN = 2 * math.pi + 0.01
 """Maximum joint angle [rad], for one turn in either direction; larger values are degrees."""
 _MOVED = 0.1
-"""Minimum range [rad] of the joint that moves most; a range of 0.1 degree would be useless."""
+"""Minimum range [rad] of the joint that moves most; in degrees, this range would be useless."""
 _ROUNDED = 0.02
 """Tolerance for values with two decimal places: relative error of the length of a quaternion, or
 deviation of a rotation matrix from orthogonality."""

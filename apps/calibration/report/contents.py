@@ -46,7 +46,7 @@ class Contents:
         title: Title of the page.
         summary: Sentences of the summary.
         parameters: Parameter values and their 95 % intervals.
-        tables: Errors by target, frames, validation errors, correlations.
+        tables: Tables of errors by target, frames, validation errors and correlations.
         notes: Warnings, excluded rows and unidentifiable parameters.
     """
 

@@ -215,7 +215,7 @@ class MotionSequence:
             )
 
     def sample(self, frequency: float = 100.0) -> Trajectory:
-        """Sample all stages; `stage` of the result is the index of the stage.
+        """Sample all stages; the field `stage` of the result has the index of each sample's stage.
 
         Args:
             frequency: Samples per second.

@@ -136,7 +136,7 @@ def parameter_rates(
 def _along(
     angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first and second derivatives (m,) of an angle along rates (m, n), from differences."""
+    """Return first and second derivatives (m,) of an angle along rates (m, n), by differences."""
     size = np.linalg.norm(rate, axis=1)
     step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
     moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]

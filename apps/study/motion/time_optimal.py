@@ -187,8 +187,8 @@ def _stretch(
 
     The second result lists lengths at which a larger factor is needed, as additional grid nodes.
 
-    Close to a singularity, peaks may be narrower than the sample spacing. Samples are added near
-    sampled values that are close to the maximum, relative to the difference between samples.
+    Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
+    again if the larger of its end values plus a fraction of their difference exceeds the maximum.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

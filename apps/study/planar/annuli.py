@@ -99,7 +99,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which other circles cross a circle; the last closes a full turn."""
+    """Return the angles at which other circles cross a circle; the last closes the turn."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

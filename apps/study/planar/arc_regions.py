@@ -115,7 +115,7 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
         region: The region.
         center: (2,) the point [m].
         lower: The smallest angle of the rotation [rad].
-        upper: The largest angle [rad]; for a full turn or more, all angles.
+        upper: The largest angle [rad]; a range of a full turn or more means all angles.
     """
     is_circle = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:

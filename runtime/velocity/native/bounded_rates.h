@@ -38,7 +38,7 @@ int rate_problem_new(RateProblem *p, int n);
 void rate_problem_free(RateProblem *p);
 
 /* Computes the rates y for the twist s V with the largest s in [0, 1] within the bounds. Joints
- * that reach their bounds stay there; the other joints compensate this if the task needs no
+ * that reach their bounds stay there; the other joints compensate for this if the task needs no
  * damping. The member p->svd must be the decomposition of J. Returns s. */
 double solve_within_bounds(RateProblem *p);
 

@@ -54,7 +54,7 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
     return finite;
 }
 
-/* Writes the smallest singular value, lambda^2, and the twist, with a positive largest entry. */
+/* Writes the smallest singular value, lambda^2, and the twist, whose largest entry is positive. */
 static void write_smallest(const RateProblem *p, char **args, const npy_intp *core)
 {
     const double *u = p->svd.u[p->rank - 1];
