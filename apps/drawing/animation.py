@@ -55,10 +55,10 @@ def animate(
             configurations (k, n) [rad or m], one per frame. None moves one coordinate after another
             in both directions from the configuration that `draw` selects, within the limits. A
             single coordinate moves through a full turn, or through its range.
-        file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
+        file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: One or more views, as for `draw`; None selects the plane of a planar robot, otherwise
-            the axonometric view.
+        views: One or more views, as for `draw`. Without views, a planar robot is shown in its
+            plane, other robots in the axonometric view.
         fps: Frames per second.
 
     Returns:

@@ -107,7 +107,7 @@ def scenes(
         ghosts: (g, bodies, 4, 4) poses of the bodies of each ghost.
         path: (k, 3) tool positions, or None.
         views: The projections.
-        span_of: (m, bodies, 4, 4) poses whose extent determines the symbol size; None selects the
+        span_of: (m, bodies, 4, 4) poses whose extent determines the symbol size, or None for the
             poses and the ghosts.
     """
     everything = span_of if span_of is not None else np.concatenate([poses[None], ghosts])

@@ -121,7 +121,7 @@ class Skeleton:
         return tips
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
-        """Return the index in q of the coordinate that moves a joint; None for a passive joint."""
+        """Return the index in q of the coordinate that moves a joint, None for a passive joint."""
         k = None if joint is None else self.actuators.get(joint.coordinate)
         is_serial = not self.robot.configuration_variables
         if joint is None or k is None or not is_serial:

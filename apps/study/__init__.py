@@ -5,7 +5,7 @@
     print(found.size)
     found.plot()
 
-Studies need SciPy and other packages: `pip install 'chasles[study]'`.
+Studies need the packages of `pip install 'chasles[study]'`.
 """
 
 from .equilibrium import PointMass

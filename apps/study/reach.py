@@ -105,8 +105,8 @@ class Reach(StudyResult):
         """Plot the fraction of the orientations that are reached, and the limit counts.
 
         Args:
-            ax: Three matplotlib axes, for cells from above, cells from the side, and limits; None
-                creates a new figure.
+            ax: Three matplotlib axes, for cells from above, cells from the side, and limits, or
+                None for a new figure.
 
         Returns:
             The axes.
@@ -141,7 +141,7 @@ def reach(
             within its limits; solutions are counted for all values.
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar; None shows the bar only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Raises:
         AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
@@ -181,7 +181,7 @@ def base_placement(
         T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar; None shows the bar only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.

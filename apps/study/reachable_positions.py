@@ -109,8 +109,8 @@ def reachable_positions(
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
         R_0_ee: (3, 3) the orientation, where None means the orientation at q_seed.
         resolution: Number of cells along each side of the box, 32 times a power of two.
-        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None
-            selects the reference configuration.
+        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions, or None
+            for the reference configuration.
 
     Raises:
         AttributeError: The robot has no `ik`.

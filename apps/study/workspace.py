@@ -66,7 +66,7 @@ class Workspace(StudyResult):
         sampling: Sampling method of the configurations.
         rng: The int that reproduces the configurations.
         path_length: Length [m] of the curve that the tool of a robot with one coordinate traces
-            between its limits, with an error estimate; None for other robots.
+            between its limits, with an error estimate, None for other robots.
     """
 
     _parts = (Grid, SizeEstimate)
@@ -176,7 +176,7 @@ def workspace(
         threads: Number of threads in this process or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to show a progress bar; None shows the bar only on a terminal.
+        progress: Whether to show a progress bar, where None shows it only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any

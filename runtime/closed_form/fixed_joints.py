@@ -1,4 +1,4 @@
-"""Inverses with fixed joints: `ik(T, fixed={"elbow": 1.2})`.
+"""Inverses with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
 The generated inverse fixes the redundancy parameters of the robot. An inverse for other fixed
 joints is derived on first use and cached, like a robot from its description.

@@ -14,7 +14,7 @@ from .solutions import Fields
 
 
 class NearestSolution(Fields):
-    """Solutions, one per pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
+    """One solution per pose, as in `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
         q: (..., n) coordinates [rad or m], or NaN without a solution.

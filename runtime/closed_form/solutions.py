@@ -65,8 +65,8 @@ class Solutions(Fields):
             boundary, negative outside.
         valid: (..., k) whether the solution slot holds a solution that no filter has removed: its
             residual is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times
-            the rounding: `se3.deviation`, or half a unit of the last decimal of the rotation if
-            that is larger.
+            the rounding, which is `se3.deviation`, or half a unit of the last decimal of the
+            rotation if that is larger.
         unit_length: The length [m] that is equivalent to 1 rad, as defined for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.

@@ -300,7 +300,7 @@ def _compile(recipe: Recipe) -> None:
 
 
 def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
-    """Write the library of a robot; `compile_in` compiles `library.so` in a folder of sources."""
+    """Write the library of a robot, with `compile_in` to compile the sources in a folder."""
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)

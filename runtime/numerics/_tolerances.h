@@ -82,7 +82,7 @@
 #define LM_SHORTEST_STEP 1e-15
 
 /* Minimum relative reduction of the squared error per step; smaller reductions end the attempt.
- * HASTY soon ends an attempt; PATIENT iterates to the minimum error, up to rounding error. */
+ * The gain HASTY soon ends an attempt, PATIENT iterates to the minimum error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 

@@ -140,8 +140,8 @@ class ManipulabilityMethods(LengthMethods):
             q: (..., n) coordinates [rad or m].
             components: "linear" (semi-axes in meter per radian), "angular" (dimensionless) or "all"
                 (the dimensionless ellipsoid of (v / length, omega)).
-            characteristic_length: The length [m] that scales prismatic joints and distances;
-                `robot.characteristic_length` if None.
+            characteristic_length: The length [m] that scales prismatic joints and distances, by
+                default `robot.characteristic_length`.
 
         Returns:
             Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`, or NaN if q is not finite.

@@ -141,8 +141,8 @@ class VelocityMethods(ManipulabilityMethods):
             fixed: Fixed coordinates, by names or indices; a joint of the main chain stands for the
                 coordinate that moves it.
             damping_threshold: The dimensionless singular value below which a direction is damped.
-            characteristic_length: The length [m] that scales radians to meters;
-                `robot.characteristic_length` if None.
+            characteristic_length: The length [m] that scales radians to meters, by default
+                `robot.characteristic_length`.
 
         Returns:
             Joint rates, the resulting twist, the damping and the active limits, or NaN if an input

@@ -100,7 +100,7 @@ def problem_at(
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        p: The geometry, including unidentifiable parameters; None for the nominal geometry.
+        p: The geometry, including unidentifiable parameters, or None for the nominal geometry.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))

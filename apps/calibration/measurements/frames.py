@@ -112,7 +112,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """Return the base frame that fits nominal to measured axes best; None if the axes are parallel.
+    """Return the base frame that fits nominal to measured axes best, None if the axes are parallel.
 
     Args:
         nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.

@@ -76,7 +76,7 @@ def cells_of(path: Path) -> TableText:
 
 
 def _decoded(path: Path, content: bytes) -> str:
-    """Decode UTF-8 text, or text from Windows: UTF-16 with a byte order mark, or code page 1252."""
+    """Decode UTF-8 text, or Windows text (UTF-16 with a byte order mark, or code page 1252)."""
     if content.startswith(_ARCHIVE):
         raise InputValueError(f"{path} is a spreadsheet; save the table as text (CSV)")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

@@ -2,7 +2,7 @@
 
 On a curve of the tool, the inverse solves each sample on the branch nearest to `q_seed`. The tool
 is on the curve up to rounding errors, also for coarse samples. Joint rates and accelerations follow
-from the Jacobian and its derivative, not from finite differences. Limits are not enforced:
+from the Jacobian and its derivative, not from finite differences. Limits are not enforced, but
 `limit_violations` reports violations.
 """
 

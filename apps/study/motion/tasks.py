@@ -113,7 +113,7 @@ def parameter_rates(
         q: (m, n) coordinates on the curve [rad or m].
         V: (m, 6) mixed twists per unit of s.
         A: (m, 6) derivatives of V with respect to s.
-        moves: (m, p) first and second derivatives of the parameters with respect to s; None for
+        moves: (m, p) first and second derivatives of the parameters with respect to s, or None for
             constant parameters.
     """
     indices = [item.index for item in robot.redundancy if item.index is not None]

@@ -176,7 +176,7 @@ def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
 
 
 def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Return limits that result in the duration: accelerate, cruise and brake for a third of it each."""
+    """Return limits that result in the duration, in thirds: accelerate, cruise and brake."""
     if duration is None:
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"

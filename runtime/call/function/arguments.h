@@ -21,7 +21,8 @@ int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args,
  * (internal calls). Returns 1 with new references, 0 for other values, -1 on error. */
 int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
-/* Sets *outs to the output arrays, None for a new array; NULL without out=. Returns -1 on error. */
+/* Sets *outs to the output arrays (None for a new array), or to NULL without out=. Returns -1 on
+ * error. */
 int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs);
 
 /* Returns the number of threads (at least 1, or ALL_THREADS), or -1 on error. */
