@@ -193,7 +193,7 @@ def exp(twist: ArrayLike) -> FloatArray:
 def log(T: ArrayLike) -> FloatArray:
     """Return the logarithms of poses (..., 4, 4): twists (v, omega) (..., 6), |omega| in [0, pi].
 
-    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible: the choice is
+    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible. The choice is
     deterministic, but a small change of the pose may reverse the axis.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.

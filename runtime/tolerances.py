@@ -16,7 +16,7 @@ SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
 REFINED = 1e-3
-"""Maximum residual (length, radian) of a solution that is refined: rounding can change four nearly
+"""Maximum residual (length, radian) of a solution that is refined. Rounding can change four nearly
 equal roots of a quartic by several times 1.2e-4, the fourth root of the rounding error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) from rounding a pose to five digits, for arms with fewer than
@@ -37,8 +37,8 @@ AT_REST_BEND = 1e-3
 """Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
 null direction that excludes a self-motion."""
 BEND_STEP = 1e-3
-"""Finite-difference step [rad or length] for this second derivative: relative errors are 1e-9 from
-rounding and 1e-6 from truncation."""
+"""Finite-difference step [rad or length] for this second derivative, with relative errors of 1e-9
+from rounding and 1e-6 from truncation."""
 SADDLE = 1e-3
 """Maximum gradient relative to the error at a stationary point: damped steps approach a saddle
 without reaching it."""
@@ -46,10 +46,10 @@ SADDLE_BEND = 1e-3
 """Minimum second derivative of the pose towards the target (length or radian per squared coordinate
 unit) for which the squared error decreases on both sides of a saddle."""
 SADDLE_STEP = 1e-5
-"""Finite-difference step [rad or length] for the Hessian of the squared error: relative errors from
-rounding and truncation are both 1e-11."""
+"""Finite-difference step [rad or length] for the Hessian of the squared error, with relative errors
+of 1e-11 from rounding and from truncation."""
 SAME_SOLUTION = 1e-6
-"""Maximum difference (length, radian) between equal solutions: where branches meet at a
+"""Maximum difference (length, radian) between equal solutions. Where branches meet at a
 singularity, each is accurate to 1e-8."""
 AT_LIMIT = 1e-12
 """Maximum limit violation (length, radian) that counts as rounding."""
@@ -99,7 +99,7 @@ TURNS = 1e-6
 RANK = 1e-9
 """Singular values below this fraction of the largest singular value count as zero."""
 SINGULAR = 1e-6
-"""Maximum singular value of J_x or J_q at a parallel singularity: for a rounded pose at a
+"""Maximum singular value of J_x or J_q at a parallel singularity. For a rounded pose at a
 type-1 singularity, the value is the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""

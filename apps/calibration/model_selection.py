@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 FOLDS = 6
 """Default number of groups of the configurations."""
 EQUAL = 1.05
-"""Up to this ratio of median errors, two models count as equal: the median error of a hundred
+"""Up to this ratio of median errors, two models count as equal. The median error of a hundred
 targets has a sampling uncertainty of about 5 %."""
 
 

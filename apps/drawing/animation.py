@@ -29,8 +29,8 @@ _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
 """Largest motion of a coordinate in each direction: an angle, or a length relative to the robot
 size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
-"""Duration of the motion of a coordinate [s], its minimum number of frames, and the number of
-configurations at which the loops must close."""
+"""Duration of the motion of a coordinate [s], minimum number of frames of this motion, and number
+of configurations at which the loops must close."""
 _HALO = 1.6
 """Width of the background around the letters of a label [points]."""
 _PERIOD = 4.0

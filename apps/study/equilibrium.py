@@ -1,8 +1,9 @@
 """Equations of static equilibrium of the rigid bodies of a robot.
 
-A wrench is (force, moment about the base origin) in base axes; its power on a body with the twist
-(v, omega) at the base origin is their scalar product. The unknowns are the forces x of struts and
-closures. For each coordinate j of the joint tree, the virtual work of all forces is
+A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
+its scalar product with the twist (v, omega) of the body at the base origin. The unknowns are the
+forces x of struts and closures. For each coordinate j of the joint tree, the virtual work of all
+forces is
 
     G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench, and tau_j the
     force of an actuator on the coordinate.
@@ -39,7 +40,7 @@ class PointMass:
             such as `boom_cylinder_barrel`.
         mass: Mass [kg].
         at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
-            from the first end of the strut to the second; its mass is on this axis.
+            from the first end of the strut to the second; the mass of the section is on this axis.
     """
 
     link: str

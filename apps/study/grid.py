@@ -2,7 +2,7 @@
 
 The estimate counts visited cells instead of points, because the density of points is not uniform.
 At each end of a line along x through the body, the last visited cell adds half a cell on average.
-To first order, the visited cells have a larger volume than the body: the difference is h/2 times
+To first order, the visited cells have a larger volume than the body. The difference is h/2 times
 the area of the open faces of the cells. A cell has the side h, and the open faces along x have the
 area of the surface projected along x. The correction along each axis is a factor 1 - c, where c is
 half the number of open faces per cell. The product of the three factors is exact for boxes and

@@ -96,7 +96,7 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
-    The convention is the same as in `robot.actuator_forces`: the power of these forces is the power
+    The convention is the same as in `robot.actuator_forces`. The power of these forces is the power
     of the weights, and the actuators hold the opposite values.
 
     Args:

@@ -1,7 +1,7 @@
 """Processing of the pieces of a sample set on threads, or on the workers of a dask cluster.
 
-Counts over the pieces must not depend on the order of the pieces: counts, bits and extremes are
-suitable, sums of floats are not. The result is then identical, bit for bit, for any number of
+Counts over the pieces must not depend on the order of the pieces. Counts, bits and extremes are
+suitable, but sums of floats are not. The result is then identical, bit for bit, for any number of
 threads and workers, and a piece whose worker was killed can be repeated.
 """
 
@@ -22,8 +22,8 @@ from chasles.contract import requires
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Number of pieces per task of a worker: a few seconds of work, so that communication is cheap and
-a killed worker loses little."""
+"""Number of pieces per task of a worker, for a few seconds of work. Communication is then cheap,
+and a killed worker loses little."""
 _TASKS_A_WORKER = 2
 """Number of tasks that are queued per worker, so that workers do not wait. More tasks would only
 fill memory with finished counts."""

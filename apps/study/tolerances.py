@@ -10,7 +10,7 @@ IN_PLACE = 1e-12
 more than 1 m away from the base, their distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
 """Three points count as collinear if the sine of the angle between their two connecting lines is
-smaller: the radius of the circle through them is then a billion times their distance. This sine is
+smaller. The radius of the circle through them is then a billion times their distance. This sine is
 also the relative distance up to which points count as
 coplanar."""
 NODES_APART = 2e-3

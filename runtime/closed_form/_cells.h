@@ -13,7 +13,7 @@
 
 #define MAX_JOINTS 64
 
-/* The weighted sum of its non-periodic coordinates selects the cell of a solution; equal solutions
+/* The weighted sum of the non-periodic coordinates of a solution selects its cell; equal solutions
  * are in the same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* number of cells, a power of 2 */

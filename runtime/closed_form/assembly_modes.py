@@ -36,7 +36,7 @@ class AssemblyModes(NamedTuple):
             the platform size.
         margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 if the
             platform is singular and two modes meet.
-        complete: (...,) whether certainly all modes were found: all complex solutions are known.
+        complete: (...,) whether it is certain that all modes were found.
     """
 
     T: FloatArray
@@ -83,9 +83,9 @@ class PlatformMethods(RobotFacts):
     def fk_planar_all(self, q: ArrayLike) -> PlanarAssemblyModes:
         """Return all assembly modes `x (..., 6, 3)`, `valid (..., 6)` of a planar platform at q.
 
-        Modes closer than 1e-7 of the platform size and 1e-7 rad count as one: the platform is at a
-        singularity of type 2. If the three rods remain parallel on a circle of poses, no mode is
-        found.
+        Modes closer than 1e-7 of the platform size and 1e-7 rad count as one. The platform is then
+        at a singularity of type 2. If the three rods remain parallel on a circle of poses, no mode
+        is found.
 
         Source:
             Gosselin, Sefrioui and Richard, Solutions polynomiales au probleme de la cinematique des

@@ -238,9 +238,10 @@ class Refinement:
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
         """Return a mask (N, n) of joints to be fixed along a possible self-motion from q (N, n).
 
-        At the workspace boundary, tool motion along the null direction is quadratic: there is no
-        self-motion and no joint is fixed. Otherwise the fixed joint is the joint with the largest
-        component of the null direction. With several null directions, any free joint may be fixed.
+        At the workspace boundary, tool motion along the null direction is quadratic, so that there
+        is no self-motion and no joint is fixed. Otherwise the fixed joint is the joint with the
+        largest component of the null direction. With several null directions, any free joint may be
+        fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
@@ -399,8 +400,9 @@ def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> Desc
     """Return start configurations on both sides of saddles, where f is 0 to second order.
 
     Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them, at which Newton's
-    iteration stalls: the gradient -J^T e is 0, but the error is not. The direction of lowest
-    curvature of f leads to both solutions (Nocedal and Wright, Numerical Optimization, ch. 3.4).
+    iteration stalls, because the gradient -J^T e is 0, but the error is not. The direction of
+    lowest curvature of f leads to both solutions (Nocedal and Wright, Numerical Optimization, ch.
+    3.4).
     """
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)

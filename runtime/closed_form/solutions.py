@@ -104,7 +104,8 @@ class Solutions(Fields):
         """(..., k) whether the pose belongs to a different assembly mode from `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
-        the mode of the reference configuration, so that it does not return this pose.
+        the mode of the reference configuration; in other modes, the same coordinates give other
+        poses.
         A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
         returns all modes. The result is False for robots whose loops have a closed form. Filters do
         not change this field.

@@ -14,12 +14,13 @@
 
 /* ------------------------------------------------------------------ rigid poses */
 
-/* Maximum deviation [rad] of a rounded pose, which is projected: distance to a rotation in the norm
- * |R_1 - R_2| / 2^0.5, and error of each entry of the last row. Single precision causes deviations
- * of 1e-7; six printed digits, or products of many rounded poses, cause 1e-6. */
+/* Maximum deviation [rad] up to which a pose counts as rounded and is projected: the distance to a
+ * rotation in the norm |R_1 - R_2| / 2^0.5, and the error of each entry of the last row. Single
+ * precision causes deviations of 1e-7; six printed digits, or products of many rounded poses, cause
+ * 1e-6. */
 #define NEARLY_RIGID 1e-5
 
-/* Maximum deviation [rad] of a rigid pose: a product of 100 poses in doubles has 1e-14. */
+/* Maximum deviation [rad] of a rigid pose. A product of 100 poses in doubles has 1e-14. */
 #define RIGID_TO_ROUNDING 1e-13
 
 /* Maximum least-squares residual of a solution for a rounded pose, relative to the rounding. For
@@ -40,7 +41,7 @@
  * double-precision error 1e-7. */
 #define ROUNDED_NUMBER 1e-6
 
-/* Deviation at which the polar iteration ends: the rounding error of R^T R is 2e-16. */
+/* Deviation at which the polar iteration ends, above the rounding error 2e-16 of R^T R. */
 #define POLAR_CONVERGED 4e-16
 
 /* ------------------------------------------------------ singular values, linear solves */
@@ -101,10 +102,12 @@
  *
  *     s / (s^2 + lambda^2),   lambda^2 = (1 - (s / e)^2) d^2,   where d is the damping of s = 0.
  *
- * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e: rates are bounded. */
+ * In joint_rates, d = e. The damped inverse is then s / e^2, at most 1 / e, so that rates are
+ * bounded. */
 
-/* Default threshold e = d of joint_rates, dimensionless: rates are at most 25 times the twist. The
- * threshold is 1/4 of the median smallest singular value of random six-axis configurations. */
+/* Default threshold e = d of joint_rates, dimensionless, so that rates are at most 25 times the
+ * twist. The threshold is 1/4 of the median smallest singular value of random six-axis
+ * configurations. */
 #define RATES_DAMPING_THRESHOLD 0.04
 
 /* Threshold e and minimum damping d of path tracking, dimensionless. These values are smaller than
@@ -149,6 +152,6 @@
  * for equal solutions uses cells of at least this width. */
 #define SAME_TURNS 1e-9
 
-/* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate: a joint
- * may exceed its acceleration limit by this amount when it brakes. */
+/* Rounding error of the distance to a limit, relative to |q| / dt and to the previous rate. A
+ * braking joint may exceed its acceleration limit by this amount. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)

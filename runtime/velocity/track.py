@@ -97,7 +97,7 @@ class TrackMethods(ManipulabilityMethods):
         only at singularities and limits, and returns to the path afterwards. A redundant robot
         takes the smallest joint motion.
 
-        The singular values belong to a scaled Jacobian: angular rows are multiplied by the
+        The singular values belong to a scaled Jacobian. Its angular rows are multiplied by the
         characteristic length, and each column is divided by the tool motion at `q_start` per unit
         of the coordinate. At a wrist singularity, joints rotate at their maximum rates: set rate
         limits for such a path. The manual page "Following a path" describes damping and errors.

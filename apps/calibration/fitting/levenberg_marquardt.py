@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
-"""Initial damping relative to the largest curvature. The damping is small: start values are near
-the solution, and parameters with little effect have a relative curvature of only 1e-8."""
+"""Initial damping relative to the largest curvature. The damping is small, because start values are
+near the solution, and parameters with little effect have a relative curvature of only 1e-8."""
 _MIN_WEIGHT = 1e-10
 """Minimum curvature of the loss relative to the value at 0; the exact curvature can be negative."""
 _MIN_FACTOR = 0.1

@@ -11,7 +11,7 @@ fit adapts to an error, so only the fraction 1 - h of the error's variance remai
 sum of 1 - h is the residual number of degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
-standard deviations, s maximizes the marginal likelihood of the measurements: along the singular
+standard deviations, s maximizes the marginal likelihood of the measurements. Along the singular
 vectors of J D^-1, an error has the variance lambda + s^2, with lambda the squared singular value.
 If there are few measurements, s is uncertain. A wide prior of log s about the stated noise
 regularizes the estimate; thirty degrees of freedom outweigh the prior.
@@ -130,8 +130,8 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         has_prior = self.D.any(0)
-        # The errors at the nominal parameters and their derivative are projected: the components
-        # that the free variables explain are removed.
+        # The errors at the nominal parameters and their derivative are projected, which removes the
+        # components that the free variables explain.
         per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~has_prior])[0]

@@ -72,8 +72,8 @@ _SAME_NOISE = 0.01
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
     """Decorate a function so that its linear algebra runs in one thread.
 
-    The matrices are small: on a busy machine, several threads wait for each other and are up to a
-    hundred times slower.
+    The matrices are small. On a busy machine, several threads would wait for each other and be up
+    to a hundred times slower.
     """
 
     @functools.wraps(function)
@@ -156,8 +156,8 @@ def problem_nearby(
 ) -> Problem:
     """Return the problem with the identifiable variables of a robot with loops.
 
-    Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
-    real delta robot, for example, are not parallel. A first fit therefore varies all candidates,
+    Parameters may be identifiable for a real robot, but not for its nominal design. For example,
+    the rods of a real delta robot are not parallel. A first fit therefore varies all candidates,
     and distributes the deviation among candidates with the same effect. The variables of the
     returned problem are identified at the first fit.
 
@@ -200,8 +200,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never exactly known. Parameters of joint axes can absorb its error; if
-    # they are not varied, base corrections do.
+    # The device frame is never exactly known. Parameters of joint axes can absorb the error of this
+    # frame; if they are not varied, base corrections do.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:

@@ -7,8 +7,8 @@ P and Q. The arc is
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
 The pole W is scaled so that W^T C W = -P^T C Q / 2; its sign selects one of the two arcs. For half
-an ellipse, the pole W is at infinity. The arc length has no closed form: it is computed by Gauss
-quadrature on pieces and inverted by Newton's method.
+an ellipse, the pole W is at infinity. The arc length is computed by Gauss quadrature on pieces and
+inverted by Newton's method.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.

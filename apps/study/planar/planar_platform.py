@@ -1,9 +1,9 @@
 """Workspaces of planar platforms with three legs, bounded by circles.
 
 At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
-and the radii of the annulus are fitted to samples. The fit is exact: a leg's margin or squared
-length is a polynomial in the squared distance from the center. Legs that do not fit a polynomial
-raise an error.
+and the radii of the annulus are fitted to samples. The fit is exact, because a leg's margin or
+squared length is a polynomial in the squared distance from the center. Legs that do not fit a
+polynomial raise an error.
 """
 
 from __future__ import annotations

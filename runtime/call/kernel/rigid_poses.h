@@ -1,6 +1,6 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if a residual is at rounding level. Other poses are tested: nearly rigid
+ * A pose counts as rigid if a residual is at rounding level. Other poses are tested. Nearly rigid
  * poses are projected and solved again; all other matrices result in NaN and infinite residuals.
  * For general arms, each matrix is tested first.
  *

@@ -11,8 +11,8 @@ enum { Q, LOWER, UPPER, RATE, ACCELERATION, PREVIOUS, DT, MIN, GREATEST, N_OPERA
 enum { N_JOINT_INPUTS = DT, MIN_STEP = 6, GREATEST_STEP = 7 };
 
 /* Returns the maximum rate from which a joint can brake before a limit at the distance `left`, with
- * the acceleration limit a: k steps at v, v - a dt, v - 2 a dt ... cover k v dt - k (k - 1) / 2 a
- * dt^2. */
+ * the acceleration limit a. In k steps at v, v - a dt, v - 2 a dt ..., the joint covers k v dt - k
+ * (k - 1) / 2 a dt^2. */
 static double approach_rate(double left, double acceleration, double dt)
 {
     if (!(left > 0)) {
