@@ -66,7 +66,7 @@ START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C code that starts the counting; Python calls it after its slow imports."""
+"""C code that starts the counting, which Python calls after its slow imports."""
 
 
 def run(write: bool) -> int:

@@ -50,7 +50,7 @@ def run(count: int, first: int) -> int:
 
 
 def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, ...]:
-    """Return the cells with times in the table row of an arm.
+    """Return the table cells that contain the times of an arm.
 
     Args:
         robot: The arm.

@@ -219,7 +219,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
 
 
 def arm_shift(q: FloatArray) -> FloatArray:
-    """Returns the translation (m, 3) to which the product of the exponentials simplifies [m]."""
+    """Returns the translation (m, 3) [m] that equals the product of the exponentials."""
     value = parameters()
     k, r = value["k"], value["r"]
     along = k * r * (np.cos(q[:, 2]) - 1) - (k - 1) * q[:, 1]
@@ -349,9 +349,8 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
         not_reproducible(
             printed["error"],
             worst.distance,
-            "the paper measured one robot; ours is the largest error from a 0.1 mm error of one "
-            "rod or "
-            "crank of the pantograph",
+            "the paper measured one robot; our value is the largest error from a 0.1 mm error of "
+            "one rod or crank of the pantograph",
         ),
         not_printed(
             printed["tolerance"],

@@ -254,8 +254,8 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     x, y = own.xy
     values = {"x": x, "y": y, "r": own.r, "theta": own.theta}
     values |= {"omega": own.omega, "t": own.duration}
-    gantry = "ours is the guide position of the gantry at spot 1 of set-up 1"
-    arm = "ours is the joint angle of the polar arm at spot 1 of set-up 1"
+    gantry = "our value is the guide position of the gantry at spot 1 of set-up 1"
+    arm = "our value is the joint angle of the polar arm at spot 1 of set-up 1"
     return [
         agrees(printed["equations_3_4"], own.xy, gantry, evaluated=at(**values)),
         agrees(printed["equation_5"], own.theta, arm, evaluated=at(**values)),
@@ -314,7 +314,7 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 def in_inches(item: Printed, ours: FloatArray) -> Row:
     """Compares lengths that agree in inches, but not in the printed unit."""
     cause = ("values in inches, as in section 2.2", ours / INCH * MM)
-    return erratum(item, ours, ours, "correct: the unit is in, not mm", cause=cause)
+    return erratum(item, ours, ours, "correct: the unit is inch, not mm", cause=cause)
 
 
 # The 7-5-5 chain

@@ -107,7 +107,8 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["flow_chart"],
             f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages per brick",
             "the paper lists switching on, feeding design data, defining pick and drop spots, and "
-            "going to the next area; ours are grip, lift, travel, lower, release and three returns",
+            "going to the next area; our stages are grip, lift, travel, lower, release and three "
+            "returns",
         ),
         not_printed(
             printed["laying"],

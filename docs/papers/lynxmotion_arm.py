@@ -158,7 +158,7 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["within_limits"],
             f"{counts[0]} of 4",
-            f"the report does not compare its tables: every q2 is negative, but its lower limit "
+            f"the report does not compare its tables; every q2 is negative, but its lower limit "
             f"is 30 deg; {words} the vertical",
         ),
     ]
@@ -289,10 +289,10 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
     words = (
-        f"the report does not compare its tables: with d1 = 0.1 m only points "
-        f"{' and '.join(numbers)} are reachable, but its motions pass all five; see the range of d1"
+        f"the report does not compare its tables; with d1 = 0.1 m, only points "
+        f"{' and '.join(numbers)} are reachable, but its motions pass all five"
     )
-    reason = "d1 = 0.1 m misses three points; ours is the rounded middle of the range"
+    reason = "d1 = 0.1 m misses three points; our value is the rounded middle of the range"
     return [
         not_printed(printed["via_within"], f"{int(count)} of 5", words),
         consistent(printed["least_d1"], least, TWICE),
@@ -376,7 +376,9 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()
     inner = [np.linalg.norm(p[None] - VIA[[k], None], axis=-1).min() for k in (0, 2, 4)]
     speed = np.linalg.norm(made.V[:, :3], axis=1)
-    words = "three points do not determine a conic; ours are parabolas through 1-2-3 and 3-4-5"
+    words = (
+        "three points do not determine a conic; our curves are parabolas through 1-2-3 and 3-4-5"
+    )
     return [
         assumed(printed["free_curve"], "parabolas", words),
         consistent(printed["free_steps"], (len(made.t) - 1) // 2),
@@ -413,18 +415,18 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
         assumed(
             printed["line_time"],
             1.0,
-            "the time axis is lost; ours is the time between the via points of figure 1.11",
+            "the time axis is lost; our value is the time between the via points of figure 1.11",
         ),
         lost(
             printed["line_speed"],
             peaks,
-            "the curve of figure 1.7 is lost; ours is 1.5 times length divided by time",
+            "the curve of figure 1.7 is lost; our value is 1.5 times length divided by time",
         ),
         lost(
             printed["line_rates"],
             np.abs(lines(FINE).qd).max(0)[:4],
-            f"the curves are lost; ours uses {FINE:.0f} samples/s, as {RATE:.0f} samples/s miss "
-            f"the maxima",
+            f"the curves are lost; our values use {FINE:.0f} samples/s, as {RATE:.0f} samples/s "
+            f"miss the maxima",
         ),
         consistent(printed["line_error"], off_lines(made), TWICE),
     ]
@@ -440,7 +442,7 @@ def off_lines(made: Trajectory) -> float:
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
     """States the sphere between points 3 and 4, and the clearance of the motion around it."""
-    reason = "the figure is lost; ours is a sphere midway between points 3 and 4"
+    reason = "the figure is lost; our choice is a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
         assumed(printed["ball"], RADIUS, reason),

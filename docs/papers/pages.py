@@ -254,7 +254,7 @@ def cells(row: Row) -> tuple[str, ...]:
     source = "by the paper's equations" if printed.startswith("[") else "in the paper"
     value = row.source.value if row.source else None
     if isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value)):
-        printed = f"“{printed}”"
+        printed = printed.replace(value, f"“{value}”", 1)
     values = f"{'no value' if row.printed is None else printed} {source}, {ours} in chasles."
     note = _phrase(row.note.replace("; cause: ", ". Cause: "))
     return f"{row.item} ({row.where}):", values, f"{row.verdict.capitalize()}. {note}".strip()
@@ -270,7 +270,8 @@ def _compared(row: Row) -> str:
 
 
 def _values(row: Row) -> tuple[str, str]:
-    printed, ours = (f"{value} {row.unit}".rstrip() for value in row.shown)
+    unit = "inch" if row.unit == "in" else row.unit
+    printed, ours = (f"{value} {unit}".rstrip() for value in row.shown)
     return printed, ours
 
 

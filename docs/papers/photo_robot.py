@@ -99,8 +99,8 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
         not_reproducible(
             printed["r20"],
             ring_top,
-            "no equation contains r20; ours is the ring top's height in the world frame from (3) "
-            f"to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
+            "no equation contains r20; our value is the ring top's height in the world frame from "
+            f"(3) to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
             "below this frame, although the text first defines the frame at this surface",
         ),
     ]

@@ -301,7 +301,7 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["velocity"],
             robot.actuator_rates(POSE, SPEED),
-            f"{words}; for the first branches, from J_x x' = J_q q'",
+            f"{words}; it follows from J_x x' = J_q q' for the first branches",
         ),
     ]
 

@@ -143,7 +143,7 @@ def _frozen(value: Any) -> Text:
 
 
 def evaluated(printed: Printed, **values: float) -> Any:
-    """Evaluates printed equations, in their printed shape.
+    """Evaluates printed equations; the result has their printed shape.
 
     Args:
         printed: The item; its value is an equation in Python notation, or rows of equations.

@@ -105,14 +105,17 @@ def spacing(points: int, step: float) -> float:
 def paths(printed: dict[str, Printed]) -> list[Row]:
     """Evaluates figures 3.2 to 3.4 for both meanings of the step."""
     free = 1 - workshop().occupied.mean()
-    words = "the figure is lost; ours has walls with gaps and machines"
+    words = "the figure is lost; our map has walls with gaps and machines"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
     for name, own, reading, runs in (
         ("path", rate, "the step is the largest distance between connected points", RUNS),
         ("spread", spread_rate, "the step is the smallest distance between points", SPREAD_RUNS),
     ):
         for k, (figure, case) in enumerate(CASES.items()):
-            note = f"{reading}; ours has {runs} runs on our map; the text describes figure {figure}"
+            note = (
+                f"{reading}; our value is from {runs} runs on our map; the text describes figure "
+                f"{figure}"
+            )
             found.append(lost(printed[f"{name}_{k + 1}"], own(*case), note))
     return found
 
@@ -145,7 +148,7 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
             ),
             "steps 10 and 20 are smallest distances of 100 points. With the step as largest "
             "distance, "
-            "the layout does not depend on it: no reading supports this and the preceding claim",
+            "the layout does not depend on the step; no reading supports both claims",
         ),
         in_one_reading(
             printed["fewer"],

@@ -234,7 +234,7 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             not_reproducible(
                 printed[f"amplitude_theta{8 + k}"],
                 swings[k],
-                "ours is the angle relative to the preceding arm, as in (38)",
+                "our value is the angle relative to the preceding arm, as in (38)",
                 readings={"angle relative to the following arm": on_arm[k]}
                 | {name: values[k] for name, values in other.items()},
             )
@@ -288,7 +288,7 @@ def cylinder_speed_rows(
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
-    unit = "ours is in mm deg/s instead of the printed mm/s, because rates stay in degrees"
+    unit = "our value is in mm deg/s instead of the printed mm/s, because rates stay in degrees"
     own = np.degrees(1e3 * speeds)
     return [
         in_one_reading(
@@ -301,7 +301,7 @@ def cylinder_speed_rows(
             not_reproducible(
                 in_mm[k],
                 speeds[k],
-                f"{unit}; in mm/s, ours is {1e3 * speeds[k]:.1f}",
+                f"{unit}; in mm/s, our value is {1e3 * speeds[k]:.1f}",
                 readings={name: values[k] for name, values in by_law.items()},
             )
             for k in (1, 2)
@@ -323,13 +323,14 @@ def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             printed["jump_theta3"],
             theta3 / JUMP,
             f"the rate jumps by {np.degrees(theta3):.2f} deg/s, and the paper states no time "
-            f"step: ours is {JUMP} s; for 1/{RATE:.0f} s the value is "
+            f"step; our step is {JUMP} s, and for 1/{RATE:.0f} s the value is "
             f"{np.degrees(theta3 * RATE):.0f}",
         ),
         not_reproducible(
             printed["jump_l2"],
             l2 * RATE,
-            f"the speed jumps by {1e3 * l2:.2f} mm/s; ours is for a time step of 1/{RATE:.0f} s",
+            f"the speed jumps by {1e3 * l2:.2f} mm/s; our value is for a time step of "
+            f"1/{RATE:.0f} s",
             readings={
                 f"time step {JUMP} s": l2 / JUMP,
                 f"time step {JUMP} s, in mm deg/s": np.degrees(l2) / JUMP,

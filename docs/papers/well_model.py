@@ -175,7 +175,7 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def jump_of_theta() -> float:
-    """Returns the jump of theta in model (6) if a parallel axis tilts to the preceding axis [rad].
+    """Returns the jump of theta in model (6) if an axis parallel to the preceding axis tilts [rad].
 
     The x axis of the preceding frame is along the common normal. So the rotation between both axes
     is Rz Rx(alpha) Rz(theta), and the first Rz belongs to the preceding joint.
