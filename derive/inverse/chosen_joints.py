@@ -116,7 +116,7 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields sets of ``count`` joints; a chain with these joints fixed is solvable.
+    """Yields the sets of ``count`` joints that leave a solvable chain when fixed.
 
     The sets that share the most joints with the requested set come first.
     """

@@ -104,12 +104,11 @@ def classify(
     """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
     If the chain has more coordinates than the tool has degrees of freedom, the redundant joints
-    must be fixed. Unless ``give`` lists these joints, the first set that gives a solvable chain is
-    used.
+    must be fixed.
 
     Args:
         robot: The description.
-        terms: Receives the constants of the axes.
+        terms: Table of named terms; receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple some joints.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix, in ascending order, or () for the first suitable set.
@@ -187,8 +186,8 @@ def _near(
     """Returns the structures that the axes fit approximately, likeliest first.
 
     A structure whose deviation is within the tolerance for measurement errors comes first; other
-    structures are sorted by deviation. A swivel angle as input requires exact axes, so a nominal
-    arm has the value of a fixed joint as input instead.
+    structures are sorted by deviation. Families with a swivel angle as input are excluded, because
+    they require exact axes.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)

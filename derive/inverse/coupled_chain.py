@@ -1,7 +1,7 @@
 """Shortens a coupled chain, so that each joint of the shorter chain moves independently.
 
-A coupled joint that follows other joints has no independent motion. Three identities, with the
-constant placement M between two consecutive axes, remove joints that do not move independently.
+A coupled joint that follows other joints has no independent motion. Three identities remove joints
+that do not move independently; M is the constant placement between two consecutive axes.
 
 Two coaxial revolute joints are merged by ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
 
@@ -52,7 +52,7 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L of q = L (theta - c), and the first independent joints, whose theta is used."""
+        """Returns the matrix L in q = L (theta - c), and the indices of the joints in theta."""
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
@@ -124,7 +124,7 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # A joint moved by a single coordinate has a name that users know.
+        # Users know the name of a joint that a single coordinate moves.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(

@@ -33,7 +33,7 @@ _ONE, _OTHER = _WRIST[1:3]
 
 
 def coupled_wrist(chain: CoupledChain) -> tuple[Family, ...]:
-    """Returns the structure for the couplings of a chain; empty if other joints are coupled."""
+    """Returns the family for a chain with a coupled wrist, or () for other couplings."""
     if chain.C.rows != JOINTS or chain.surplus != 1:
         return ()
     for sense in (1, -1):
@@ -56,7 +56,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _in_plane(lines: Lines) -> Requirement:
-    """Requires wrist axes in one plane."""
+    """Requires that the wrist axes lie in one plane."""
     axes = [lines.axes[k] for k in _WRIST]
     triples = combinations([axis.direction for axis in axes], 3)
     deviation = max(abs(float(np.linalg.det(np.array(triple)))) for triple in triples)

@@ -36,7 +36,7 @@ from .tasks.task import Solved
 
 NEVER = "a small change of the arm does not suffice"
 MAX_LISTED = 12
-"""Maximum number of structures in a table of structures, nearest first."""
+"""Maximum number of rows in a table of structures."""
 _GAP = 3
 """Number of spaces between table columns."""
 
@@ -254,13 +254,13 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
 
 
 def _with_added(classification: Classification) -> str:
-    """Lists the auxiliary axes after a comma; returns an empty text without auxiliary axes."""
+    """Returns a clause that lists the auxiliary axes, or an empty text."""
     names = [axis.name for axis in classification.lines.added]
     return f", with {listed(names)} at 0 in addition to the arm's joints" if names else ""
 
 
 def _with_fixed(attempt: Attempt, classification: Classification) -> str:
-    """Lists the fixed joints after a comma; returns an empty text without fixed joints."""
+    """Returns a clause that lists the fixed joints, or an empty text."""
     names = [classification.lines.axes[k].name for k in attempt.given]
     return f", with {listed(names)} fixed" if names else ""
 

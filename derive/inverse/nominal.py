@@ -58,7 +58,7 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
 
 
 def _nearest_upright(h: FloatArray, deviation: float) -> FloatArray:
-    """Returns the nearest base axis if it is within ``deviation``, or else the same direction."""
+    """Returns the nearest base axis if ``h`` deviates by at most ``deviation``, else ``h``."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])

@@ -189,8 +189,8 @@ class ConvergenceResult:
 
     Attributes:
         share: Fraction (0 to 1) of random configurations that Newton's method recovers.
-        deviation: Largest initial pose error, or largest distance of a pose from the poses that the
-            nominal robot reaches (radian, or relative to the robot length).
+        deviation: Largest pose error of the nominal solutions (radian, or relative to the robot
+            length).
     """
 
     share: float

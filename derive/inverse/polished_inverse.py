@@ -94,8 +94,8 @@ class RefinedTables(Tables):
             does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
-        is_searched: Whether to search for further solutions near uncertain branches; the loops of
-            the true robot may lack a nominal branch.
+        is_searched: Whether to search for further solutions near uncertain branches; False for
+            robots with loops.
     """
 
     turns: tuple[float, ...]

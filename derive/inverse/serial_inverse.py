@@ -63,7 +63,7 @@ from .tool_axis import by_tool_axis
 MAX_FREE = 6
 """Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
-"""Maximum number of structures that are tried until the inverse of one structure misses no pose."""
+"""Maximum number of structures to try in the search for an inverse that misses no pose."""
 
 
 @dataclass(frozen=True)

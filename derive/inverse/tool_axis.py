@@ -4,8 +4,8 @@ The added joint 6 rotates the tool about the tool axis. The position and directi
 do not depend on angle 6; at every reachable pose, a solution with angle 6 at 0 exists. If the six
 joints fit no family, a different axis is added for the pose task only; its joint stays at 0. The
 added axis passes through the intersection of the last two or first two axes, as in a spherical
-wrist. If the first added axis gives no solution, the added axis passes through a point of an axis
-next to a prismatic joint, or at a distance from the other axes.
+wrist. A second added axis is tried if the first one gives no solution. It passes through a point of
+an axis next to a prismatic joint, or keeps a distance from the other axes.
 """
 
 from collections.abc import Iterator, Sequence

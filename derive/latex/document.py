@@ -133,7 +133,7 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article of a robot and its LaTeX fragments, keyed by file path.
 
-    The article prints the equations, so it does not need the programs of the other languages.
+    The generated programs are not used, because the article prints equations.
     """
     return _files(derivation, fragments(derivation))
 

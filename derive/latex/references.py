@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Lists the works that the LaTeX fragments cite; empty without citations."""
+    """Returns the list of works that the LaTeX fragments cite, or an empty text."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

@@ -38,8 +38,8 @@ class Family:
         readings: The ends from which the axes may be numbered.
         behind_given: Whether the family is also tested on the free joints of a longer chain whose
             other joints are fixed.
-        rather_gives: Whether a chain with fixed joints is tested last against this family; fixing
-            its prismatic joint is preferred.
+        rather_gives: Whether this family is tested last on a chain with fixed joints, because
+            fixing its prismatic joint is preferable.
         solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families of
             axis structures solve only specific tasks, such as the position.
         inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.

@@ -62,11 +62,11 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 
 
 def _best_point(lines: Lines) -> Vector:
-    """Returns the point of axis 4 that leaves joints 1 to 3 undetermined at the fewest values.
+    """Returns the point of axis 4 that best determines joints 1 to 3.
 
     At some joint values, a point is on the axis of an earlier joint and does not determine the
-    angle of this joint. A point in general position has the fewest such values at right angles; the
-    first point with as few of them is selected.
+    angle of this joint. The first point that is as suitable as a point in general position is
+    selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))

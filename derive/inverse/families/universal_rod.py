@@ -71,7 +71,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp4(terms, kept.h, third.h, rod, dot(terms, kept.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
-    # 3, 4. The arm and the rod form a triangle, or the rod ends on a circle.
+    # 3, 4. The arm and the rod form a triangle, or the end of the rod moves on a circle.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
     end = added(terms, turned, hand)
     if first.turns:
@@ -88,7 +88,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
-    """Returns the rotation about axis 3 that gives axis 5 a required component along a kept axis.
+    """Returns the rotation about axis 3 that gives axis 5 its target component along ``kept``.
 
     The sine is computed from the other component, because the cosine is inaccurate near a sine of
     0.

@@ -227,7 +227,7 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders with distinct joint orders, best first.
 
-    With a nonempty ``apart``, elimination orders whose suppressed joint differs between the
+    If ``apart`` is not empty, elimination orders whose suppressed joint differs between the
     solutions come first. Each selected order has a different suppressed joint, because solutions
     that agree in one joint may differ in another joint.
     """

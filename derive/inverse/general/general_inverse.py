@@ -143,12 +143,12 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
-    """Whether five or six solvable joints remain after the joints are fixed."""
+    """Whether fixing the joints leaves five or six joints that the method can solve."""
     return is_fit(robot, given) and len(robot.moving) <= MAX_JOINTS
 
 
 def _joints(robot: SerialRobot) -> str:
-    """Returns the number of joints in words, with the type of the joints."""
+    """Returns the number and type of the joints in words."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"
@@ -174,7 +174,7 @@ class GeneralTables:
     """Tables for the C solver of general arms, which finds all solutions.
 
     Attributes:
-        arm: The numbers of the arm for the general solver, or None if the solver does not apply.
+        arm: Numeric data of the arm, or None if the general solver does not apply.
         separation: Degree to which the best elimination order separates the solutions; see
             :attr:`.Choice.separation`.
     """
@@ -245,7 +245,7 @@ def _tool_axis(free: list[str]) -> tuple[str, ...]:
 
 
 def _squares(sliding: list[str]) -> str:
-    """Explains the terms of prismatic joints; the text is empty without prismatic joints."""
+    """Returns a sentence on the terms of prismatic joints, or an empty text without such joints."""
     if not sliding:
         return ""
     is_one = len(sliding) == 1
@@ -316,8 +316,8 @@ def solver_function(
     Valid solutions come first, sorted by the value of the suppressed joint. Without a solution, the
     solution slots contain the nearest configuration; otherwise, unused slots contain an invalid
     configuration. The margin of a solution is |det J| divided by the product of the column norms of
-    J, with lengths relative to the arm length. The margin is 0 if J is singular and two solutions
-    coincide, and at most 1. The margin of an invalid slot is its negative residual.
+    J, with lengths relative to the arm length. The margin is at most 1; it is 0 if J is singular
+    and two solutions coincide. The margin of an invalid slot is its negative residual.
 
     Args:
         robot: The description.

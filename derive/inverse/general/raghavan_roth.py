@@ -51,7 +51,7 @@ class EliminationOrder:
     Attributes:
         joints: Joint indices in the order: pair of joints, suppressed joint, two more joints, last
             joint.
-        sense: The value is 1 from base to tool, and -1 from tool to base.
+        sense: 1 if the joints are numbered from base to tool, -1 from tool to base.
         halved: Selects the joint with a half angle as unknown: 0 for joint 4, 1 for joint 5.
     """
 
@@ -70,7 +70,7 @@ class LineEquations:
     """Coefficients of the equations for one elimination order.
 
     Attributes:
-        left: Functions of the pose (14, 9), which are the constant column and the columns of y.
+        left: Coefficients (14, 9) that depend on the pose: a constant column and the columns of y.
         right: Coefficients (3, 14, 9) of 1, cos and sin of the suppressed angle.
     """
 
@@ -184,7 +184,7 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """Returns the pose (4, 4) for the joint values about or along the z axes of the joints.
+    """Returns the pose (4, 4) of an arm whose joints move about or along their z axes.
 
     Args:
         constants: The constant placements before, between and after the joints.

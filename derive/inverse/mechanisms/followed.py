@@ -14,9 +14,8 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of points on the path, of Newton steps per point, and of Newton steps at the end. If a
-coordinate vector needs more Newton steps, for example near a singularity, its result counts as not
-converged."""
+"""Numbers of path points, Newton steps per point, and final Newton steps. If a coordinate vector
+needs more Newton steps, for example near a singularity, its result counts as not converged."""
 
 
 class Followed:

@@ -61,7 +61,7 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of trial sets of fixed joints in which revolute joints lie between free joints."""
+"""Maximum number of joint sets to try that fix a revolute joint between free joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -238,7 +238,7 @@ def _of_nominal(
 
 
 def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
-    """Whether each fixed joint depends on a single separate actuated coordinate."""
+    """Whether the actuated coordinates of the fixed joints depend on no other joint."""
     given = {hybrid.theta[k] for k in found.given}
     fixed = (_actuator(hybrid, k) for k in solved.function.role.fixed)
     return all(_arguments(hybrid, entry) <= given for entry in fixed)
@@ -278,15 +278,14 @@ def _on_chain(
 ) -> Solved:
     """Solves for the chain and the actuators without the redundant branch signs.
 
-    Newton's method starts from the result if there is an as-built robot. Newton's method does not
-    change the coordinates of fixed joints, so these coordinates are computed from the as-built
-    robot.
+    Newton's method starts from the result if there is an as-built robot. It does not change the
+    coordinates of fixed joints, so the as-built robot determines them.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
     arguments, joints = chain.coordinates(work)
     fixed = moving_coordinates(design, chain.given)
-    # Only the pose of the design's chain is compared: the loops of the as-built robot differ.
+    # The as-built loops differ from the design, so only the pose of the design's chain is compared.
     of_pose_alone = _chain_residual(design, joints) if loops is built else None
     solution = solved_on_sides(loops, work)
     entries = list(loops.actuators_in(solution))

@@ -172,7 +172,7 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs that determine all joints without a closed form, or None if no legs do.
+    """Returns the legs that solve for joints without a closed form, or None without such legs.
 
     The result is empty if the main chain determines all joints in closed form.
     """

@@ -28,12 +28,12 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
-"""Number of test configurations, and number of random trials to find them; crank-and-rod loops can
-be closed in one of twenty trials."""
+"""Number of test configurations, and maximum number of random trials to find them. Crank-and-rod
+loops can be closed in one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Sampling ranges of lengths without limits, relative to the mechanism size, and the number of
-closed configurations that is sufficient. The ranges are tried one after another: loops through
-three booms far from the base can be closed only if the sampling range is small."""
+"""Sampling ranges for lengths without limits, relative to the mechanism size, and the sufficient
+number of closed configurations. Loops through three booms far from the base can be closed only if
+the sampling range is small."""
 MAX_CHOICES = 9
 """Maximum number of branch signs (512 solution slots); further loops stay on the reference
 branch."""
@@ -100,10 +100,10 @@ def choices_of_loops(work: Work) -> frozenset[int]:
 
 
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """Returns the indices of loop branches that a robot as built never reaches.
+    """Returns the indices of loop branches that an as-built robot never reaches.
 
-    At random configurations, the start values of an unreached branch are never closer to the
-    coordinates than the start values of the reference branch.
+    At random configurations, the start values on such a branch are never closer to the true
+    coordinates than the start values on the reference branch.
 
     Args:
         built: The robot as built.

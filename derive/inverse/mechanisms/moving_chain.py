@@ -1,10 +1,10 @@
 """The moving part of a main chain; the closed loops lock the other joints at constant values.
 
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
-have constant values. An axis mounted on the platform then continues a chain of three translations.
-If the actuators outnumber the degrees of freedom of the tool, the caller chooses the values of some
-actuated joints in the chain. Examples of redundant joints are a rail below a hexapod and an axis on
-its platform.
+have constant values. With an axis mounted on the platform, the moving chain consists of three
+translations and this axis. If the actuators outnumber the degrees of freedom of the tool, the
+caller chooses the values of some actuated joints in the chain. Examples of redundant joints are a
+rail below a hexapod and an axis on its platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

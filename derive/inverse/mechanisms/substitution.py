@@ -12,8 +12,7 @@ def substituted(
 ) -> tuple[sp.Expr, ...]:
     """Replaces symbols in expressions and in all terms on which the expressions depend.
 
-    No trigonometric function is added: the cosine and sine of a solved angle are reused, and angles
-    solved inside the expressions are solved again.
+    The cosine and sine of a solved angle are reused, so no trigonometric function is added.
 
     Args:
         terms: Table of named terms; receives the new terms.

@@ -32,7 +32,7 @@ from .target import Target
 def first_angle(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the rotation of the first of three revolute joints; first and last axis align.
+    """Returns the rotation of the first of three revolute joints if the first and last axes align.
 
     Args:
         terms: Table of named terms.

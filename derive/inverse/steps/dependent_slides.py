@@ -20,13 +20,13 @@ from ..subproblems.quartic import select
 from ..subproblems.turns import perpendicular
 
 DEPENDENT_SLIDES = sp.Float("1e-14", 20)
-"""Up to this sine, which rounding causes, prismatic joints count as dependent.
+"""Sine of the angle up to which prismatic joints count as dependent.
 
-The angle is that between two joints, or between one joint and the plane of two other joints.
+The angle lies between two joints, or between one joint and the plane of two other joints.
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Selects one of three values, which belong to the three cyclic orders of the directions."""
+"""Selects one of three values, one for each cyclic order of the directions."""
 
 
 def dependent_lengths(
@@ -70,7 +70,7 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
     """Returns three directions in cyclic order; the last two have the largest angle between them.
 
-    The function that is also returned selects the value that belongs to the chosen order.
+    Also returns a function that selects the value for the chosen order.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])
@@ -87,7 +87,7 @@ def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, lis
 def in_order(
     terms: Terms, directions: Sequence[Vector], displacement: Vector
 ) -> Iterator[FoundLength]:
-    """Yields the displacements of prismatic joints that are solved in their order.
+    """Yields the displacements of prismatic joints, solved from the first to the last joint.
 
     Each equation holds along a direction in which no later joint moves the point.
     """
@@ -153,7 +153,7 @@ def _each(one_of: OneOf, *vectors: Vector) -> Vector:
 
 
 def _if(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns ``one`` if the condition holds, otherwise ``other``; constants may decide it."""
+    """Returns ``one`` if the condition holds, otherwise ``other``."""
     if condition in (sp.true, sp.false):
         return one if condition is sp.true else other
     return select(terms, condition, one, other)

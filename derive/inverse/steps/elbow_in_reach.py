@@ -20,9 +20,10 @@ def with_elbow_in_reach(
     center: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """Returns the sum of angles 2 to 4; an arbitrary sum is chosen by the elbow angle.
+    """Returns the sum of angles 2 to 4.
 
-    Among the arbitrary sums, the sum whose elbow angle is nearest to 90 degrees is chosen.
+    If the tool orientation does not determine the sum, the elbow angle nearest to 90 degrees
+    determines it.
 
     Args:
         work: Record of the solution, with the table of named terms.

@@ -34,7 +34,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires a prismatic joint along axis 1, and one more in an independent direction."""
+    """Requires a prismatic joint along axis 1, and a second one in an independent direction."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -77,7 +77,7 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Returns the displacements of two prismatic joints: of ``other``, then of the lift.
+    """Returns the displacements of two prismatic joints, the lift last.
 
     Args:
         terms: Table of named terms.
@@ -93,7 +93,7 @@ def _two_lengths(
     is_flat = sp.false
     if not terms.is_constant(rate):
         # If both prismatic joints are perpendicular to the axis, the lift moves the line of the
-        # other joint to the axis; the other joint then reaches every distance from the axis.
+        # other joint to the axis, so that the other joint reaches every distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)

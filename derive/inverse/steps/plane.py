@@ -48,8 +48,8 @@ def turn_to_plane(
         carried: The point in the home pose.
         position: The target position of the point.
         reason: Explains why no other joint moves the point along the second axis.
-        sides: Vectors that the later joints place at any angle. If the two axes are parallel at
-            some values of fixed joints, joint 1 brings the target into their reach.
+        sides: Link vectors that the later joints rotate to any angle. If the two axes are parallel,
+            joint 1 rotates the target to a distance that the links reach.
 
     Returns:
         The target position relative to the second axis, rotated back by joint 1, and the rotation
@@ -82,7 +82,7 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1 as :func:`turn_to_plane` does, and from a direction fixed in the tool.
+    """Solves for joint 1 from the position of a point and from a direction fixed in the tool.
 
     The joints after joint 1 are revolute with parallel axes, or prismatic and perpendicular to
     these axes. The joints after joint 1 do not change the angle between the direction and the

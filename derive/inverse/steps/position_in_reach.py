@@ -1,10 +1,10 @@
 """Joints whose motion does not change a height at some values of the fixed joints.
 
 The height of a point along a revolute axis determines the value of a joint. If the angles between
-the axes depend on fixed joints, the joint does not change the height at some values of the fixed
-joints: a revolute joint is then parallel to the other axis, and a prismatic joint perpendicular to
-the other axis. The arm positions the point in a plane, and any joint value is valid if the other
-joints reach the target. The functions below replace an undetermined value by a value in reach.
+the axes depend on fixed joints, a revolute joint may become parallel to the other axis, or a
+prismatic joint perpendicular to it; the joint then does not change the height. The arm positions
+the point in a plane, and any joint value is valid if the other joints reach the target. The
+functions below then select a joint value at which the other joints reach the target.
 """
 
 from collections.abc import Callable
@@ -64,8 +64,8 @@ def turn_in_reach(
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
     """Returns the sum of the squared lengths of vectors, measured perpendicular to an axis.
 
-    Two links with a right angle between them span a distance whose square is the sum. If the elbow
-    angle is adjustable, the links always reach a point at this distance.
+    The sum is the squared hypotenuse of two perpendicular links. If the elbow angle is adjustable,
+    the links always reach a point at this distance.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))

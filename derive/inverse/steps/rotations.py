@@ -24,7 +24,7 @@ class Aligned:
     Attributes:
         angle: Returns the first angle for the second angle and a sign.
         condition: The additional condition under which the first angle is needed.
-        end: End of the sentence that tells how the first angle follows, for the article.
+        end: End of the article's sentence on the computation of the first angle.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -64,8 +64,8 @@ def three_turns(
         work: Records the steps.
         axes: The three axes.
         wanted: A function that returns the image of a direction under the rotation R.
-        aligned: Solves for the angle of joint 4 if axis 6 is parallel to axis 4. If None, the angle
-            is then 0.
+        aligned: Solves for the angle of joint 4 if axis 6 is parallel to axis 4. By default, the
+            angle is 0 in this case.
     """
     terms = work.terms
     a4, a5, a6 = axes

@@ -95,7 +95,7 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
 
 
 def _reasons(sliding: Sequence[Axis]) -> Iterator[str]:
-    """Yields, for each prismatic joint, why its equation does not contain the later joints."""
+    """Yields a reason per prismatic joint why its equation does not contain later joints."""
     match sliding:
         case [_, second, third]:
             yield f"{second.name} and {third.name} do not move the tool along their normal"

@@ -114,7 +114,7 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions; 1 for a redundant sign."""
+        """Returns a new symbol that selects one of two solutions, or 1 for a redundant sign."""
         self.choices += 1
         if self.choices - 1 in self.settled:
             return sp.Integer(1)

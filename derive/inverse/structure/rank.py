@@ -33,9 +33,9 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
-    """Counts the directions in which sets of joints move a point, over right-angle configurations.
+    """Sums the ranks of a point's Jacobian over right-angle configurations and sets of joints.
 
-    The sets include single joints: a joint on whose axis the point lies does not move it.
+    The rank is lower if the point lies on the axis of a joint.
 
     Args:
         lines: The chain.

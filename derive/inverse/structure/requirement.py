@@ -46,7 +46,7 @@ class Requirement:
         """
         several = "up to " if max(len(self.parallel), len(self.meeting)) > _PAIR else ""
         if self.is_length:
-            # The nearest point of two axes is in the middle between them.
+            # The point nearest to both axes is midway between them.
             sides = _PAIR if len(self.meeting) == _PAIR else 1
             return f"{several}{_MILLI * sides * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))

@@ -125,7 +125,7 @@ def _root(
     a, b, e = equation
     let = terms.let
     sense = -1 if terms.value(b) < 0 else 1
-    # If b is 0, both roots of a double root are 0.
+    # The floor avoids a division by zero at a double root if b is 0.
     floor = sense * DIRECTION_FLOOR if abs(terms.value(b)) < EXACT_STRUCTURE else ZERO
     stable = let(b + sense * root + floor)
     large, small = let(stable / (2 * a)), let(2 * e / stable)
@@ -142,6 +142,6 @@ def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
 
 
 def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
-    """Returns the largest root for which only rounding errors separate two solutions."""
+    """Returns the threshold below which two solutions are merged; 0 for a component of 1 or -1."""
     is_exact = abs(abs(float(terms.value(value))) - 1) <= EXACT_STRUCTURE
     return ZERO if is_exact else MEETING_SOLUTIONS

@@ -18,7 +18,7 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation whose coefficients are fields; a coefficient is a number, a vector or rows."""
+    """An equation whose fields are its coefficients: numbers, vectors or matrix rows."""
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
@@ -32,7 +32,7 @@ class Equation:
 
 
 def _filled(shape: Any, left: Iterator[sp.Expr]) -> Any:
-    """Returns the next values, arranged in the shape of a coefficient."""
+    """Returns the next values of ``left``, nested like ``shape``."""
     return tuple(_filled(part, left) for part in shape) if isinstance(shape, tuple) else next(left)
 
 

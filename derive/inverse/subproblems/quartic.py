@@ -127,10 +127,9 @@ def circle_roots(
             opposite to the sign of the polynomial's derivative with respect to the angle; it
             changes only at double roots. The first sign distinguishes two roots whose second sign
             is equal, by the side of the conic axis on which a root lies.
-        separation: Two roots that agree up to rounding error are returned at this angle before and
-            after their common point.
-        reference: Reference direction and sense of the signs, to be given if the default reference
-            is discontinuous.
+        separation: Angle by which each of two coinciding roots is moved from their common point.
+        reference: Reference direction and sense of the signs, if the default reference is
+            discontinuous.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -211,7 +210,7 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for the positive root y of ``y^3 - k y = size``; above y if k > 0."""
+    """Returns a start value for the positive root of ``y^3 - k y = size``, above it if k > 0."""
     let = terms.let
     # The power size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))

@@ -49,8 +49,8 @@ def sp3(
         across2: The value ``D'^2``, which is the squared length of the sum's component
             perpendicular to k; see :func:`squared_across`.
         sign: Selects one of the two angles: the sign of sin(phi).
-        rounding: The term that determines the rounding error of across2, which is ``D^2`` if
-            across2 is a difference; if None, it is across2 itself.
+        rounding: The term that determines the rounding error of across2: ``D^2`` if across2 is a
+            difference; by default across2.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)

@@ -67,7 +67,7 @@ def on_line(
     middle, rho2, inverse = direction_of(terms, a, b)
     if are_two is None:
         are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
-    # The expression is a rotation from (a, b), so the divisor does not depend on the root.
+    # The divisor is the length of (a, b), which does not depend on xi.
     half = terms.let(sp.sqrt(xi2) * inverse)
     sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
@@ -88,7 +88,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Returns the result of :func:`on_line` for a value xi^2 that does not come from a and b.
+    """Returns the result of :func:`on_line` if xi^2 is not computed from a and b.
 
     Args:
         terms: Table of named terms.

@@ -12,11 +12,11 @@ of theta3, so subproblem 6 solves them with up to four solutions. The rotation a
 is theta2.
 
 If v and w are almost parallel to k2, as at a shoulder singularity, the squared lengths determine
-the components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
-distinguish therefore get start values before and after their common point. Each start value moves
-to the nearer root of the second-order expansion in v' and w', which restores the accuracy. If first
-derivatives vanish, the expansion is not enough; therefore, damped Newton steps on ``v - R2 w = 0``
-refine all three angles. Each step is used only if it reduces the closure error.
+the components v' and w' normal to k2 only to 1e-8. Therefore, two solutions that the squared
+lengths cannot distinguish get start values on both sides of their common point. Each start value
+moves to the nearer root of the second-order expansion in v' and w', which restores the accuracy. If
+first derivatives vanish, the expansion is not enough; therefore, damped Newton steps on ``v - R2 w
+= 0`` refine all three angles. Each step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
@@ -182,10 +182,11 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """Moves the angles to the nearer root of both second-order equations if the error falls.
+        """Moves the angles to the nearer root of both second-order equations.
 
-        With the components v' and w' normal to k2, the equations are ``k2.(v - w) = 0`` and
-        ``(|v'|^2 - |w'|^2) / (2 L) = 0``; they are as accurate as v' and w'.
+        The step is kept only if it reduces the error. With the components v' and w' normal to k2,
+        the equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``; they are as
+        accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns

@@ -91,8 +91,7 @@ def algebraic(
 ) -> TwoAngles:
     """Solves :func:`sp6` by the quartic alone, without refinement by Newton's method.
 
-    Solutions that agree up to rounding error are returned at the angle ``separation`` from their
-    common point.
+    Each of two coinciding solutions is moved by the angle ``separation`` from their common point.
     """
     let = terms.let
     X, N, orientation = _plane(
@@ -100,7 +99,7 @@ def algebraic(
     )
     rho2 = let(2 - _dot(terms, X, X))
     rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
-    # Each entry is a difference of squares, from the first and second halves of the columns.
+    # Each entry is the product of the first halves minus the product of the second halves.
     n, m = N
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
@@ -226,7 +225,7 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Rotates further by an angle; the step is the tangent of this angle."""
+    """Returns the rotation ``turn``, continued by the angle whose tangent is ``step``."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
@@ -249,5 +248,5 @@ def _dot(terms: Terms, a: Row, b: Row) -> sp.Expr:
 
 
 def _difference(terms: Terms, a: Row, b: Row) -> sp.Expr:
-    """Returns ``a1.b1 - a2.b2`` for the halves (a1, a2) and (b1, b2) of two columns."""
+    """Returns ``a1.b1 - a2.b2``, where a = (a1, a2) and b = (b1, b2) are split into halves."""
     return terms.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

@@ -36,14 +36,14 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by its computed length; another expression for the length would not
-    normalize a vector of small differences. The vector (0, 0) gives the angle 0.
+    The vector is divided by the length of its rounded components, which normalizes even a vector of
+    small differences. The vector (0, 0) gives the angle 0.
 
     Args:
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        is_regular: Whether the vector is never 0. If vectors are opposite, their cosines and sines
+        is_regular: Whether the vector is never 0. The cosines and sines of opposite vectors then
             share all terms except for the sign.
     """
     if y == 0 and x == 1:
@@ -56,7 +56,7 @@ def direction_of(
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
     """Returns the result of :func:`direction`, and the squared and inverse vector length."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Rounding errors are replaced by 0, because their squares would be negligible in the divisor.
+    # Components that consist only of rounding errors are replaced by 0.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not is_regular and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)

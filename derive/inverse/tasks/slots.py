@@ -62,7 +62,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the last of several parallel joint angles from their sum and the other angles.
 
-    Several solutions share one angle sum, so this formula needs fewer calls of atan2.
+    Several solutions share one angle sum, which saves calls of atan2.
     """
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))

@@ -58,7 +58,7 @@ class Solved:
 
     @property
     def is_known(self) -> bool:
-        """Whether the role of the function specifies the prescribed pose components."""
+        """Whether the prescribed pose components are known."""
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def with_search(self) -> "Solved":

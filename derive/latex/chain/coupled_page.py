@@ -28,7 +28,7 @@ from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
 JOINT, INDEPENDENT = r"\theta", r"\varphi"
-"""LaTeX of the joints, and of the joints of the chain without dependent joints."""
+"""LaTeX letters of all joints, and of the independent joints."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class CoupledPage:
     def merged(self) -> Page | None:
         """The printed chain without dependent joints, or None if it has all joints of the robot.
 
-        Its cosines, sines, terms and constants have other letters than those of the robot's chain.
+        Its symbols have other letters than the symbols of the robot's chain.
         """
         shorter, letters = self.free.robot, self.chain.equations.notation.letters
         if len(shorter.moving) == len(self.robot.moving):

@@ -188,7 +188,7 @@ def noted(robot: SerialRobot | Mechanism) -> str:
     """Prints the notes of the robot, except for notes that repeat the table of replaced values."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits cannot be hyphenated, so lines that contain them need wide spaces.
+    # Names and digits cannot be hyphenated, so wide spaces between words are allowed.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

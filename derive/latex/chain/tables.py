@@ -96,7 +96,7 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """Returns the columns of a table, and the first heading in its second part."""
+    """Returns the columns of a table, and the heading at which its second part starts."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -387,7 +387,7 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Returns the sort key of an angle: first the joint, then plain sums before accented sums."""
+    """Returns a sort key for angles: number of joints, joints, and plain before accented sums."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

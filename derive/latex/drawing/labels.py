@@ -16,9 +16,9 @@ _DIRECTIONS = [
 ]
 """Possible directions from a point to its label, given as components in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Minimum distance of a label from its point, and the distances that may be added."""
+"""Minimum distance of a label from its point, and the additional distances to try."""
 _AFAR = 40
-"""Minimum distance of a label from its point for a leader line between them."""
+"""Minimum distance between a label and its point at which a leader line is drawn."""
 _AWAY = 1.2
 """Cost per distance of a label from its point."""
 _GAP = 6
@@ -26,7 +26,8 @@ _GAP = 6
 _CROSSED = 3
 """Cost of a label that covers a line of the drawing, per covered length."""
 _LEVEL, _STEEP = 380, 380
-"""Minimum components of the direction to a label: sideways, and up or down."""
+"""Components of the label direction above which the anchor is at a side, and at the top or
+bottom."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")

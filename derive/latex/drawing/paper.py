@@ -18,7 +18,7 @@ ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
 
 
 def rounded(value: float) -> int:
-    """Rounds to an integer; a half, up to machine differences, is rounded up."""
+    """Rounds to the nearest integer; a value within ``LAYOUT_TIE`` of a half is rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 

@@ -252,7 +252,7 @@ class _Builder:
         return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
 
     def _tube(self, k: int, points: list[Array]) -> None:
-        """Returns the inner tube of a telescope, before its body's line or next to its plate."""
+        """Adds the inner tube of a telescope to its body's line, or as a line next to its plate."""
         solid = self.solids[k]
         if len(solid.points) > 1 and not solid.is_line:
             self.solids.append(Solid(points, is_main=solid.is_main, is_line=True))

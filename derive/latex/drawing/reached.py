@@ -25,7 +25,7 @@ _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
 """Maximum offset of the configurations near the boundary in each round, relative to the coordinate
 ranges."""
 _LEVEL = 5.9
-"""Number of reached cells among nine adjacent cells at which the outline passes. The outline passes
+"""Level of the outline: the number of reached cells among nine adjacent cells. The outline passes
 through the middle of the outermost cells, because the region covers half of such a cell on
 average."""
 _MIN = 12.0
@@ -171,7 +171,7 @@ def box(
         coordinates: For each coordinate, whether it is a length, and its limits (radian or meter).
 
     Returns:
-        The ranges, or None if a length has no limits or the coordinates are too many.
+        The ranges, or None if a length has no limits or there are too many coordinates.
     """
     own = []
     for slides, low, high in coordinates:

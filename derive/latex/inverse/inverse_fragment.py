@@ -283,9 +283,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns how many steps at the start repeat an earlier task, apart from names.
+    """Returns the number of first steps that repeat an earlier task with other names.
 
-    The result is 0 if a later step uses a term that one of the repeated steps defines.
+    The number is 0 if a later step uses a term that a repeated step defines.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

@@ -45,8 +45,7 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Sort position of the coefficients of a step in a product; the vectors of a loop solution come
-first."""
+"""Sort position of the coefficients of a step in a product, after all vectors."""
 
 
 class InverseSymbols:
@@ -142,7 +141,7 @@ class InverseSymbols:
 
         Args:
             joints: Names of the joints.
-            done: Indices of the solved prismatic joints; the next joint of the same name is used.
+            done: Indices of the solved prismatic joints, which are skipped.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]

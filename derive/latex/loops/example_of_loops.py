@@ -83,7 +83,7 @@ def _main_chain(page: LoopPage, part: float) -> FloatArray | None:
     theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
     if len(theta) == hybrid.freedoms:
         return theta
-    # The loops exclude most combinations of dependent joints.
+    # Most combinations of joint values leave the loops open, so the values are corrected.
     numbers = hybrid.numbers
     w = np.array([hybrid.at_reference[name] for name in numbers.names])
     places = [numbers.names.index(joint.name) for joint in joints]

@@ -104,7 +104,7 @@ class PrintedPlatform:
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """Returns the rod lines in the free directions, expressed by :attr:`n` and :attr:`r`."""
+        """Returns the rods' line coordinates in the free directions, in printed symbols."""
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
 

@@ -19,7 +19,7 @@ MAX_TERMS = 8
 """Maximum number of terms of a sum in which the rates of intermediate results are written in
 full."""
 MAX_EXPANDED = 500
-"""Maximum number of addends of a rate that is expanded as a trial."""
+"""Maximum number of addends up to which the expansion of a rate is tried."""
 BRACKET = 0.75 * LINE
 """Maximum width (pt) of a sum that is multiplied by a rate."""
 
@@ -30,11 +30,11 @@ class Rates:
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.
         definitions: The definition of each symbol that is not a coordinate or an unknown.
-        inner: The rates of defined symbols, for the rates that have a name.
+        inner: The rate symbol of each defined symbol whose rate has a name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Creates the known rates, which are those of the coordinates."""
+        """Names the known rates, which are the coordinate rates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}

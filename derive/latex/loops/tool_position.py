@@ -24,7 +24,7 @@ def tool_position(page: LoopPage) -> str:
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The names of the angles in the position come from the solution steps.
+    # The solution steps define the names of the angles in the position.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]

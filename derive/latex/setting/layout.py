@@ -96,7 +96,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Places a display between two settings; a final % prevents a space at the next line start."""
+    """Formats a display with local settings; the final % prevents a space after it."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
@@ -136,7 +136,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side in lines, on the page of the next text if ``kept``."""
+    """Sets displays side by side; if ``kept``, no page break separates them from the next text."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0

@@ -15,7 +15,7 @@ from ...model.exact import is_zero
 from .printer import number
 
 STEPS = 30
-"""Number of steps of 1.5 degrees in 45 degrees; other angles keep their cosine and sine."""
+"""Number of steps of 1.5 degrees in 45 degrees."""
 DIGITS = 50
 LARGEST_DENOMINATOR = 10**7
 MINUTES = 180 * 60
@@ -29,7 +29,7 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Formats an angle as a multiple of pi; empty if it is not a whole number of arc minutes."""
+    """Formats an angle of whole arc minutes as a multiple of pi, or returns an empty text."""
     factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
     return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
 

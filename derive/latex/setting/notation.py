@@ -287,7 +287,7 @@ class Notation:
 
 
 def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a number consists of more than ``MAX_PARTS`` numbers."""
+    """Whether a number contains more than ``MAX_PARTS`` named constants."""
     if not terms.is_number(expression):
         return False
     found: set[sp.Symbol] = set()
@@ -306,7 +306,7 @@ def is_long(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """Sorts terms by the order of their numbers."""
+    """Returns the key that sorts symbols by their number."""
     return len(symbol.name), symbol.name
 
 

@@ -48,7 +48,7 @@ class PrintedSingularities:
             square Jacobian with short factors.
         conditions: The conditions under which the arm is singular.
         configurations: Singular configurations (radian, meter), if there are no short conditions.
-        fixed: The fixed coordinates, if the determinant belongs to the other joints only.
+        fixed: The fixed coordinates, if the determinant is for the free joints only.
         rank: The largest rank of the Jacobian, if it is rank deficient in every configuration.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """

@@ -111,7 +111,7 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """Sorts terms: with lengths (in chain order), then with brackets, then all others."""
+        """Returns a sort key: terms with lengths, then terms with brackets, then others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)

@@ -41,7 +41,7 @@ class _Decimal(Rotation):
     """A rotation by a decimal angle, which the description of a robot must not contain."""
 
     def __post_init__(self) -> None:
-        """Stores the decimal number; this number is not exact."""
+        """Keeps the decimal angle, which a :class:`Rotation` would convert to an exact angle."""
 
 
 WIDEST = 0.4 * LINE

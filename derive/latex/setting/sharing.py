@@ -248,7 +248,7 @@ def open_terms(
     entries: Iterable[sp.Expr],
     definition: Callable[[sp.Symbol], sp.Expr],
 ) -> list[sp.Symbol]:
-    """Returns the terms, without a printed name, on which entries depend, in definition order.
+    """Returns the terms on which entries depend and that have no printed name, in definition order.
 
     Args:
         terms: The terms.

@@ -152,7 +152,7 @@ def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
 
 
 def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
-    """Returns a cosine or sine, or the equal signed function of SymPy, in short symbols."""
+    """Returns a cosine, a sine (with its sign) or a constant in short symbols."""
     sign, function = value.as_coeff_Mul()
     if function.func in (sp.cos, sp.sin):
         return sign * notation.trigonometric(function)
