@@ -24,7 +24,7 @@ TEMPLATES = {
     "config/kinematics.yaml": "kinematics.yaml",
     "src/plugin.cpp": "plugin.cpp.in",
 }
-SHARED = ("robot_state.hpp", "samples.hpp", "solver.hpp", "solver.cpp", "solver_setup.cpp")
+SHARED = ("solver.hpp", "solver.cpp", "solver_setup.cpp")
 """Files that are the same for every robot except for their namespace."""
 
 

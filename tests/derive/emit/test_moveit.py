@@ -328,7 +328,7 @@ def test_swivel_angle_is_an_input(tmp_path):
     write(robot_of("iiwa14"), tmp_path, functions=["fk", "ik", "swivel"], languages=["moveit"])
     source = (tmp_path / "src" / "plugin.cpp").read_text()
     assert "iiwa14_swivel(theta, inputs);" in source
-    assert "inputs = {-1};" in source
+    assert "{-1}, // inputs" in source
 
 
 def test_robot_with_loops_has_a_plugin_for_its_chain(packages):

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <random>
 #include <utility>
 
 namespace chasles_robot_moveit
@@ -49,12 +50,66 @@ bool isConsistent(const Values &theta, const Values &seed, const Values &limits)
     return true;
 }
 
-bool areFinite(const Values &values)
-{
-    return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
 } // namespace
+
+/** Values of the inputs of an inverse, such as a redundant joint, in the order of a search: first
+ * the values of the seed, then values in growing distance or random values. */
+class Samples
+{
+  public:
+    /** An input with its interval, the distance of its samples, and whether they are random. */
+    struct Axis {
+        double seed, lower, upper, step;
+        bool is_random;
+    };
+
+    explicit Samples(std::vector<Axis> axes) : axes_(std::move(axes)), index_(axes_.size(), 0)
+    {
+        for (Axis &a : axes_) {
+            a.seed = std::max(a.lower, std::min(a.upper, a.seed));
+            exists = exists && a.lower <= a.upper;
+            values.push_back(a.seed);
+        }
+    }
+
+    /** Goes to the next sample; after the last sample, none exists. */
+    void next()
+    {
+        exists = false;
+        for (std::size_t axis = 0; axis < axes_.size() && !exists; ++axis) {
+            const Axis &a = axes_[axis];
+            const std::size_t up = count(a.upper - a.seed, a), down = count(a.seed - a.lower, a);
+            exists = index_[axis] < up + down;
+            index_[axis] = exists ? index_[axis] + 1 : 0;
+            values[axis] = value(a, index_[axis], up, down);
+        }
+    }
+
+    Values values;
+    bool exists = true;
+
+  private:
+    static std::size_t count(double distance, const Axis &a)
+    {
+        return a.step > 0 ? static_cast<std::size_t>(distance / a.step) : 0;
+    }
+
+    static double value(const Axis &a, std::size_t index, std::size_t up, std::size_t down)
+    {
+        if (a.is_random && index > 0) {
+            thread_local std::mt19937 engine{std::random_device{}()};
+            return std::uniform_real_distribution<double>(a.lower, a.upper)(engine);
+        }
+        const std::size_t both = std::min(up, down);
+        const bool alternates = index <= 2 * both;
+        const std::size_t steps = alternates ? (index + 1) / 2 : index - both;
+        const bool is_up = alternates ? index % 2 == 1 : up > both;
+        return a.seed + (is_up ? a.step : -a.step) * static_cast<double>(steps);
+    }
+
+    std::vector<Axis> axes_;
+    std::vector<std::size_t> index_;
+};
 
 Eigen::Isometry3d Solver::tipPose(const Values &theta) const
 {
@@ -68,7 +123,8 @@ bool Solver::accepts(const Values &seed, const Values &limits) const
     if (!group_) {
         return fail("the plugin is not initialized");
     }
-    if (seed.size() != joint_names_.size() || !areFinite(seed)) {
+    const auto is_finite = [](double value) { return std::isfinite(value); };
+    if (seed.size() != joint_names_.size() || !std::all_of(seed.begin(), seed.end(), is_finite)) {
         return fail("the seed needs one finite position for each joint");
     }
     if (!limits.empty() && limits.size() != seed.size()) {
@@ -141,9 +197,8 @@ bool Solver::search(const Pose &pose, const Values &seed, double timeout, const 
     if (!accepts(seed, limits)) {
         return false;
     }
-    Samples sample = samples(seed, limits, options);
-    for (bool exists = sample.exists(); exists; exists = sample.next()) {
-        for (const Values &theta : solutions(pose, seed, sample.values(), limits)) {
+    for (Samples sample = samples(seed, limits, options); sample.exists; sample.next()) {
+        for (const Values &theta : solutions(pose, seed, sample.values, limits)) {
             code.val = ErrorCode::SUCCESS;
             if (callback) {
                 callback(pose, theta, code);
@@ -162,111 +217,50 @@ bool Solver::search(const Pose &pose, const Values &seed, double timeout, const 
     return false;
 }
 
-bool Solver::getPositionIK(const Pose &ik_pose, const Values &ik_seed_state, Values &solution,
-                           ErrorCode &error_code, const Options &options) const
-{
-    Options locked = options;
-    locked.lock_redundant_joints = true;
-    return search(ik_pose, ik_seed_state, UNLIMITED, {}, solution, Callback(), error_code, locked);
-}
-
-bool Solver::getPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
+bool Solver::getPositionIK(const std::vector<Pose> &poses, const Values &seed,
                            std::vector<Values> &solutions, kinematics::KinematicsResult &result,
                            const Options &options) const
 {
     namespace Errors = kinematics::KinematicErrors;
-    const auto failed = [&](kinematics::KinematicError error) {
-        result.kinematic_error = error;
-        return false;
-    };
+    const auto &known = supported_methods_;
     const auto method = options.discretization_method;
+    const bool is_known = std::find(known.begin(), known.end(), method) != known.end();
     solutions.clear();
     result.solution_percentage = 0;
-    if (ik_poses.empty()) {
-        return failed(Errors::EMPTY_TIP_POSES);
-    }
-    if (ik_poses.size() != 1) {
-        return failed(Errors::MULTIPLE_TIPS_NOT_SUPPORTED);
-    }
-    if (std::find(supported_methods_.begin(), supported_methods_.end(), method) ==
-        supported_methods_.end()) {
-        return failed(Errors::UNSUPORTED_DISCRETIZATION_REQUESTED);
-    }
-    if (!accepts(ik_seed_state, {})) {
-        return failed(Errors::SOLVER_NOT_ACTIVE);
+    result.kinematic_error = poses.empty()        ? Errors::EMPTY_TIP_POSES
+                             : poses.size() != 1  ? Errors::MULTIPLE_TIPS_NOT_SUPPORTED
+                             : !is_known          ? Errors::UNSUPORTED_DISCRETIZATION_REQUESTED
+                             : !accepts(seed, {}) ? Errors::SOLVER_NOT_ACTIVE
+                                                  : Errors::OK;
+    if (result.kinematic_error != Errors::OK) {
+        return false;
     }
     Options sampled = options;
     sampled.lock_redundant_joints |= method == kinematics::DiscretizationMethods::NO_DISCRETIZATION;
-    Samples sample = samples(ik_seed_state, {}, sampled);
     std::size_t searched = 0;
-    for (bool exists = sample.exists(); exists; exists = sample.next()) {
-        for (Values &theta : this->solutions(ik_poses[0], ik_seed_state, sample.values(), {})) {
+    for (Samples sample = samples(seed, {}, sampled); sample.exists; sample.next()) {
+        for (Values &theta : this->solutions(poses[0], seed, sample.values, {})) {
             solutions.push_back(std::move(theta));
         }
         searched += robot_.slots;
     }
     if (solutions.empty()) {
-        return failed(Errors::NO_SOLUTION);
+        result.kinematic_error = Errors::NO_SOLUTION;
+        return false;
     }
-    result.kinematic_error = Errors::OK;
     result.solution_percentage =
         static_cast<double>(solutions.size()) / static_cast<double>(searched);
     return true;
 }
 
-bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                              Values &solution, ErrorCode &error_code, const Options &options) const
-{
-    return search(ik_pose, ik_seed_state, timeout, {}, solution, Callback(), error_code, options);
-}
-
-bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                              const Values &consistency_limits, Values &solution,
-                              ErrorCode &error_code, const Options &options) const
-{
-    return search(ik_pose, ik_seed_state, timeout, consistency_limits, solution, Callback(),
-                  error_code, options);
-}
-
-bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                              Values &solution, const Callback &solution_callback,
-                              ErrorCode &error_code, const Options &options) const
-{
-    return search(ik_pose, ik_seed_state, timeout, {}, solution, solution_callback, error_code,
-                  options);
-}
-
-bool Solver::searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                              const Values &consistency_limits, Values &solution,
-                              const Callback &solution_callback, ErrorCode &error_code,
-                              const Options &options) const
-{
-    return search(ik_pose, ik_seed_state, timeout, consistency_limits, solution, solution_callback,
-                  error_code, options);
-}
-
-bool Solver::searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
-                              double timeout, const Values &consistency_limits, Values &solution,
-                              const Callback &solution_callback, ErrorCode &error_code,
-                              const Options &options, const moveit::core::RobotState *) const
-{
-    if (ik_poses.size() != 1) {
-        error_code.val = ErrorCode::NO_IK_SOLUTION;
-        return fail("the plugin needs one pose");
-    }
-    return search(ik_poses[0], ik_seed_state, timeout, consistency_limits, solution,
-                  solution_callback, error_code, options);
-}
-
-bool Solver::searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
-                              double timeout, const Values &consistency_limits, Values &solution,
-                              const Callback &solution_callback, PassedCost cost_function,
-                              ErrorCode &error_code, const Options &options,
+bool Solver::searchPositionIK(const std::vector<Pose> &poses, const Values &seed, double timeout,
+                              const Values &limits, Values &solution, const Callback &callback,
+                              PassedCost cost_function, ErrorCode &code, const Options &options,
                               const moveit::core::RobotState *context_state) const
 {
-    if (!cost_function || ik_poses.size() != 1) {
-        return searchPositionIK(ik_poses, ik_seed_state, timeout, consistency_limits, solution,
-                                solution_callback, error_code, options, context_state);
+    if (!cost_function || poses.size() != 1) {
+        return searchPositionIK(poses, seed, timeout, limits, solution, callback, code, options,
+                                context_state);
     }
     moveit::core::RobotState state(robot_model_);
     state.setToDefaultValues();
@@ -277,29 +271,27 @@ bool Solver::searchPositionIK(const std::vector<Pose> &ik_poses, const Values &i
     auto *group = const_cast<moveit::core::JointModelGroup *>(group_);
     double lowest = UNLIMITED;
     // Each acceptable solution is compared and then rejected, so that the search goes on.
-    const auto compared = [&](const Pose &pose, const Values &theta, ErrorCode &code) {
-        if (solution_callback) {
-            solution_callback(pose, theta, code);
+    const auto compared = [&](const Pose &pose, const Values &theta, ErrorCode &found) {
+        if (callback) {
+            callback(pose, theta, found);
         }
-        if (code.val == ErrorCode::SUCCESS) {
+        if (found.val == ErrorCode::SUCCESS) {
             state.setVariablePositions(joint_names_, theta);
             state.update();
-            const double cost = cost_function(pose, state, group, ik_seed_state);
+            const double cost = cost_function(pose, state, group, seed);
             if (cost < lowest) {
                 lowest = cost;
                 solution = theta;
             }
         }
-        code.val = ErrorCode::NO_IK_SOLUTION;
+        found.val = ErrorCode::NO_IK_SOLUTION;
     };
     Values rejected;
-    search(ik_poses[0], ik_seed_state, timeout, consistency_limits, rejected, compared, error_code,
-           options);
+    search(poses[0], seed, timeout, limits, rejected, compared, code, options);
     if (lowest < UNLIMITED) {
-        error_code.val = ErrorCode::SUCCESS;
-        return true;
+        code.val = ErrorCode::SUCCESS;
     }
-    return false;
+    return lowest < UNLIMITED;
 }
 
 bool Solver::getPositionFK(const std::vector<std::string> &link_names, const Values &joint_angles,

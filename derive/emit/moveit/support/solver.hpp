@@ -7,38 +7,40 @@
 #define CHASLES_MOVEIT_SOLVER_HPP
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <string>
-#include <type_traits>
 #include <vector>
 
-#include "robot_state.hpp"
-#include "samples.hpp"
+// The headers of MoveIt end in .h up to MoveIt 2.12.
+#if __has_include(<moveit/kinematics_base/kinematics_base.hpp>)
+#include <moveit/kinematics_base/kinematics_base.hpp>
+#include <moveit/robot_state/robot_state.hpp>
+#else
+#include <moveit/kinematics_base/kinematics_base.h>
+#include <moveit/robot_state/robot_state.h>
+#endif
 
 namespace chasles_robot_moveit
 {
 
+using Values = std::vector<double>;
 using Pose = geometry_msgs::msg::Pose;
 using ErrorCode = moveit_msgs::msg::MoveItErrorCodes;
 using Options = kinematics::KinematicsQueryOptions;
 using Callback = kinematics::KinematicsBase::IKCallbackFn;
-using Cost = kinematics::KinematicsBase::IKCostFn;
 
-/** Type with which MoveIt passes a cost function: by value in Humble, later by reference. */
+constexpr double FULL_TURN = 6.283185307179586; // rad
+constexpr double UNLIMITED = std::numeric_limits<double>::infinity();
+
+/** The type of the cost function in MoveIt: a value in Humble, later a reference. */
 template <typename C>
-using CostSearch = bool (kinematics::KinematicsBase::*)(const std::vector<Pose> &, const Values &,
-                                                        double, const Values &, Values &,
-                                                        const Callback &, C, ErrorCode &,
-                                                        const Options &,
-                                                        const moveit::core::RobotState *) const;
-template <typename Base, typename = void> struct Passed {
-    using type = Cost;
-};
-template <typename Base>
-struct Passed<
-    Base, std::void_t<decltype(static_cast<CostSearch<const Cost &>>(&Base::searchPositionIK))>> {
-    using type = const Cost &;
-};
-using PassedCost = Passed<kinematics::KinematicsBase>::type;
+C passed(bool (kinematics::KinematicsBase::*)(const std::vector<Pose> &, const Values &, double,
+                                              const Values &, Values &, const Callback &, C,
+                                              ErrorCode &, const Options &,
+                                              const moveit::core::RobotState *) const);
+using PassedCost = decltype(passed(&kinematics::KinematicsBase::searchPositionIK));
+
+class Samples;
 
 /** The exported functions of a robot. Poses are row-major; theta are the joints of the group. */
 struct Robot {
@@ -56,6 +58,7 @@ struct Robot {
 class Solver : public kinematics::KinematicsBase
 {
   public:
+    using kinematics::KinematicsBase::searchPositionIK;
     using kinematics::KinematicsBase::setRedundantJoints;
 
     bool initialize(const rclcpp::Node::SharedPtr &node,
@@ -63,35 +66,44 @@ class Solver : public kinematics::KinematicsBase
                     const std::string &base_frame, const std::vector<std::string> &tip_frames,
                     double search_discretization) override;
 
-    bool getPositionIK(const Pose &ik_pose, const Values &ik_seed_state, Values &solution,
-                       ErrorCode &error_code, const Options &options = Options()) const override;
-    bool getPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
+    bool getPositionIK(const Pose &pose, const Values &seed, Values &solution, ErrorCode &code,
+                       const Options &options) const override
+    {
+        Options locked = options;
+        locked.lock_redundant_joints = true;
+        return search(pose, seed, UNLIMITED, {}, solution, {}, code, locked);
+    }
+    bool getPositionIK(const std::vector<Pose> &poses, const Values &seed,
                        std::vector<Values> &solutions, kinematics::KinematicsResult &result,
                        const Options &options) const override;
 
-    bool searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                          Values &solution, ErrorCode &error_code,
-                          const Options &options = Options()) const override;
-    bool searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                          const Values &consistency_limits, Values &solution, ErrorCode &error_code,
-                          const Options &options = Options()) const override;
-    bool searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                          Values &solution, const Callback &solution_callback,
-                          ErrorCode &error_code, const Options &options = Options()) const override;
-    bool searchPositionIK(const Pose &ik_pose, const Values &ik_seed_state, double timeout,
-                          const Values &consistency_limits, Values &solution,
-                          const Callback &solution_callback, ErrorCode &error_code,
-                          const Options &options = Options()) const override;
-    bool searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
-                          double timeout, const Values &consistency_limits, Values &solution,
-                          const Callback &solution_callback, ErrorCode &error_code,
-                          const Options &options = Options(),
-                          const moveit::core::RobotState *context_state = nullptr) const override;
-    bool searchPositionIK(const std::vector<Pose> &ik_poses, const Values &ik_seed_state,
-                          double timeout, const Values &consistency_limits, Values &solution,
-                          const Callback &solution_callback, PassedCost cost_function,
-                          ErrorCode &error_code, const Options &options = Options(),
-                          const moveit::core::RobotState *context_state = nullptr) const override;
+    bool searchPositionIK(const Pose &pose, const Values &seed, double timeout, Values &solution,
+                          ErrorCode &code, const Options &options) const override
+    {
+        return search(pose, seed, timeout, {}, solution, {}, code, options);
+    }
+    bool searchPositionIK(const Pose &pose, const Values &seed, double timeout,
+                          const Values &limits, Values &solution, ErrorCode &code,
+                          const Options &options) const override
+    {
+        return search(pose, seed, timeout, limits, solution, {}, code, options);
+    }
+    bool searchPositionIK(const Pose &pose, const Values &seed, double timeout, Values &solution,
+                          const Callback &callback, ErrorCode &code,
+                          const Options &options) const override
+    {
+        return search(pose, seed, timeout, {}, solution, callback, code, options);
+    }
+    bool searchPositionIK(const Pose &pose, const Values &seed, double timeout,
+                          const Values &limits, Values &solution, const Callback &callback,
+                          ErrorCode &code, const Options &options) const override
+    {
+        return search(pose, seed, timeout, limits, solution, callback, code, options);
+    }
+    bool searchPositionIK(const std::vector<Pose> &poses, const Values &seed, double timeout,
+                          const Values &limits, Values &solution, const Callback &callback,
+                          PassedCost cost_function, ErrorCode &code, const Options &options,
+                          const moveit::core::RobotState *context_state) const override;
 
     bool getPositionFK(const std::vector<std::string> &link_names, const Values &joint_angles,
                        std::vector<Pose> &poses) const override;

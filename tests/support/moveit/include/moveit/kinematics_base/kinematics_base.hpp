@@ -152,10 +152,21 @@ class KinematicsBase
     virtual bool searchPositionIK(const stub::Pose &, const stub::Values &, double,
                                   const stub::Values &, stub::Values &, const IKCallbackFn &,
                                   stub::Code &, const stub::Options & = stub::Options()) const = 0;
-    virtual bool searchPositionIK(const std::vector<stub::Pose> &, const stub::Values &, double,
-                                  const stub::Values &, stub::Values &, const IKCallbackFn &,
-                                  stub::Code &, const stub::Options & = stub::Options(),
-                                  const moveit::core::RobotState * = nullptr) const = 0;
+    // As in MoveIt, a single pose takes the functions for one pose, and other numbers fail.
+    virtual bool searchPositionIK(const std::vector<stub::Pose> &poses, const stub::Values &seed,
+                                  double timeout, const stub::Values &limits,
+                                  stub::Values &solution, const IKCallbackFn &callback,
+                                  stub::Code &code, const stub::Options &options = stub::Options(),
+                                  const moveit::core::RobotState * = nullptr) const
+    {
+        if (poses.size() != 1) {
+            return false;
+        }
+        return callback
+                   ? searchPositionIK(poses[0], seed, timeout, limits, solution, callback, code,
+                                      options)
+                   : searchPositionIK(poses[0], seed, timeout, limits, solution, code, options);
+    }
     virtual bool searchPositionIK(const std::vector<stub::Pose> &, const stub::Values &, double,
                                   const stub::Values &, stub::Values &, const IKCallbackFn &,
                                   PassedCost, stub::Code &, const stub::Options & = stub::Options(),
