@@ -1,4 +1,4 @@
-"""Inverses with fixed joints that the caller chooses; errors list the joints that can be fixed."""
+"""Inverses with fixed joints that the caller chooses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -17,7 +17,7 @@ from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
 MAX_JOINTS = 6
-"""Maximum joint count of a chain without redundancy; a redundant chain needs further inputs."""
+"""Maximum joint count of a chain without redundancy."""
 MAX_NEAR = 2
 """Maximum number of structures tried for the nominal arm if an arm fits no structure exactly."""
 
@@ -73,7 +73,7 @@ class Classification:
         lines: The axes of the joints in the chain.
         found: The family that fits, or None if no family fits.
         attempts: The tested families, up to the first matching family.
-        missing: The reason why no closed form exists; the value is empty if one exists.
+        missing: The reason why no closed form exists, or an empty text.
         near: Structures that the axes fit approximately, likeliest first. Each structure defines a
             nominal arm from which Newton's method may refine the inverse.
         give: Indices of the joints that the caller fixed, or () if they are selected automatically.
@@ -152,7 +152,7 @@ def of_lines(
 
 
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
-    """Whether a fixed revolute joint lies between free joints; such a chain has no nominal arm."""
+    """Whether a fixed revolute joint lies between free joints, so that no nominal arm exists."""
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
@@ -163,7 +163,7 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields further structures that fit the chain exactly; they may fix other joints.
+    """Yields further structures that fit the chain exactly, possibly with other fixed joints.
 
     Args:
         lines: The chain.
@@ -185,9 +185,9 @@ def _near(
 ) -> list[Attempt]:
     """Returns the structures that the axes fit approximately, likeliest first.
 
-    A structure whose deviation is within the tolerance for measurement errors comes first; other
-    structures are sorted by deviation. Families with a swivel angle as input are excluded, because
-    they require exact axes.
+    If a structure is within the tolerance for measurement errors, only this structure is returned.
+    Otherwise, the structures are sorted by deviation. Families with a swivel angle as input are
+    excluded, because they require exact axes.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -210,7 +210,7 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """Returns the sets of joints that may be fixed; each set makes the chain non-redundant."""
+    """Returns the sets of joints that make the chain non-redundant when fixed."""
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]

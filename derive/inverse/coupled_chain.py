@@ -1,7 +1,8 @@
 """Shortens a coupled chain, so that each joint of the shorter chain moves independently.
 
 A coupled joint that follows other joints has no independent motion. Three identities remove joints
-that do not move independently; M is the constant placement between two consecutive axes.
+without independent motion. In the identities, M is the constant placement between two consecutive
+axes.
 
 Two coaxial revolute joints are merged by ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
 
@@ -38,7 +39,7 @@ class CoupledChain:
         robot: The chain, without couplings; all directions are 1.
         C: Joint motion per unit of each coordinate (joints, coordinates).
         c: Joint motions (joints, 1) if all coordinates are 0.
-        members: Names of the described joints whose motions each joint combines.
+        members: For each joint, the names of the described joints that were merged into it.
     """
 
     robot: SerialRobot
@@ -48,7 +49,7 @@ class CoupledChain:
 
     @property
     def surplus(self) -> int:
-        """Number of joints by which the chain exceeds its coordinates."""
+        """Number of joints minus number of coordinates."""
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
@@ -165,7 +166,7 @@ class _State:
         return self._with(k, (first, second), (), 3)
 
     def _with(self, k: int, links: tuple[_Link, ...], behind: Placement, count: int) -> "_State":
-        """Replaces ``count`` joints from joint k on by other joints and a placement after them."""
+        """Replaces ``count`` joints, starting with joint k, by ``links`` and a final placement."""
         rest = self.links[k + count :]
         if not rest:
             return replace(self, links=self.links[:k] + links, after=behind + self.after)

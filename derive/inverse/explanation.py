@@ -50,7 +50,7 @@ class Explanation:
         chain: The explained chain.
         inverses: The structure of the chain and the solved tasks, or None if the loops allow
             several tool poses, as in a parallel platform.
-        loops: A sentence about the inverse of the loops; the value is empty for a serial robot.
+        loops: A sentence about the inverse of the loops, or an empty text for a serial robot.
         hybrid: The loops and their solution, or None for a serial robot.
     """
 
@@ -94,7 +94,7 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """Describes a permanent singularity, with a prefix; returns an empty text without one."""
+        """Describes a permanent singularity after a prefix, or returns an empty text."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)
@@ -304,7 +304,7 @@ def _nearest(classification: Classification) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> list[str]:
-    """Formats rows of two columns; the first row is the heading."""
+    """Formats a heading and rows of two columns."""
     wide = max(len(left) for left, right in rows if right) + _GAP
     head, *body = (f"{left.ljust(wide)}{right}".rstrip() for left, right in rows)
     return [head, "-" * len(head), *body]

@@ -1,4 +1,4 @@
-"""Removes joints with fixed values from a chain; the result is a shorter chain with a new target.
+"""Replaces a chain with fixed joints by a shorter chain with a new target.
 
 A redundant arm is solved for fixed values of its redundant joints. A fixed joint at either end of
 the chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the
@@ -8,8 +8,7 @@ Q the motion of the joints after it. Then
     P E Q = P (E Q E^-1) E.
 
 A prismatic joint shifts the axes after it without rotating them. Therefore, only prismatic joints
-are selected automatically inside the chain; the user may also fix a revolute joint inside the
-chain.
+are selected automatically inside the chain, although the user may also fix a revolute joint there.
 """
 
 from collections.abc import Mapping

@@ -22,7 +22,7 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""Sample size; finds a missed pose with a probability of 96 % if one pose in 1,200 is missed."""
+"""Sample size, which detects with 96 % probability that one pose in 1,200 is missed."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[TaskComponent, ...] = ("pose",)
 

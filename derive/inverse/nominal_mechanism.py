@@ -34,13 +34,13 @@ FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (meter), coarsest first: exact relations between lengths on a coarse grid are
-rarely accidental."""
+"""Grid spacings (meter), coarsest first, because exact relations between lengths on a coarse grid
+are rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
-"""Number of test configurations, and number of random trials to find them; many loops can be closed
-in only one of five trials."""
+"""Number of test configurations, and maximum number of random trials to find them. Many loops can
+be closed in only one of five trials."""
 STEPS = 8
 CONVERGED = 1e-12
 """A configuration counts as converged if its last Newton step is below this value (radian, or
@@ -233,8 +233,8 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loop solutions are continued from the reference configuration; if a joint rotates the
-        # wrong way, the loops may block.
+        # The loops are solved by continuation from the reference, and may block if a joint rotates
+        # the wrong way.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # If the design has few degrees of freedom, it cannot reach all poses of the as-built robot.
         missed = residual[:, 0] / max(length, 1.0)

@@ -19,7 +19,7 @@ CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
 """Approximate operation count per branch for three or four Newton steps."""
 FURTHER = 4
-"""Number of additional solution slots without the general solver; some arms with 8 nominal branches
+"""Number of additional solution slots without the general solver. Some arms with 8 nominal branches
 had 10 solutions."""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
@@ -94,8 +94,7 @@ class RefinedTables(Tables):
             does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
-        is_searched: Whether to search for further solutions near uncertain branches; False for
-            robots with loops.
+        is_searched: Whether to search for further solutions near uncertain branches.
     """
 
     turns: tuple[float, ...]

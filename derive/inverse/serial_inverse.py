@@ -100,7 +100,7 @@ class Inverses:
 
     @property
     def missing(self) -> str:
-        """The reason for a missing inverse; the value is empty if there is an inverse."""
+        """The reason for a missing inverse, or an empty text if there is an inverse."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
@@ -277,7 +277,7 @@ def _by_couplings(
     """Derives the inverse of a coupled robot from a chain whose joints are free.
 
     Joints that do not move independently are merged in the free chain. The solutions of the free
-    chain include all solutions of the robot; the coordinates are a linear function of these
+    chain include all solutions of the robot. The coordinates are a linear function of these
     solutions.
     """
     if not robot.couplings:

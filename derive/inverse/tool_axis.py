@@ -1,7 +1,7 @@
 """Solves a five-joint arm as a six-joint arm with an added joint.
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
-do not depend on angle 6; at every reachable pose, a solution with angle 6 at 0 exists. If the six
+do not depend on angle 6, so every reachable pose has a solution with angle 6 at 0. If the six
 joints fit no family, a different axis is added for the pose task only; its joint stays at 0. The
 added axis passes through the intersection of the last two or first two axes, as in a spherical
 wrist. A second added axis is tried if the first one gives no solution. It passes through a point of
@@ -84,7 +84,7 @@ def with_still_axis(
 def _by_added_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Solves the pose task of five joints; a sixth joint at 0 is added at either end.
+    """Solves the pose task of five joints with an added sixth joint at 0, at either end.
 
     Returns the first added axis whose inverse misses the fewest poses at right angles.
     """

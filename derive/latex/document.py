@@ -155,9 +155,9 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     r"""Returns the fragments of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
     The LaTeX fragments need amsmath and booktabs, fit a line of 345 pt at 10 pt, and contain no
-    headings. ``drawing.tex`` and ``workspace.tex`` need TikZ; the drawing may be wider.
-    ``jacobian.tex`` and ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex`` explains
-    the short symbols of all LaTeX fragments.
+    headings. ``drawing.tex`` and ``workspace.tex`` need TikZ, and the drawing may exceed this line
+    width. ``jacobian.tex`` and ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex``
+    explains the short symbols of all LaTeX fragments.
 
     Args:
         derivation: A robot with its functions.

@@ -105,10 +105,11 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the rotation by joints 1 and 4, or the best rotation if it is arbitrary.
+    """Returns the rotation by joints 1 and 4.
 
-    The column rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close
-    to the column.
+    If the orientation does not determine the rotation, the best rotation is selected. The column
+    rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close to the
+    column.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

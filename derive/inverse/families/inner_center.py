@@ -98,9 +98,10 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
 def _with_center_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
-    """Returns the angle of joint 6; if it is arbitrary, joints 2 to 4 determine the best angle.
+    """Returns the angle of joint 6.
 
-    Joints 2 to 4 limit the angle between axes 4 and 2, unless axis 3 is perpendicular to both axes.
+    If the angle is arbitrary, the best angle is selected: joints 2 to 4 limit the angle between
+    axes 4 and 2, unless axis 3 is perpendicular to both axes.
     """
     terms = lines.terms
     a1, a2, a3, a4, a5, a6 = lines.axes

@@ -39,7 +39,7 @@ from .raghavan_roth import (
 SAMPLES = 32
 """Number of angles at which the determinant is sampled for one elimination order."""
 DEGREE = 8
-"""Degree of the determinant in the suppressed angle; allows sixteen solutions."""
+"""Degree of the determinant in the suppressed angle, which allows sixteen solutions."""
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
@@ -51,7 +51,7 @@ fourth order is added only if it is suitable at some configurations where the fi
 not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
-"""Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
+"""Maximum joint count of an arm, including fixed joints, which is the size of the C tables."""
 
 
 @dataclass(frozen=True)

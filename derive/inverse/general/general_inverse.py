@@ -186,7 +186,7 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Returns the tables of the general solver; the result is empty if the solver does not apply.
+    """Returns the tables of the general solver, which are empty if the solver does not apply.
 
     Args:
         robot: The description.

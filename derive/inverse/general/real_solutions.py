@@ -1,8 +1,8 @@
 """Computes all real solutions of a general arm for one pose, for the example in its article.
 
 The determinant is zero where M(theta) u = 0, a quadratic eigenvalue problem in the tangent of half
-the suppressed angle. The generated C uses no eigenvalue library. Newton's method on the pose
-refines each solution.
+the suppressed angle. The generated C uses no eigenvalue library. Newton's method then reduces the
+pose error of each solution.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -31,7 +31,7 @@ def real_solutions(
 
     Args:
         constants: The seven constant placements of the arm, as floats.
-        orders: Elimination orders; the solutions of all orders are merged.
+        orders: Elimination orders, whose solutions are merged.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 
@@ -81,7 +81,7 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """Returns the largest joint difference; an angle difference is at most half a turn."""
+        """Returns the largest joint difference, with angles modulo full turns."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:
@@ -137,7 +137,7 @@ def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
 
 
 def _refined(arm: _Six, q: Array, target: Array) -> Array | None:
-    """Refines a solution by Newton's method; returns None without convergence."""
+    """Returns a solution refined by Newton's method, or None without convergence."""
     for _ in range(NEWTON):
         T, J = arm.pose_jacobian(q)
         E = target[:3, :3] @ T[:3, :3].T

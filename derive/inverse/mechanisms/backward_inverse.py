@@ -59,7 +59,7 @@ IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the function ``ik`` if the main-chain joints determine all joints in closed form.
 
-    Otherwise, no function is returned; planar platforms with three legs have a separate inverse.
+    Otherwise, no function is returned. Planar platforms with three legs have a separate inverse.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):

@@ -137,7 +137,7 @@ def _about(center: FloatArray, features: list[Feature]) -> list[Feature]:
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the index of the first row block of each feature; a block has three rows."""
+    """Yields the index of the first three-row block of each feature."""
     first = 0
     for feature in features:
         yield first
@@ -162,7 +162,7 @@ def _rows(
 def _zeros(
     bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """Yields the zero-offset differences of actuated joints; a flag is True for lengths."""
+    """Yields the zero-offset difference of each actuated joint, and whether it is a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:

@@ -80,8 +80,8 @@ def hybrid_inverses(
         hybrid: The robot.
         families: The families of axis structures to try on the main chain, in order.
         give: Indices of the chain joints to fix; () to select suitable joints automatically.
-        closure: Closure equations of loops without a closed form, or None if all loops have one;
-            loops without a closed form require a nominal robot.
+        closure: Closure equations of loops without a closed form, or None if all loops have a
+            closed form. Loops without a closed form require a nominal robot.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
@@ -138,7 +138,7 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Returns a structure with revolute joints inside the chain fixed; tries the last joints first.
+    """Returns a structure with fixed revolute joints inside the chain, preferably the last joints.
 
     For example, long-arm excavators (four parallel axes on a column) have no other joint to fix.
     """

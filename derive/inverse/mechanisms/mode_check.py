@@ -31,8 +31,8 @@ def with_legs(
     """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
 
     Args:
-        makers: A function that derives each function, keyed by name; the key ``ik``, if present, is
-            the leg inverse.
+        makers: The functions that derive each robot function, keyed by name. The key ``ik``, if
+            present, derives the leg inverse.
         closure: The closure equations of the loops.
     """
     if IK not in makers:

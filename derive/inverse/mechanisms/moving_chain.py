@@ -35,7 +35,7 @@ class MovingChain:
     Attributes:
         whole: The main chain.
         robot: The main chain, in which locked joints are fixed joints.
-        lines: The axes of the moving joints; their joint numbers count all joints of the chain.
+        lines: The axes of the moving joints, numbered among all joints of the chain.
         found: The structure of the axes of the moving joints.
         locked: The constant value of each locked joint, keyed by its joint number in the whole
             chain.

@@ -1,8 +1,8 @@
-"""Replaces the translating part of a chain by virtual prismatic joints; solves the actuators.
+"""Replaces the translating part of a chain by virtual prismatic joints.
 
 The rods of a delta robot as built are not exactly parallel, so its platform rotates slightly.
 Therefore, the three actuated coordinates determine the orientation as well as the position. The
-inverse of the nominal robot solves for the position and ignores the orientation; Newton's method
+inverse of the nominal robot solves for the position and ignores the orientation. Newton's method
 then converges to the pose, or to the position only.
 """
 
@@ -132,7 +132,7 @@ def _axis(
 
 
 def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
-    """Returns the offset of a link with the prismatic joints before it at zero."""
+    """Returns the offset of a link if all preceding prismatic joints are at zero."""
     moving = [values[slide.joint] for slide in station.slides]
     symbols = {symbol for value in moving for symbol in value.free_symbols}
     rest = dict.fromkeys(symbols, sp.Integer(0))
@@ -277,7 +277,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 
 
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
-    """Derives the function ``ik_position`` from a refined ``ik``; its targets are positions.
+    """Derives the function ``ik_position``, whose targets are positions, from a refined ``ik``.
 
     The functions ``ik`` and ``ik_position`` start from the same nominal inverse.
     """

@@ -68,7 +68,7 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Returns three directions in cyclic order; the last two have the largest angle between them.
+    """Returns three directions in cyclic order, with the largest angle between the last two.
 
     Also returns a function that selects the value for the chosen order.
     """

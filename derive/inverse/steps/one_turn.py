@@ -254,7 +254,7 @@ def _to_height(
     Args:
         work: Records the step.
         slide: The prismatic joint.
-        axis: The revolute axis, whose direction is the height.
+        axis: The revolute axis; the height is measured along it.
         point: The position of the point.
         goal: The goal point.
         in_reach: Returns the displacement if the prismatic joint does not change the height.

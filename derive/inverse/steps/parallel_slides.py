@@ -16,7 +16,7 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for the prismatic joint along parallel axes, which alone lifts the tool.
+    """Solves for the only joint that lifts the tool, a prismatic joint along the parallel axes.
 
     Args:
         work: Records the step.

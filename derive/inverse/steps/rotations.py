@@ -163,7 +163,7 @@ def two_last_turns(
     *,
     is_regular: bool,
 ) -> None:
-    """Solves for joints 5 and 6 from the remaining rotation; joint 6 does not rotate its own axis.
+    """Solves for joints 5 and 6 from the remaining rotation.
 
     Args:
         work: Records the steps.

@@ -46,7 +46,7 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
     """Solves for the last of several parallel joints from the sum of all angles.
 
     Args:
-        work: Record of the solution with the other joints; the last joint is added to it.
+        work: Record of the solution, to which the last joint is added.
         axes: The parallel axes.
         total: The rotation by the angle sum, measured about the first axis.
     """

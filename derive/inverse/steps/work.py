@@ -87,8 +87,7 @@ class Work:
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints; a joint angle that follows from the sum needs no atan2
-            call.
+        sums: Angle sums of parallel joints, which save atan2 calls.
         remainders: Joints whose angles follow from an angle sum, for the printed explanation.
         lengths: The value of each prismatic joint, keyed by joint index.
         locked: Indices of the joints that the closed loops of a robot lock.
@@ -122,7 +121,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Records a vector and its name for the article; returns the vector."""
+        """Records the name of a vector for the article, and returns the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -134,7 +133,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a solution step; the angle of a step with one axis is stored as joint angle."""
+        """Records a solution step and, for a single axis, the joint angle."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)

@@ -1,7 +1,7 @@
 """Axes of a chain, as lines in its home pose, and their relative positions.
 
 A chain has a closed-form inverse if certain axes are parallel or intersect. The test for parallel
-and intersecting axes is numeric, at the default values of all parameters; the inverse is then
+and intersecting axes is numeric, at the default values of all parameters. The inverse is then
 derived in exact expressions.
 """
 
@@ -41,10 +41,9 @@ SOME_SLIDE = 0.6180339887
 """Generic value of prismatic joints (meter); axes that intersect at this value intersect at every
 value."""
 SOME_TURN = 0.7548776662
-"""Generic value of revolute joints (radian); at this angle, no axes align by chance."""
+"""Generic value of revolute joints (radian), at which no axes align by chance."""
 APART = 0.5698402910
-"""Offset between the generic values of two joints; because of the offset, joint motions do not
-cancel."""
+"""Offset between the generic values of two joints, so that joint motions do not cancel."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Axis:
         name: Name of the joint.
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
-        p: A point on the axis (meter), without meaning for a prismatic joint.
+        p: A point on the axis (meter), meaningless for a prismatic joint.
         direction: Numeric value of the direction h.
         origin: Numeric value of the point p.
         stays: Whether the joint is an added joint that stays at 0.
@@ -142,7 +141,7 @@ def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """Returns a frame moved by a constant placement; its components get names."""
+    """Returns a frame moved by a constant placement, with named components."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -299,5 +298,5 @@ class Lines:
         return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
-        """Returns 1 if axes i and j have the same direction, -1 if opposite directions."""
+        """Returns 1 if axes i and j have the same direction, -1 for opposite directions."""
         return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

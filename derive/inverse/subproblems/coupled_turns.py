@@ -133,7 +133,7 @@ def _root(
 
 
 def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
-    """Returns ``value - h . v`` for unit vectors h and v, without cancellation at 1 and -1."""
+    """Returns ``value - h . v`` for unit vectors, without cancellation for a value of 1 or -1."""
     number = float(terms.value(value))
     if abs(abs(number) - 1) > EXACT_STRUCTURE:
         return terms.let(value - dot(terms, h, v))

@@ -6,7 +6,7 @@ D between shoulder and wrist determines the elbow angle.
 Derivation: the length depends only on the components perpendicular to k, with lengths P and Q and
 the angle phi between them. With ``D'^2 = D^2 - (k.p0 + k.p)^2``, the line of subproblem 4 follows
 from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
-- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form stays accurate for a folded elbow with P = Q; with the
+- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form stays accurate for a folded elbow with P = Q. With the
 cosine alone, an elbow angle of 1e-10 has an error of 1e-8. Two close solutions are merged if
 rounding errors of D'^2 or (P + Q)^2 exceed their difference. The two solutions of a nearly folded
 elbow with shoulder and wrist close together are not merged, because D' is small and has full
@@ -49,8 +49,8 @@ def sp3(
         across2: The value ``D'^2``, which is the squared length of the sum's component
             perpendicular to k; see :func:`squared_across`.
         sign: Selects one of the two angles: the sign of sin(phi).
-        rounding: The term that determines the rounding error of across2: ``D^2`` if across2 is a
-            difference; by default across2.
+        rounding: The term that determines the rounding error of across2 (by default across2). If
+            across2 is a difference, the term is ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)

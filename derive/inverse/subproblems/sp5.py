@@ -185,8 +185,8 @@ class _Loop:
         """Moves the angles to the nearer root of both second-order equations.
 
         The step is kept only if it reduces the error. With the components v' and w' normal to k2,
-        the equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``; they are as
-        accurate as v' and w'.
+        the equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``. These equations
+        are as accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns

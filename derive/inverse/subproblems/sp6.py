@@ -1,7 +1,7 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
 Statement: The equation ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)`` is solved for both
-angles; geometrically, two ellipses intersect in up to four points. The two equations are equivalent
+angles. Geometrically, two ellipses intersect in up to four points. The two equations are equivalent
 to ``h_i.(R(k_i, theta1) p_i) + h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
 
 Derivation: the solutions of the two equations form a plane ``X + N z`` in the space of (x1, x2),

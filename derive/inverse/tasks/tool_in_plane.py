@@ -35,7 +35,8 @@ from .task import Solved, Task
 def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
     """Whether axis 1 is parallel to the third base axis, so that the elevation is defined.
 
-    The tool axis must also move in the arm plane; a fifth joint must rotate about the tool axis.
+    The tool axis must also move in the arm plane, and a fifth joint must rotate about the tool
+    axis.
     """
     if abs(float(lines.axes[0].direction[2])) < 1 - TOOL_ON_AXIS:
         return False

@@ -25,8 +25,7 @@ from .tables import Column, tabular
 FloatArray = NDArray[np.float64]
 AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Joint angles (degree) of the example, used cyclically; an angle outside the limits is not
-used."""
+"""Joint angles (degree) of the example, used cyclically if they are within the limits."""
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4

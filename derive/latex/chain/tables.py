@@ -61,7 +61,7 @@ def joint_tables(
 
 
 def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
-    """Returns one table of all joints with their link transforms; it allows any conventions."""
+    """Returns one table of all joints, of any convention, with their link transforms."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [

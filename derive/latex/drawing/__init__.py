@@ -75,7 +75,7 @@ def drawing(
         reference: The drawn configuration z (radian or meter).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are equal on all machines.
+        A ``tikzpicture`` that needs :data:`PREAMBLE` and is identical on all machines.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -87,8 +87,7 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Labels of coordinates are placed first because they have the fewest free positions; loop
-    # numbers and other labels follow.
+    # Labels of coordinates are placed first because they have the fewest free positions.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -108,7 +107,7 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE`; its bytes are equal on all machines.
+        A ``tikzpicture`` that needs :data:`PREAMBLE` and is identical on all machines.
     """
     # The picture does not show motors, so the joints of a coupled robot are labeled.
     letter = r"\theta" if robot.couplings else "q"

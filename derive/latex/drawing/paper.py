@@ -124,7 +124,7 @@ def area(corners: Sequence[Point]) -> int:
 
 
 def is_inside(point: Point, corners: Sequence[Point]) -> bool:
-    """Whether a point is inside a polygon; counts the edges that a ray to the right crosses."""
+    """Whether a point is inside a polygon, by the number of edges that a ray crosses."""
     inside = False
     for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
         if (a[1] > point[1]) != (b[1] > point[1]) and (turn(a, b, point) > 0) == (b[1] > a[1]):

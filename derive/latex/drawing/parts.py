@@ -309,7 +309,7 @@ class _Builder:
         return [*there, *self._ends(loop.loop_joint.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Returns the positions of a joint before and after its motion; [] if it has no symbol."""
+        """Returns the positions of a joint before and after its motion, or [] without a symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None

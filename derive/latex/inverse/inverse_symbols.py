@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter, or else the last letter (upright if it is Latin)."""
+        """Returns the first free letter; if no letter is free, the last one (upright if Latin)."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]

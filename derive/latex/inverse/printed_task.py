@@ -122,8 +122,7 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot, to which new symbols are added; the count of
-            shared terms continues.
+        notation: The short symbols of the robot, to which new symbols are added.
         lines: Its axes.
         solved: The task.
         first: Number of the first printed solution step.

@@ -131,7 +131,7 @@ def words(name: str, struts: Mapping[str, str]) -> str:
 
 
 _KINDS = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
-"""The joints of a strut in words, keyed by the part of their names after the name of the strut."""
+"""Descriptions of the joints of a strut, keyed by the suffix of the joint name."""
 
 
 class Letters:

@@ -130,7 +130,7 @@ def printed_steps(
 
     Args:
         terms: The terms of the robot in printed symbols, to which the unknowns are added.
-        letters: Letters that no symbol uses yet; they are free for the unknowns.
+        letters: Unused letters, which are free for the unknowns.
         solution: The solution, from actuators to main chain or from main chain to actuators.
         first: Number of the first printed solution step.
         joints: Symbols of the joints, which denote unknown joint values.

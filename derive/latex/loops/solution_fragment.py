@@ -200,7 +200,7 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _overdetermined(page: LoopPage) -> str:
-    """Describes actuators in excess of the degrees of freedom; empty for other robots."""
+    """Describes the actuators in excess of the degrees of freedom, if the robot has any."""
     hybrid = page.hybrid
     if not hybrid.is_overdetermined:
         return ""

@@ -11,7 +11,7 @@ from .widths import LINE, width
 
 Row = Sequence[str]
 Equation = tuple[str, Sequence[str]]
-"""Left-hand side, and signed terms of the right-hand side, of an equation."""
+"""The left-hand side of an equation, and the signed terms of its right-hand side."""
 
 
 class Display(NamedTuple):
@@ -35,7 +35,7 @@ SHORTEST_RUN = 4
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Aligns equations; short equations are set in pairs, to be read from left to right.
+    """Aligns equations, with short equations in pairs that are read from left to right.
 
     Long right-hand sides continue on an indented line; the list may break across pages.
     """

@@ -71,7 +71,7 @@ def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
 
 @cache
 def _sizes() -> dict[tuple[int, int, str], Fraction]:
-    """Returns the root of 1, 2 or 3 times the sine or cosine of each angle, to many digits."""
+    """Returns the sine and cosine of each angle, times the root of 1, 2 or 3, to many digits."""
     return {
         (root, step, name): Fraction(
             str(sp.N(sp.sqrt(root) * _FUNCTIONS[name](step * sp.pi / (4 * STEPS)), DIGITS))

@@ -54,7 +54,7 @@ class Printer:
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the terms of a sum with their signs; a positive term comes first, if any."""
+        """Returns the terms of a sum with their signs; if possible, a positive term comes first."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -139,7 +139,7 @@ def _has_root(product: sp.Expr) -> bool:
 
 
 def _comparable(part: object) -> tuple[object, ...]:
-    """Converts a component of a sort key; numbers, words and nested keys then become comparable."""
+    """Makes numbers, words and nested keys in a sort key comparable."""
     if isinstance(part, tuple):
         return 2, tuple(map(_comparable, part))
     return (1 if isinstance(part, str) else 0), part
@@ -215,7 +215,7 @@ def decimal(value: sp.Expr) -> str:
 
 def cut(value: sp.Expr, digits: int) -> str:
     """Formats the first digits of a number; dots replace omitted digits."""
-    # SymPy may not recognize that a sum of roots is zero, and then finds no digits of the sum.
+    # SymPy may not recognize that a sum of roots is zero, and then cannot evaluate the sum.
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:

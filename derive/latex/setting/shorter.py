@@ -11,8 +11,7 @@ MAX_ADDED = 400
 """Maximum number of operations up to which angle addition is tried in an expression, because SymPy
 compares all pairs of angles."""
 MAX_GATHERED = 4
-"""Maximum number of terms of a sum that is printed with its common root in front; longer sums must
-be broken across lines."""
+"""Maximum number of terms of a sum that is printed with its common root in front."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
