@@ -88,7 +88,7 @@ def refined_in_coordinates(
         robot: The coupled robot.
         chain: The chain.
         refined: The inverse of the chain.
-        solved: The tasks as functions of the coordinates; the task of the nominal arm supplies the
+        solved: The tasks as functions of the coordinates. The task of the nominal arm supplies the
             start values of the refinement.
     """
     assert isinstance(refined.tables, RefinedTables)

@@ -152,7 +152,7 @@ def explain(
     For a mechanism, the text starts with the degrees of freedom, the loops and the loop steps.
 
     Args:
-        description: A serial robot or a mechanism; the main chain of a mechanism is explained.
+        description: A serial robot, or a mechanism whose main chain is explained.
         fixed: Names of the fixed joints, whose values are inputs of ``ik``, or () for the default
             choice.
         families: The families of axis structures to try, in order.

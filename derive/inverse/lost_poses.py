@@ -2,8 +2,8 @@
 
 If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
 selects one value. If the other joints reach the pose only for certain values of the arbitrary
-angle, the closed form may miss the solution. An inverse may miss poses at right angles, in arms
-with round dimensions, and if a fixed prismatic joint makes axes intersect.
+angle, the closed form may miss the solution. An inverse may miss right-angle poses of arms with
+round dimensions, and poses at which a fixed prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence

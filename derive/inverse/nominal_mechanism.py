@@ -2,10 +2,11 @@
 
 The lengths and axis directions of an as-built robot differ slightly from its design. If the file
 specifies the design, the design is the nominal mechanism. If the file does not specify a design,
-the lengths of the design are probably round. In a design, some lengths are equal or proportional,
-so that the loops have a closed form. Therefore, lengths are rounded to decimal grids, from coarse
-to fine, and axes to multiples of 15 degrees. The nominal mechanism is the first candidate with a
-suitable closed-form inverse, from whose solutions Newton's method converges to the true robot.
+the lengths of the design are probably round numbers. In a design, some lengths are equal or
+proportional, so that the loops have a closed form. Therefore, lengths are rounded to decimal grids,
+from coarse to fine, and axes to multiples of 15 degrees. The nominal mechanism is the first
+candidate with a suitable closed-form inverse, from whose solutions Newton's method converges to the
+true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence

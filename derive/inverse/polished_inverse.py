@@ -112,7 +112,7 @@ def refined_inverse(
     """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
     The first solution slots belong to the nominal branches. Extra solution slots contain further
-    solutions that the true robot may have near singularities; unused slots contain NaN.
+    solutions that the true robot may have near singularities. Unused slots contain NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

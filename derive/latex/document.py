@@ -168,7 +168,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex`` and
         ``references.tex``, and ``parametric.tex`` if there are parametric functions. A robot with
         loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and
-        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if its legs are
+        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if its legs end in
         closures. Empty LaTeX fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):

@@ -1,4 +1,4 @@
-"""A revolute column with two prismatic joints, and a wrist whose first axis is parallel to it.
+"""A revolute column, two prismatic joints, and a wrist with a first axis parallel to the column.
 
 Joints 2 and 3 are prismatic, with different directions; the other joints are revolute. Axis 4 is
 parallel to axis 1, and axes 5 and 6 intersect. The prismatic joints do not rotate the tool, so

@@ -100,7 +100,7 @@ def _with_center_in_reach(
 ) -> CosSin:
     """Returns the angle of joint 6.
 
-    If the angle is arbitrary, the best angle is selected: joints 2 to 4 limit the angle between
+    If the angle is arbitrary, the best angle is selected. Joints 2 to 4 limit the angle between
     axes 4 and 2, unless axis 3 is perpendicular to both axes.
     """
     terms = lines.terms

@@ -1,10 +1,9 @@
 """Four revolute joints: a base, two parallel axes and a wrist with a non-parallel axis.
 
 Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
-the sum q2 + q3, and q4. Two joint coordinates remain to reach the position. For an unreachable
-pose, the solution steps return a nearby pose. The residual is the distance to the target pose.
-Maximum number of
-solutions: 2 for a pose, 4 for a position.
+the sum q2 + q3, and q4. For an unreachable pose, the solution steps return a nearby pose. The
+residual is the distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a
+position.
 """
 
 import numpy as np

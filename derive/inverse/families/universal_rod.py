@@ -90,8 +90,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
     """Returns the rotation about axis 3 that gives axis 5 its target component along ``kept``.
 
-    The sine is computed from the other component, because the cosine is inaccurate near a sine of
-    0.
+    The sine is computed from the other component, because the cosine determines small sines
+    inaccurately.
     """
     terms, third, fifth = work.terms, lines.axes[2], lines.axes[4]
     aim = target.turned(terms, fifth.h)

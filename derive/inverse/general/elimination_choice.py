@@ -1,12 +1,11 @@
 """Selects the elimination orders of a general arm, and its fixed joints.
 
-If consecutive axes intersect or are parallel, many elimination orders are unsuitable: det M is zero
-    for every
-suppressed angle, or several solutions have the same suppressed angle. Therefore, all elimination
-orders are rated at many random configurations. An elimination order is suitable at a configuration
-if det M is a trigonometric polynomial of degree 8 in the suppressed angle. In addition, the second
-smallest singular value of M at the solution, and the smallest singular value of A, must be clearly
-positive.
+If consecutive axes intersect or are parallel, many elimination orders are unsuitable. For an
+unsuitable order, det M is zero for every suppressed angle, or several solutions have the same
+suppressed angle. Therefore, all elimination orders are rated at many random configurations. An
+elimination order is suitable at a configuration if det M is a trigonometric polynomial of degree 8
+in the suppressed angle. In addition, the second smallest singular value of M at the solution, and
+the smallest singular value of A, must be clearly positive.
 """
 
 from collections.abc import Mapping, Sequence

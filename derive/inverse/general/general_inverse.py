@@ -33,7 +33,7 @@ CALLS = ("fk_jacobian_mixed",)
 
 @dataclass(frozen=True)
 class GeneralArm(Tables):
-    """The fields of the C struct ``chasles_general_arm`` after its function pointers.
+    """The fields of the C struct ``chasles_general_arm`` that follow its function pointers.
 
     Attributes:
         joints: Number of joints of the robot.

@@ -46,7 +46,7 @@ class Followed:
         return T, J @ slope[:, self.chain]
 
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns loop variables (N, W), NaN without convergence, and derivatives (N, M, W)."""
+        """Returns loop variables (N, W), or NaN without convergence, and derivatives (N, M, W)."""
         start, unknown = self.closure.start, self.closure.unknown
         w = np.repeat(start.w[None], len(q), 0)
         for k in range(1, STATIONS + 1):

@@ -175,7 +175,7 @@ def _by_nominal(
 def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     """Adds a remark on the nominal robot to the reason for a missing inverse.
 
-    If the caller fixed joints, the reason does not change.
+    If the caller fixed joints, the reason is returned unchanged.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts

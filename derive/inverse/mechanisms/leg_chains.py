@@ -3,8 +3,8 @@
 A leg consists of the joints from a known body to a closure, and of the freedom of this closure. If
 the other body of the closure is also known, the leg is an arm whose last link has a known pose. A
 family of closed-form inverses solves the leg as an arm. Therefore, the legs of a tripteron (one
-prismatic joint and three parallel axes), an Exechon and a 3-UPU, and rods between universal joints,
-have closed forms.
+prismatic joint and three parallel axes), an Exechon and a 3-UPU have closed forms, and also rods
+between universal joints.
 
 Several configurations of the passive leg joints can have the same actuated coordinate.
 Configurations with equal actuated coordinates share a solution slot. The residual of the solution

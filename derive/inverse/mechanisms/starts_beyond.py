@@ -3,8 +3,8 @@
 The loops of a robot as built can be closed slightly beyond the dead points of the design.
 Therefore, the design has no solution beyond a dead point: its equation is h^2 = x, where x is
 slightly negative. The equation of the robot as built is h^2 = x + e, where e is about as large as
-|x|; it has solutions on both sides of the dead point. The two square roots of |x| give one start
-value on each side of the dead point.
+|x|. This equation has solutions on both sides of the dead point. The two square roots of |x| give
+one start value on each side of the dead point.
 """
 
 from collections.abc import Sequence

@@ -148,7 +148,7 @@ def _turn_to_plane_of_slides(
         return sp4(terms, normal, h3, reach, dot(terms, normal, goal), sign)
     # If the prismatic joints are parallel, they move the point along a line. The plane through the
     # line and along the revolute axis then gives the angle. If the line is parallel to this axis,
-    # the goal gives the angle.
+    # the angle follows from the goal position.
     are_parallel = squared_sine(terms, h1, h2) <= terms.let(DEPENDENT_SLIDES**2)
     steep, flat = common_normal(terms, h1, h2), cross(terms, h1, h3)
     x, y, z = (select(terms, are_parallel, *each) for each in zip(flat, steep, strict=True))
@@ -168,8 +168,8 @@ def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
     # The height of the target determines one prismatic joint, and the distance of the target from
-    # the axis determines the other joint. The height determines the prismatic joint that does not
-    # change the distance from the axis, or the only joint that changes the height.
+    # the axis determines the other joint. The height determines a joint along the axis, or the only
+    # joint that changes the height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]

@@ -15,8 +15,8 @@ If v and w are almost parallel to k2, as at a shoulder singularity, the squared 
 the components v' and w' normal to k2 only to 1e-8. Therefore, two solutions that the squared
 lengths cannot distinguish get start values on both sides of their common point. Each start value
 moves to the nearer root of the second-order expansion in v' and w', which restores the accuracy. If
-first derivatives vanish, the expansion is not enough; therefore, damped Newton steps on ``v - R2 w
-= 0`` refine all three angles. Each step is used only if it reduces the closure error.
+first derivatives vanish, the expansion is not accurate enough. Therefore, damped Newton steps on
+``v - R2 w = 0`` refine all three angles. Each step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian vanishes.
 

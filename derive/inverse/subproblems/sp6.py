@@ -23,8 +23,8 @@ Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. If t
 solution with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, which exists if any solution exists. If
 the rank is 0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, for the equations; they eliminate one angle in their
-derivation. The circle in the plane of solutions is original.
+Source: The equations are subproblem 6 of Elias and Wen 2022, whose derivation eliminates one angle.
+The circle in the plane of solutions is original.
 """
 
 from dataclasses import dataclass

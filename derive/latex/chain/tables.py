@@ -183,7 +183,7 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number; unless it is a fraction, its decimal value follows."""
+    """Formats an exact number, followed by its decimal value unless it is a fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
@@ -309,7 +309,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """Divides the columns into parts that fit the text width; each part repeats first columns."""
+    """Divides columns into parts that fit the text width; each part repeats the first columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -387,7 +387,7 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Returns a sort key for angles: number of joints, joints, and plain before accented sums."""
+    """Returns a sort key for angles; sums of few joints and sums without accents come first."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

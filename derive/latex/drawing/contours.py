@@ -46,8 +46,7 @@ def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # The sides are in counterclockwise order; corners above the level lie between a side and its
-    # predecessor.
+    # Between a side and its counterclockwise predecessor, the corners are above the level.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 

@@ -151,7 +151,7 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """Returns the first position with minimum cost; the positions are sorted by a cost bound."""
+    """Returns the position with minimum cost; the positions are sorted by a lower cost bound."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:

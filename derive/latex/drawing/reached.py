@@ -141,7 +141,7 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     If the first joint rotates about a vertical axis, the region is half of the section through this
     axis. If the tool stays in a coordinate plane, the region lies in this plane. Angles without
     limits cover one revolution. The sampled coordinates are multiples of roots of primes, which
-    fill the coordinate box; configurations near the boundary complete the region. Cell sizes are
+    fill the coordinate box. Configurations near the boundary complete the region. Cell sizes are
     not simple fractions of lengths, so that rounding differences between machines do not affect the
     result.
 

@@ -69,7 +69,7 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots whose only closed form computes them from the main chain."""
+    """Explains the actuators of robots whose only closed form starts from the main chain."""
     freedoms = page.hybrid.freedoms
     reached = (
         f" The tool has {counted(freedoms, 'degree')} of freedom: the residual of an unreachable"
@@ -283,7 +283,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns the number of first steps that repeat an earlier task with other names.
+    """Returns the number of initial steps that repeat an earlier task with other names.
 
     The number is 0 if a later step uses a term that a repeated step defines.
     """
