@@ -1,4 +1,4 @@
-"""Nominal arm of a calibrated arm: the axes are moved slightly to an exact structure.
+"""Nominal arm of a calibrated arm, with its axes moved slightly to an exact structure.
 
 In a measured arm, no two axes are exactly parallel, and no two axes intersect exactly. The inverse
 of a measured arm starts from the solutions of the nominal arm, and Newton's method refines each

@@ -5,8 +5,8 @@ specifies the design, the design is the nominal mechanism. If the file does not 
 the lengths of the design are probably round numbers. In a design, some lengths are equal or
 proportional, so that the loops have a closed form. Therefore, lengths are rounded to decimal grids,
 from coarse to fine, and axes to multiples of 15 degrees. The nominal mechanism is the first
-candidate with a suitable closed-form inverse, from whose solutions Newton's method converges to the
-true robot.
+candidate with a suitable closed-form inverse. Newton's method must converge from the nominal
+solutions to solutions of the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence

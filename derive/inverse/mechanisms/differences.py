@@ -1,4 +1,4 @@
-"""Geometric difference between a robot with loops as built and the design of this robot.
+"""Geometric difference between an as-built robot with loops and its design.
 
 The robot as built and its design are compared at the same actuated coordinates, with their loops
 closed. A line represents a revolute joint, a point a ball joint, and a direction a prismatic joint.
@@ -120,7 +120,7 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the distance (meter) from the mean point to the farthest feature, or 1 if it is 0."""
+    """Returns the largest distance (meter) of a feature from the mean point, or 1 instead of 0."""
     points = np.array([f.point for of in configuration.values() for f in _about(_center(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 

@@ -278,8 +278,8 @@ def _on_chain(
 ) -> Solved:
     """Solves for the chain and the actuators without the redundant branch signs.
 
-    Newton's method starts from the result if there is an as-built robot. It does not change the
-    coordinates of fixed joints, so the as-built robot determines them.
+    Newton's method starts from the result if there is an as-built robot. The as-built robot
+    determines the coordinates of fixed joints, which Newton's method does not change.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design

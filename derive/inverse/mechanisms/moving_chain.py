@@ -1,4 +1,4 @@
-"""The moving part of a main chain; the closed loops lock the other joints at constant values.
+"""The moving part of a main chain whose other joints are locked by the closed loops.
 
 The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
 have constant values. With an axis mounted on the platform, the moving chain consists of three

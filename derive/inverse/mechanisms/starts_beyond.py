@@ -1,7 +1,7 @@
 """Start values near dead points, where the closed form of a loop has no real root.
 
 The loops of a robot as built can be closed slightly beyond the dead points of the design.
-Therefore, the design has no solution beyond a dead point: its equation is h^2 = x, where x is
+Therefore, the design has no solution beyond a dead point, where x in its equation h^2 = x is
 slightly negative. The equation of the robot as built is h^2 = x + e, where e is about as large as
 |x|. This equation has solutions on both sides of the dead point. The two square roots of |x| give
 one start value on each side of the dead point.

@@ -99,7 +99,7 @@ class PrintedPlatform:
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Returns symbols for the vectors from the tool to the rod ends on the platform."""
+        """Returns symbols for the vectors from the tool to the platform ends of the rods."""
         return self._symbols("r")
 
     @cached_property
