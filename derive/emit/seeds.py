@@ -11,6 +11,7 @@ from .c.windings import shares_limits
 
 MAX_SLOTS = MAX_JOINTS = 64
 """Maximum numbers of solution slots and of coordinates that the support files allow."""
+_NO_INPUTS = "In no language, because a seed does not determine the inputs"
 
 
 @dataclass(frozen=True)
@@ -93,10 +94,32 @@ def printed_nearest(
 
 
 def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
-    """Returns a sentence that names the nearest solutions that only C selects, or an empty text."""
-    found = [function for function, _ in printed_nearest(derivation, printed)]
-    missing = [f"{f.name}_nearest" for f in printed if f.role.is_inverse and f not in found]
-    return f"Only in C, because of its seed: {', '.join(missing)}." if missing else ""
+    """Returns sentences that name the nearest solutions without a printed function, and reasons.
+
+    Args:
+        derivation: The derivation of the robot.
+        printed: The functions that the language contains.
+    """
+    found = [function.name for function, _ in printed_nearest(derivation, printed)]
+    in_c = {function.name for function in seeded(derivation)}
+    reasons: dict[str, list[str]] = {}
+    for function in inverses(derivation):
+        if function.name in found:
+            continue
+        reason = _reason(derivation, function, printed) if function.name in in_c else _NO_INPUTS
+        reasons.setdefault(reason, []).append(f"{function.name}_nearest")
+    return " ".join(f"{reason}: {', '.join(names)}." for reason, names in reasons.items())
+
+
+def _reason(
+    derivation: Derivation, function: Signature, printed: Sequence[SymbolicFunction]
+) -> str:
+    """Returns why only C has the nearest solution of an inverse."""
+    own, names = seed_inputs(derivation, function), {None, *(f.name for f in printed)}
+    assert own is not None
+    if {function.name, own.function} <= names:
+        return "Only in C, because limits or full turns couple coordinates"
+    return "Only in C, because of an iterative solver"
 
 
 def counts(derivation: Derivation, function: Signature) -> list[bool]:

@@ -118,6 +118,7 @@ def test_header_names_functions_that_exist_only_in_c(tmp_path):
     write(robot_of("jaco2"), tmp_path, functions=["fk", "ik"], languages=["cuda"])
     text = (tmp_path / "jaco2.cuh").read_text()
     assert "Only in C, because of an iterative solver: ik." in text
+    assert " ik_nearest." in text
     assert " fk_kernel(" in text
     assert "ik_kernel" not in text
     assert not (tmp_path / "example.cu").exists()

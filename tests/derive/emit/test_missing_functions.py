@@ -8,6 +8,7 @@ import pytest
 from chasles.derive import derive
 from chasles.derive.build.generate import files_of
 from chasles.derive.emit.languages import ON_DEMAND
+from chasles.derive.emit.seeds import seeded
 from tests.support.derivations import robot_of
 
 ROBOTS = ["ur5e", "planar_3rrr", "jaco2"]
@@ -23,6 +24,8 @@ PRINTED = {
     "moveit": ("include/chasles_{robot}_moveit/{robot}.h", r"^void {robot}_{function}\("),
 }
 """The file with the public functions of a robot, and the pattern of a printed function."""
+SELECTING = ("rust", "cuda")
+"""Languages with their own functions for the solution nearest to a seed."""
 COMPLETE = ("cpp", "mex", "moveit")
 """Languages that call the C of the robot, which has all functions."""
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
@@ -54,18 +57,20 @@ def test_each_function_is_printed_or_named_as_missing(language, name):
     file, pattern = PRINTED[language]
     files = files_of(derived(name), (ON_DEMAND[language],))
     text = files[file.format(robot=name)]
+    nearest = {f"{inverse.name}_nearest" for inverse in seeded(derived(name))}
+    functions = public(name) | (nearest if language in SELECTING else set())
     printed = {
         function
-        for function in public(name)
+        for function in functions
         if re.search(pattern.format(robot=name, function=function), text, re.MULTILINE)
     }
     sentences = re.sub(r"\n *(\*|//!)? *", " ", text)
     named = {
         function
-        for names in re.findall(r"Only in [\w ]+, because of [^:]+: ([\w, ]+)\.", sentences)
+        for names in re.findall(r"Only in [\w ]+, because [^:]+: ([\w, ]+)\.", sentences)
         for function in names.split(", ")
     }
-    assert printed | named == public(name)
+    assert printed | named == functions
     assert not printed & named
     missing = MISSING_IN_CASADI if language == "casadi_c" else MISSING
     assert (missing.get(name) in named) == (language not in COMPLETE and name in missing)

@@ -282,6 +282,7 @@ def test_crate_names_functions_that_need_a_solver(tmp_path):
     write(robot_of("jaco2"), tmp_path, functions=["fk", "ik"], languages=["rust"])
     text = (tmp_path / "src" / "lib.rs").read_text()
     assert "Only in C, because of an iterative solver: ik." in text
+    assert " ik_nearest." in text
     assert "pub fn fk(" in text
     assert "pub fn ik(" not in text
     cargo(tmp_path, "run", "--example", "pose")

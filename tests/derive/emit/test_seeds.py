@@ -30,7 +30,7 @@ def test_seed_determines_the_inputs_of_an_inverse(name, functions, inputs):
 
 
 def test_inverse_without_its_swivel_function_is_named():
-    sentence = "Only in C, because of its seed: ik_nearest."
+    sentence = "In no language, because a seed does not determine the inputs: ik_nearest."
     assert nearest(robot_of("iiwa14"), ["ik"]) == ({}, sentence)
 
 
@@ -38,4 +38,10 @@ def test_inverse_of_a_differential_with_shared_limits_is_named():
     text = next(t for t in examples("how-to/couplings.md", "toml") if "planetary" in t)
     found, sentence = nearest(read_text(text), ["fk", "ik"])
     assert found == {}
-    assert sentence == "Only in C, because of its seed: ik_nearest."
+    assert sentence == "Only in C, because limits or full turns couple coordinates: ik_nearest."
+
+
+def test_inverse_with_an_iterative_solver_is_named():
+    found, sentence = nearest(robot_of("jaco2"), ["fk", "ik"])
+    assert found == {}
+    assert sentence == "Only in C, because of an iterative solver: ik_nearest."
