@@ -285,8 +285,6 @@ def _on_chain(
     loops = built if built is not None and built.has_closed_form else design
     arguments, joints = chain.coordinates(work)
     fixed = moving_coordinates(design, chain.given)
-    # The as-built loops differ from the design, so only the pose of the design's chain is compared.
-    of_pose_alone = _chain_residual(design, joints) if loops is built else None
     solution = solved_on_sides(loops, work)
     entries = list(loops.actuators_in(solution))
     if built is not None:
@@ -297,7 +295,8 @@ def _on_chain(
     margins = [margin for _, margin in solution.margins]
     values = substituted(terms, [*entries, *margins], dict(zip(loops.theta, joints, strict=True)))
     q, closing = values[: len(entries)], values[len(entries) :]
-    residual = of_pose_alone or _residual(design, q)
+    # The as-built loops differ from the design, so only the pose of the design's chain is compared.
+    residual = _chain_residual(design, joints) if loops is built else _residual(design, q)
     if built is None:
         residual = _while_closed(design, residual, closing)
     names = tuple(loops.robot.moving[k].name for k in chain.given)
