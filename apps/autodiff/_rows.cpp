@@ -84,13 +84,15 @@ template <typename Value> std::vector<const Value *> pointers(ffi::RemainingArgs
     return found;
 }
 
-// Asks for huge pages: a large result is new memory, and the system clears it page by page.
+// Asks for huge pages: a large result is new memory, and the system clears it page by page. The
+// advice includes the pages at both ends. Without these pages, it would split the mapping, and the
+// system would clear the memory next to the split in small pages.
 void prepare([[maybe_unused]] void *result, [[maybe_unused]] std::size_t bytes)
 {
 #ifdef MADV_HUGEPAGE
     if (bytes >= large) {
-        const auto first = (reinterpret_cast<std::uintptr_t>(result) + page - 1) / page * page;
-        madvise(reinterpret_cast<void *>(first), bytes - page, MADV_HUGEPAGE);
+        const auto start = reinterpret_cast<std::uintptr_t>(result), first = start / page * page;
+        madvise(reinterpret_cast<void *>(first), start + bytes - first, MADV_HUGEPAGE);
     }
 #endif
 }

@@ -1,6 +1,8 @@
 """Functions of a robot in JAX and PyTorch: values, derivatives, batches and compilation."""
 
+import sys
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,6 +55,30 @@ def differences(function, q):
         moved = np.eye(q.shape[-1])[k] * step
         columns.append((function(q + moved) - function(q - moved)) / (2 * step))
     return np.stack(columns, axis=-1)
+
+
+def mapping_flags(address):
+    """Returns the flags of the memory mapping that contains an address."""
+    inside = False
+    for line in Path("/proc/self/smaps").read_text().splitlines():
+        head, *flags = line.split()
+        if head == "VmFlags:" and inside:
+            return flags
+        if "-" in head and not head.endswith(":"):
+            start, end = (int(part, 16) for part in head.split("-"))
+            inside = start <= address < end
+    return []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has huge pages on request")
+def test_large_results_of_jax_request_huge_pages_up_to_both_ends():
+    if not Path("/sys/kernel/mm/transparent_hugepage").is_dir():
+        pytest.skip("the kernel has no transparent huge pages")
+    function = jax().jit(for_jax(chasles.load("ur5e")).fk)
+    T = jax().block_until_ready(function(np.zeros((50_000, 6))))
+    address = T.unsafe_buffer_pointer()
+    assert "hg" in mapping_flags(address)
+    assert "hg" in mapping_flags(address + T.nbytes - 1)
 
 
 @pytest.mark.parametrize("name", NAMES)
