@@ -34,7 +34,7 @@ from ..chain.body_shapes import Skeleton
 from ..chain.rigid_bodies import TreeBody, pose_rows
 from ..derivation import Derivation
 from ..inverse.explanation import notes
-from ..inverse.serial_inverse import Inverses
+from ..inverse.mechanisms.backward_inverse import missing
 from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.closing.mobility import mobility_of
 from ..loops.functions.constraint_functions import equations
@@ -86,7 +86,7 @@ def manifest(
             *(_written(robot, function) for function in derivation.written),
         ),
         loops=_loops(hybrid) if hybrid else _coupling(derivation),
-        inverse=_inverse(derivation.inverse) if derivation.inverse else InverseFacts(),
+        inverse=_inverse(derivation),
         skeleton=skeleton_facts(derivation.skeleton),
         tolerances=ContractTolerances(DEAD_POINT),
         description_sha256=sha256(description_text(robot)),
@@ -172,8 +172,13 @@ def _robot_file(derivation: Derivation) -> str:
     return robot_template(loops.hybrid) if loops else springs_template(derivation.robot)
 
 
-def _inverse(inverse: Inverses) -> InverseFacts:
+def _inverse(derivation: Derivation) -> InverseFacts:
     """Returns the solution method of the inverse, or the reason for a missing inverse."""
+    inverse, hybrid = derivation.inverse, derivation.hybrid
+    if inverse is None:
+        names = {f.name for f in (*derivation.functions, *derivation.written)}
+        reason = missing(hybrid) if hybrid and "ik" not in names else ""
+        return InverseFacts("none", reason) if reason else InverseFacts()
     method = "general" if inverse.general else inverse.classification.method
     return InverseFacts(method, inverse.missing)
 

@@ -376,7 +376,10 @@ def _of_loops(hybrid: SolvedLoops) -> str:
     is_solved = hybrid.forward.open and (
         leg_inverse.makers(hybrid) or backward_inverse.makers(hybrid)
     )
-    return f"{message} ik solves a pose in this way." if is_solved else message
+    if is_solved:
+        return f"{message} ik solves a pose in this way."
+    reason = backward_inverse.missing(hybrid)
+    return f"{message} There is no ik; {reason}." if reason else message
 
 
 def _aside(hybrid: SolvedLoops) -> list[str]:

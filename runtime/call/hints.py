@@ -75,7 +75,7 @@ def _no_inverse(robot: Any) -> tuple[str, str]:
     if is_serial and "ik" not in robot.functions:
         found.append(solvers["fixed"])
     missing = robot.manifest.inverse.missing
-    return _ITERATED if robot.manifest.is_iterated else missing, "; ".join(found)
+    return missing or (_ITERATED if robot.manifest.is_iterated else ""), "; ".join(found)
 
 
 def _reason(robot: Any, name: str) -> str:

@@ -25,6 +25,7 @@ from ..classify import classify
 from ..families import FAMILIES
 from ..serial_inverse import Inverses
 from ..steps.work import Work
+from ..structure.words import listed
 from ..tasks.slots import (
     POSE_SYMBOLS,
     branches,
@@ -69,6 +70,18 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
     if legs is None or chain is None:
         return {}
     return {"ik": partial(_inverse, chain=chain, legs=legs)}
+
+
+def missing(h: SolvedLoops) -> str:
+    """Returns the reason why iterated loops have no ``ik``, or an empty text if it is unknown.
+
+    The robot has none of the functions ``ik`` that follow from its loops.
+    """
+    if not h.forward.open or h.may_have_inverse or triad_of(h) is not None:
+        return ""
+    if leg_chains(h) is None:
+        return f"the main chain does not determine {listed(h.backward.open)} in closed form"
+    return "" if _chain(h) else f"for the main chain, {classify(h.robot, h.terms).missing}"
 
 
 def _chain(h: SolvedLoops) -> MovingChain | None:

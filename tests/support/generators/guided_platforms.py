@@ -23,6 +23,8 @@ GUIDES = {
 }
 """Joints of the chain by kind of platform: axes of revolute joints, and vertical prismatic
 joints."""
+SLIDES = {"up": Z, "ahead": X}
+"""Axes of the prismatic joints by name."""
 
 
 def _guide(joints):
@@ -30,8 +32,8 @@ def _guide(joints):
     # Without a vertical slide, the first joint is at the height of the platform.
     start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
     listed = [
-        (f"g{k}", "prismatic", ORIGIN, Z)
-        if joint == "up"
+        (f"g{k}", "prismatic", ORIGIN, SLIDES[joint])
+        if isinstance(joint, str)
         else (f"g{k}", "revolute", ORIGIN if k else start, joint)
         for k, joint in enumerate(joints)
     ]
@@ -39,7 +41,7 @@ def _guide(joints):
     return chain(listed), listed[-1][0], reference
 
 
-def _guided(joints, rng):
+def guided(joints, rng):
     """Returns a platform with the given chain and one UPS leg per joint of the chain."""
     count = len(joints)
     text, platform, reference = _guide(joints)
@@ -70,5 +72,5 @@ def _at(radius, heading):
     return np.round([radius * np.cos(angle), radius * np.sin(angle), 0], 3)
 
 
-GUIDED_KINDS = {kind: partial(_guided, joints) for kind, joints in GUIDES.items()}
+GUIDED_KINDS = {kind: partial(guided, joints) for kind, joints in GUIDES.items()}
 """Platforms by kind: the actuated joints, the text of joints and closures, and the reference."""

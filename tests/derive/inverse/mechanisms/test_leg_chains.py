@@ -1,14 +1,16 @@
 """Inverse of platforms whose legs are serial arms, compared with a NumPy model and a formula."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
 
-from chasles.derive import derive, explain
+import chasles
+from chasles.derive import derive, explain, write
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
-from tests.support.generators.leg_platforms import LEG_KINDS, drawn_legs
+from tests.support.generators.guided_platforms import X, Y, guided
+from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as, drawn_legs
 from tests.support.loops.closures import Model
 
 POSES, CLOSED, SAME = 20, 1e-12, 1e-9
@@ -108,6 +110,18 @@ def test_rotary_delta_agrees_with_the_formula_of_its_arms(kind):
         assert (np.abs(q[:, :, k, None] - both.T).min(-1) < SAME).sum(0).min() == len(q) / FOLDED[
             kind
         ]
+
+
+def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
+    """No structure fits the passive chain PRPU of this 5-UPS/PRPU platform."""
+    mechanism = drawn_as(partial(guided, ("ahead", Y, "up", X, Y)), 3)
+    reason = "for the main chain, the nearest structure is"
+    assert f"There is no ik; {reason}" in str(explain(mechanism))
+    write(mechanism, tmp_path, languages=("c", "python"))
+    robot = chasles.load(tmp_path)
+    assert robot.manifest.inverse.missing.startswith(reason)
+    with pytest.raises(AttributeError, match=reason):
+        _ = robot.ik
 
 
 def test_explanation_names_the_legs():
