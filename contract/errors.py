@@ -54,11 +54,11 @@ class LoopError(DescriptionError):
     """The loops of a description do not close at the reference.
 
     Attributes:
-        closure_error: Smallest distance between the frames of the open loop (meter); for a strut,
-            the smallest difference between its length and the distance of its ends. None if no
+        closure_error: Smallest distance between the frames of the open loop (meter). For a strut,
+            the smallest difference between its length and the distance between its ends. None if no
             distance was found.
         remedies: Lengths, angles and coordinates, each with the interval of values that close the
-            loop; the smallest change comes first.
+        loop. The smallest change comes first.
     """
 
     def __init__(

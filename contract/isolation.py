@@ -16,7 +16,7 @@ if sys.platform != "win32":
 
 Result = TypeVar("Result")
 STATUS = Path("/proc/self/statm")
-"""The first number in this file is the process size in pages (Linux)."""
+"""A Linux file whose first number is the size of the process in memory pages."""
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ class ActuatedVariable:
 def full_turns(
     coordinates: Sequence[Coordinate], joints: Sequence[Coordinate], C: Sequence[Sequence[float]]
 ) -> tuple[bool, ...]:
-    """Returns, for each coordinate, whether its full turn rotates every joint by full turns."""
+    """Returns, for each coordinate, whether a full turn leaves all joint poses unchanged."""
     return tuple(
         coordinate.unit == "rad"
         and all(
@@ -204,8 +204,8 @@ class InverseFacts:
     Attributes:
         method: "exact" (closed form), "snapped" (iteration from the closed form of a nearby nominal
             arm), "general" (roots of a determinant) or "none" (no inverse).
-        missing: The reason why there is no inverse, or "" if there is an inverse, or if no reason
-            is stated.
+        missing: The reason why there is no inverse, or "" if there is an inverse or if no
+            reason is stated.
     """
 
     method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -377,7 +377,7 @@ class Manifest:
     def direct_parameters(self) -> tuple[str, ...]:
         """The redundancy parameters if the C code can call the inverse directly, otherwise ().
 
-        If joints between other joints are fixed, the inverse may degenerate.
+        The inverse of a serial robot may degenerate if a fixed joint lies between free joints.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]

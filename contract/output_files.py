@@ -70,7 +70,7 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
         InputValueError: A file cannot be written.
     """
     with ExitStack() as stack:
-        # The stack closes its context managers in reverse order.
+        # The stack closes the files in reverse order.
         for path, content in reversed(list(contents.items())):
             stack.enter_context(output_file(path)).write_bytes(content)
 

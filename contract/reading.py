@@ -139,7 +139,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks results that have solution slots: Solutions depends on their order and shape."""
+    """Checks the order and shape of the outputs with solution slots, for the class Solutions."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

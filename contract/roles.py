@@ -1,6 +1,6 @@
-"""Definitions of robot kinds, function roles, vectors and task components.
+"""Defines the robot kinds, function roles, vectors and task components.
 
-A role states which result a function computes. Neither the compiler nor the runtime infers the role
+A role states what a function computes. Neither the compiler nor the runtime infers the role
 from the function's name.
 """
 
@@ -137,9 +137,9 @@ class Role:
         components: The task components that the first input of an inverse prescribes, in the order
             of its entries. Each component is one of :data:`TASK_COMPONENTS`; a full pose has ().
         free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
-        searches: Whether the closed form can miss configurations in which joint values are right
-            angles. If true, the runtime also searches for solutions, starting from the
-            least-squares solutions.
+        searches: Whether the closed form can miss configurations with joint angles that are
+            multiples of 90 degrees. If true, the runtime also searches for solutions, starting
+            from the least-squares solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})

@@ -53,7 +53,7 @@ def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:
     while True:
         folder = parent / f"{prefix}{os.urandom(8).hex()}"
         folder.mkdir(mode=0o700)
-        # Another process may find and remove the folder before it is locked.
+        # Until this process locks the folder, another process may remove it.
         with suppress(BlockingIOError, FileNotFoundError):
             lock = _lock(folder)
             if folder.exists():

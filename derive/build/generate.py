@@ -141,8 +141,8 @@ def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list
     Args:
         texts: The texts of the generated files by path.
         folder: The folder of the robot.
-        shares: Whether support headers are written to a folder that the robots in one parent folder
-            share.
+        shares: Whether the support headers go into a folder shared by all robots in the parent
+            folder.
     """
     paths = paths_of(texts, folder, shares=shares)
     ordered = sorted(texts, key=lambda name: name == MANIFEST)

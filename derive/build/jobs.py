@@ -180,7 +180,7 @@ def _derive(job: Job) -> Report:
 
 
 def _warning(job: Job, robot: Described) -> str:
-    """Returns a warning about the robot of a job; the result is empty if nothing is wrong."""
+    """Returns a warning about the robot of a job, or "" if nothing is wrong."""
     return robot.cleaning.warning and f"warning: {job.file}: {robot.cleaning.warning}"
 
 

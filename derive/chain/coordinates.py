@@ -45,7 +45,7 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """Joint motion of a serial robot: each joint is coupled or has a separate coordinate."""
+    """Joint motion of a serial robot, in which each joint is coupled or has its own coordinate."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
         """Computes the joint values from the coordinates and couplings."""

@@ -1,8 +1,8 @@
 """Forward kinematics of a chain: group axes, link poses and joint levers.
 
 With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are the axes of group g
-after the last rotation and the tilt of group g. A point p is transformed from the tool to the base
-with Horner's scheme. In the axes of group g, station k has the rotation angle phi_k, the constant
+after the last rotation and the tilt of group g. Horner's scheme transforms a point p from the tool
+to the base. In the axes of group g, station k has the rotation angle phi_k, the constant
 vector reach_k and the lever lever_k:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
