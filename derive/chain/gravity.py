@@ -89,7 +89,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
         One bound per joint k (N m/rad or N/m), computed from the length of the stretched chain.
 
     Raises:
-        DescriptionError: A prismatic joint without limits is not allowed.
+        DescriptionError: A prismatic joint has no limits.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []

@@ -320,7 +320,7 @@ class _Builder:
     def _settle(self) -> None:
         """Rotates the axes of the last station by the constant angles that follow its joint.
 
-        One angle then describes both the end of the group and the translation before this end.
+        The end of the group and the translation before it then share one angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

@@ -25,9 +25,9 @@ def product_of_exponentials(
         description: A serial robot.
 
     Returns:
-        ``S_space`` (6, moving joints) with one screw (v; omega) per column, in the base frame; and
-        the home pose ``M_0_ee`` (4, 4) of the tool with all joints at zero. The home pose excludes
-        the offsets of couplings.
+        ``S_space`` (6, moving joints) and ``M_0_ee`` (4, 4). Each column of ``S_space`` is a screw
+        (v; omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints at
+        zero. The home pose excludes the offsets of couplings.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

@@ -1,7 +1,7 @@
 """Singularity conditions of an arm: factors of the Jacobian minors that must be 0.
 
-All minors are 0 if a factor that they share is 0, or if each minor has a factor of its own that
-is 0. A condition is a minimal set of factors that make all minors 0.
+All minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A condition is a
+minimal set of factors that make all minors 0.
 """
 
 from collections.abc import Iterator, Sequence

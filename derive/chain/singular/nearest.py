@@ -1,4 +1,4 @@
-"""Searches numerically for singular configurations; used if the minors have no short factors.
+"""Searches numerically for singular configurations if the minors have no short factors.
 
 A configuration is singular if some wrench y does no work on any joint (J^T y = 0). With fewer
 joints than Jacobian rows, a configuration is singular if some joint velocities x do not move the
@@ -49,7 +49,7 @@ def nearest_singular(
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
-    # Multiples of square roots of primes fill a cube evenly, and are identical on every computer.
+    # Multiples of square roots of primes are spread evenly, and identical on every computer.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     sampled = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
     if _smallest(S, sampled[0], scale) < RANK_LOST:

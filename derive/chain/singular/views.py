@@ -26,7 +26,7 @@ NOTHING = 1e-9
 """Jacobian entries below this value count as 0, for lengths of about one meter."""
 SEED = 20
 TRIES = 3
-"""Number of generic configurations at which a zero entry must be 0."""
+"""Number of generic configurations at which an entry must be 0 to count as always 0."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def minors(
 
     Args:
         robot: A serial robot.
-        S: The robot screws in the base frame (6, n).
+        S: The screws of the robot in the base frame (6, n).
         values: The values of the symbols in the screws.
     """
     views = list(_views(robot, S, values))
