@@ -121,7 +121,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Returns the transmission that has the joint equations, or None if no transmission fits."""
+    """Returns the transmission with these joint equations, or None if no transmission fits."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One
@@ -142,7 +142,7 @@ def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
 
 
 def write_gears(root: etree._Element, name: str, gears: Sequence[Gears]) -> None:
-    """Appends an element <ros2_control> with the transmissions, for a simulated hardware."""
+    """Appends an element <ros2_control> with the transmissions, for simulated hardware."""
     system = etree.SubElement(root, "ros2_control", name=name, type="system")
     hardware = etree.SubElement(system, "hardware")
     etree.SubElement(hardware, "plugin").text = "mock_components/GenericSystem"

@@ -82,7 +82,7 @@ def _copy(
 
 
 def _is_mirrored(point: Vector, original: Vector) -> bool:
-    """Whether a point mirrors another point exactly: the components are equal up to signs."""
+    """Whether two different points have components that are equal up to signs."""
     return point != original and all(abs(p) == abs(q) for p, q in zip(point, original, strict=True))
 
 

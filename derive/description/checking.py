@@ -1,7 +1,7 @@
 """Reports all errors of a robot description, not only the first.
 
-The reader stops at an error. The check then replaces the wrong value in memory, by the word that
-the error suggests or by a harmless value, and reads the description again. Therefore, only the
+The reader stops at an error. The check then replaces the wrong value in memory with the suggested
+word or a harmless value, and reads the description again. Therefore, only the
 reader decides which descriptions are valid.
 """
 

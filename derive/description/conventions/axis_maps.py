@@ -1,4 +1,4 @@
-"""Displacements of a joint axis that changes of its convention parameters cause.
+"""Displacements of a joint axis due to changes of its convention parameters.
 
 A revolute axis is a line with four possible displacements; shifts along the line and rotations
 about it have no effect. A prismatic axis is a direction, which two tilts can change. A convention
