@@ -44,8 +44,9 @@ class JointPath:
         reason: "" if complete; "no solution" if no branch reaches the next pose; "jump" if every
             solution needs a larger joint displacement than allowed; "limit" if the branch continues
             beyond a limit.
-        coordinate: The coordinate with the jump or limit violation, otherwise "".
-        next_value: The next value of this coordinate, otherwise NaN.
+        coordinate: The coordinate (of a coupled arm, also the joint) with the jump or limit
+            violation, otherwise "".
+        next_value: The next value of this coordinate or joint, otherwise NaN.
         min_margin: The smallest margin on the path, NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with this margin, -1 if no pose was reached.
@@ -251,8 +252,7 @@ class InverseMethods(RobotFacts):
             step = None if found.valid else _Step(here, np.nan, "no solution")
             if found.reason == "limits":
                 found = self._best_step(label, info, pose, here, fixed_q, "fixed", limits=None)
-                beyond = np.maximum(self.lower - found.q, found.q - self.upper)
-                step = _Step(found.q, np.nan, "limit", int(np.argmax(beyond)))
+                step = self._beyond(found.q, self.functions[info.name].solutions)
             elif (np.abs(found.q - here) > near).any():
                 step = _Step(found.q, np.nan, "jump", int(np.argmax(np.abs(found.q - here) / near)))
             if step:
@@ -270,13 +270,15 @@ class InverseMethods(RobotFacts):
         inside = slots.within_limits()
         allowed = inside if inside.valid.any() else slots
         moves = allowed.distances_from(q_seed)
-        best = _least(moves / facts_of(type(slots)).units, allowed.valid)
-        q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
-            # The index refers to `inside`, where each winding has its own slot, not to `slots`.
-            return _Step(q, margin)
-        outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
-        return _Step(q, margin, "limit", int(np.argmax(outside)))
+            # A full turn of a motor without limits may move a coupled joint beyond its limits.
+            turned = self._inside(q_seed + moves, type(slots)).all(-1, keepdims=True)
+            moves = np.where(turned, moves, allowed.q - q_seed)
+        best = _least(moves / facts_of(type(slots)).units, allowed.valid)
+        q = q_seed + moves[best]
+        # The index refers to `inside`, where each winding has its own slot, not to `slots`.
+        step = _Step(q, float(allowed.margin[best]))
+        return step if allowed is inside else self._beyond(q, type(slots))
 
     def _next(
         self, slots: Solutions, pose: FloatArray | None, here: FloatArray, max_step: FloatArray
@@ -285,20 +287,24 @@ class InverseMethods(RobotFacts):
             return _Step(here, np.nan, "no solution")
         moves = slots.distances_from(here)
         best = _least(moves / facts_of(type(slots)).units, slots.valid)
-        move, margin = moves[best], float(slots.margin[best])
+        move, margin, nearby = moves[best], float(slots.margin[best]), None
         if (np.abs(move) > max_step).any():
             nearby = self._nearby(pose, here, slots.unit_length)
             if nearby is None or (np.abs(nearby - here) > max_step).any():
                 return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / max_step)))
-            return self._inside(nearby, slots, margin, None)
-        return self._inside(here + move, slots, margin, best)
+        q, slot = (here + move, best) if nearby is None else (nearby, None)
+        inside = self._inside(q, type(slots)).all()
+        return _Step(q, margin, slot=slot) if inside else self._beyond(q, type(slots))
 
-    def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
-        """Return the coordinates after a step of the path, or the violated limit."""
-        outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
-        if outside.any():
-            return _Step(q, margin, "limit", int(np.argmax(outside)))
-        return _Step(q, margin, slot=slot)
+    def _inside(self, q: FloatArray, kind: Any) -> BoolArray:
+        """Test which coordinates (..., n), followed by coupled joints, are within limits."""
+        inside, joints = within(q, self.lower, self.upper, facts_of(kind).units), kind.joint_limits
+        return inside if joints is None else np.concatenate([inside, joints.inside(q)], -1)
+
+    def _beyond(self, q: FloatArray, kind: Any) -> _Step:
+        """Return the end of a path at the first violated limit, with the values of the joints."""
+        values = q if kind.joint_limits is None else np.append(q, kind.joint_limits.chain(q))
+        return _Step(values, np.nan, "limit", int(np.argmin(self._inside(q, kind))))
 
     def _kept(
         self,
@@ -325,7 +331,7 @@ class InverseMethods(RobotFacts):
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)
             stays = (best == slot) & slots.valid[:, slot]
             stays &= (np.abs(moves[:, slot]) <= max_step).all(-1)
-            stays &= within(q, self.lower, self.upper, units).all(-1)
+            stays &= self._inside(q, type(solutions)).all(-1)
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
@@ -341,12 +347,13 @@ class InverseMethods(RobotFacts):
     def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> JointPath:
         least = int(np.argmin(margins)) if len(q) else -1
         blamed = end is not None and end.reason != "no solution"
+        names = (*self.coordinate_names, *self.joint_names)
         return JointPath(
             q=q,
             complete=end is None,
             ended_at=len(q),
             reason=end.reason if end else "",
-            coordinate=self.coordinates[end.joint].name if end and blamed else "",
+            coordinate=names[end.joint] if end and blamed else "",
             next_value=float(end.q[end.joint]) if end and blamed else np.nan,
             min_margin=float(margins[least]) if len(q) else np.nan,
             min_margin_index=least,

@@ -33,10 +33,10 @@ class JointLimits(NamedTuple):
     lower: tuple[float, ...]
     upper: tuple[float, ...]
 
-    def contain(self, q: FloatArray) -> BoolArray:
-        """Test whether the joints at coordinates (..., n) are within their limits."""
+    def inside(self, q: FloatArray) -> BoolArray:
+        """Test which joints (..., m) at coordinates (..., n) are within their limits."""
         lower, upper = np.array(self.lower), np.array(self.upper)
-        return np.asarray(within(self.chain(q), lower, upper, np.ones_like(lower)).all(-1))
+        return within(self.chain(q), lower, upper, np.ones_like(lower))
 
 
 def joint_limits_of(manifest: Manifest, functions: Mapping[str, Any]) -> JointLimits | None:

@@ -173,7 +173,7 @@ class Solutions(Fields):
         kind = cast("type[Self]", listing.kind)
         q, valid = _filtered(_filters.windings, (self.q, self.valid), listing.limits)
         if limits is not None and self.joint_limits is not None:
-            valid &= self.joint_limits.contain(q)
+            valid &= self.joint_limits.inside(q).all(-1)
         times = kind.windings // self.windings
         fields = (field if times == 1 else field.repeat(times, -1) for field in self[1:3])
         return tuple.__new__(kind, (q, *fields, valid))

@@ -196,3 +196,28 @@ def test_numeric_inverse_reaches_links_behind_coupled_joints(arm):
         assert found.valid
         reached = arm.link_poses(found.q)[arm.link_names.index(link)]
         np.testing.assert_allclose(reached, T, atol=1e-8)
+
+
+def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
+    """Both motors are far from their limits where their mean reaches the limit of the pitch."""
+    start, along = np.array([0.3, 0.4, 1.2, 0.5, 1.0, 1.0]), np.linspace(0, 2, 200)[:, None]
+    q = start + along * [0, 0, 0, 0, 1, 1]
+    path = arm.ik_path(arm.fk(q), start)
+    assert path.ended_at == np.argmin(arm.is_within_limits(q)) > 0
+    assert (path.reason, path.coordinate) == ("limit", "pitch")
+    assert path.next_value == pytest.approx(arm.chain(q)[path.ended_at, 4])
+    assert "pitch would go to 2.0" in str(path)
+    turned = start + along * [0, 0, 0, 0, 3, -3]
+    np.testing.assert_allclose(arm.ik_path(arm.fk(turned), start).q, turned, atol=1e-9)
+
+
+def test_path_starts_within_the_limits_of_joints(tmp_path):
+    """A full turn of a motor without limits towards the seed would exceed the limit of `level`."""
+    write(read_text(PALLETIZER), tmp_path, languages=("c", "python"))
+    palletizer = chasles.load(tmp_path)
+    towards = np.array([6, 0, 6, 6])
+    for row in palletizer.random_q(50):
+        path = palletizer.ik_path(palletizer.fk(row[None]), row + towards)
+        assert path.complete
+        assert palletizer.is_within_limits(path.q).all()
+        np.testing.assert_allclose(palletizer.fk(path.q), palletizer.fk(row[None]), atol=1e-9)
