@@ -1,8 +1,9 @@
 """Writes the description of a robot with loops, with placeholders for its geometry.
 
-The runtime replaces ``$xyz_k`` and ``$rpy_k`` of frame k (degrees), and single values ``$x_k``, in
-the order of :func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also
-replaces ``$name``, ``$title``, ``$source`` and ``$closure``.
+The runtime replaces ``$xyz_k`` and ``$rpy_k`` by the position and the angles (degrees) of frame k,
+and ``$x_k`` by single values, in the order of
+:func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also replaces
+``$name``, ``$title``, ``$source`` and ``$closure``.
 """
 
 import json

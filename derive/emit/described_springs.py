@@ -1,7 +1,7 @@
 """Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
 
-The axes and links of the nominal arm at zero coordinates determine the gravity torques, as in the
-parametric functions. The runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
+The gravity torques follow from the axes and links of the nominal arm at zero coordinates. The
+runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
 """
 
 import json

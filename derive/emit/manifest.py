@@ -60,7 +60,7 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """Returns the manifest as JSON, without date, host or path: equal robots give equal bytes.
+    """Returns the manifest as JSON without date, host or path.
 
     Args:
         derivation: The derivation of the robot.

@@ -22,7 +22,7 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
 
     Args:
         derivation: The derivation of the robot.
-        where: The only language that contains functions with a solver.
+        where: The only output language that contains functions with a solver.
     """
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
@@ -62,7 +62,7 @@ def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
 
 
 def _within(limits: Limits, distance: float) -> float:
-    """Returns the value of a coordinate at a distance from its limits, or their middle."""
+    """Returns the default coordinate value, or the middle of the limits if a limit is too close."""
     low = -math.inf if limits[0] is None else float(limits[0]) + distance
     high = math.inf if limits[1] is None else float(limits[1]) - distance
     if low > _START or high < _START:

@@ -1,4 +1,4 @@
-"""Inverses whose nearest solution has a printed function, and the inputs that a seed determines."""
+"""Finds inverses with a nearest-solution function, and the inputs that a seed determines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _NO_INPUTS = "In no language, because a seed does not determine the inputs"
 
 @dataclass(frozen=True)
 class SeedInputs:
-    """The inputs of an inverse after the target, as values that follow from a seed.
+    """The inputs of an inverse after the target, computed from a seed.
 
     Attributes:
         names: Names of the inputs.
@@ -79,10 +79,10 @@ def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | No
 def printed_nearest(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
-    """Returns the inverses whose nearest solution other languages than C print, and their inputs.
+    """Returns inverses whose nearest solution is available not only in C, and their inputs.
 
-    A robot has no such inverse if couplings require a search over full turns, or if an input of its
-    inverse is computed by a function that is not printed.
+    The list is empty if couplings require a search over full turns. An inverse is omitted if an
+    input is computed by a function that is not printed.
     """
     if shares_limits(derivation, wraps_of(derivation)):
         return []
@@ -94,7 +94,7 @@ def printed_nearest(
 
 
 def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
-    """Returns sentences that name the nearest solutions without a printed function, and reasons.
+    """Returns sentences that state which nearest solutions are missing, and why.
 
     Args:
         derivation: The derivation of the robot.

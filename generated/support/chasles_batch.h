@@ -27,8 +27,8 @@ typedef struct {
 } lanes_shape;
 
 /* A result whose complete cache lines are written to memory. The rows of this result are collected
- * after the first cache line of `stage`. The last `held` doubles of this first cache line belong to
- * earlier rows; they wait until the cache line at `to` is complete. The first `skipped` doubles at
+ * after the first cache line of `stage`. The last `held` doubles of this cache line belong to
+ * earlier rows, which wait until the cache line at `to` is complete. The first `skipped` doubles at
  * `to` are not part of the result. */
 typedef struct {
     double *to;

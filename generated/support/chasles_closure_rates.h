@@ -1,10 +1,9 @@
 /* Computes rates and derivatives of closed loops by the implicit function theorem. This file is
  * part of chasles and is the same for every robot. The file is included by chasles_closure.h.
  *
- * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and
- * c_w (w_q)' = -(c_w)' w_q, where the actuated rows of the unknowns are given. D_u is factored only
- * once, at the configuration where the loops are closed.
- */
+ * The linear equations are c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)' wd and c_w (w_q)' = -(c_w)'
+ * w_q, in which the rows of the actuated variables are known. D_u is factored only once, at the
+ * configuration where the loops are closed. */
 
 /* Computes the derivative (W x Q) of all variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)

@@ -233,9 +233,10 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
-/* Returns whether A determines the pair of joints at the given pose. With a prismatic pair joint
- * and round dimensions, A is often singular at right angles; several solutions of the pair then
- * belong to one solution of the other joints. */
+/* Returns whether A determines the pair of joints at the given pose. If a joint of the pair is
+ * prismatic and the dimensions are round numbers, A is often singular at joint angles that are
+ * multiples of 90 degrees. Several solutions of the pair then belong to one solution of the other
+ * joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;

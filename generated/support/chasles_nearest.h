@@ -115,8 +115,8 @@ static inline int chasles_least(int slots, const double *distance)
     return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
-/* Writes NaN to q, and the smallest residual and its margin. Returns the reason why there is no
- * solution. */
+/* Sets q to NaN, and writes the smallest residual and its margin. Returns the reason why there is
+ * no solution. */
 static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
                                double *residual, double *margin)
 {
@@ -142,9 +142,9 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* Returns the result of chasles_nearest, given the distances without limits. Tests the solutions in
- * the order of their distances without limits until no later solution can be nearer within its
- * limits. Changes the distances. */
+/* Returns the result of chasles_nearest, given the distances without limits. Tests the solutions by
+ * increasing distance without limits, until no later solution can be nearer. Changes the
+ * distances. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -168,8 +168,9 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 }
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
- * solution; for equal distances, the lowest slot. Without a solution, returns the reason, and
- * writes NaN to q, and the smallest residual and its margin. q may be q_seed. */
+ * solution; for equal distances, the lowest slot. Without a solution, sets q to NaN, writes the
+ * smallest residual and its margin, and returns the reason. The arrays q and q_seed may be the
+ * same. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {

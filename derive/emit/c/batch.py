@@ -253,8 +253,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Strength reduction replaces square roots and angles, which occur only in functions with
-        # branches. Functions without branches are sums of products.
+        # Only functions with branches contain square roots and angles, which strength reduction
+        # replaces.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"

@@ -158,7 +158,7 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves angles that do not depend on the sign, and their dependent statements, to the end.
+    """Moves angles that do not depend on the branch sign, and statements that use them, to the end.
 
     Args:
         program: The program that computes a single branch.

@@ -29,8 +29,7 @@ PARAMETRIC = (
 )
 """Support files for loops whose geometry is an input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""Support files for robots whose inverse solves each leg; forward kinematics checks its
-solutions."""
+"""Support files for robots whose inverse solves each leg, with a check by forward kinematics."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
@@ -70,7 +69,7 @@ def loops_file(robot: Described, system: str) -> str:
 
 
 def _modes(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the inverse that solves each leg; forward kinematics gives the residuals."""
+    """Prints the inverse that solves each leg and computes residuals by forward kinematics."""
     (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
     assert isinstance(function.tables, mode_check.ClosureSize)

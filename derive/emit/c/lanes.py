@@ -141,8 +141,7 @@ class _Writer:
         """Prints one call that computes an angle's cosine and sine together.
 
         Returns:
-            The lines, if the statement is the first of the cosine and the sine; otherwise an empty
-            list.
+            The lines at the first of the two statements, and an empty list at the second.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -162,8 +161,7 @@ class _Writer:
         """Prints one call that computes two angles together.
 
         Returns:
-            The lines, if the statement computes the second angle; an empty list, if it computes the
-            first angle.
+            The lines at the second of the two statements, and an empty list at the first.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
@@ -193,8 +191,8 @@ class _Writer:
         """Prints a call with arguments passed by address; constant arguments get variable names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The instruction returns its second argument if the first is NaN; a constant is never
-            # NaN.
+            # The constant is the second argument, because the instruction returns this argument if
+            # the first is NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

@@ -74,7 +74,7 @@ def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _limits(robot: Described, *, is_shared: bool) -> list[str]:
-    """Returns the limits of the coordinates, and for shared limits also the joint limits."""
+    """Returns the limits of the coordinates and, for shared limits, of the joints."""
     limits = [coordinate.limits for coordinate in robot.coordinates]
     if is_shared and isinstance(robot, SerialRobot):
         limits += joint_limits(robot)
@@ -150,7 +150,7 @@ _LIMITS = (
 
 
 def _own_limits(prefix: str, n: int) -> list[str]:
-    """Returns the lines that replace the limits of the coordinates, but not of the joints."""
+    """Returns the lines with which a caller's limits replace the coordinate limits."""
     lines = []
     for side in ("lower", "upper"):
         own = f"{prefix}_{side}"

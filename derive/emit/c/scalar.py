@@ -170,7 +170,7 @@ def _filled(function: SymbolicFunction) -> dict[str, str]:
 
 
 def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
-    """Returns the lines that call functions and solvers; the loop solution is in ``loops``."""
+    """Returns the lines that call functions and solvers."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
     arrays = [a for call in calls for a in call.outputs if a.name not in filled]
     lines += [f"  double {a.name}[{a.size}];" for a in arrays]
@@ -183,7 +183,7 @@ def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) 
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Puts a title comment above lines; returns nothing without lines."""
+    """Puts a title comment above the lines, if there are any."""
     return [f"  // {name}", *lines] if lines else []
 
 

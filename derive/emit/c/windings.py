@@ -117,8 +117,8 @@ def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
     """Returns the only coordinate that full turns of an independent joint change, or -1.
 
-    No other independent joint may change the coordinate, and each joint that depends on the
-    independent joint must not depend on other independent joints.
+    Neither the coordinate nor the joints that depend on the independent joint may depend on another
+    independent joint.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

@@ -118,7 +118,7 @@ def _nearest(nearest: Nearest) -> str:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves many poses, or {} without ``fk`` and an inverse of a pose."""
+    """Returns an example that solves many poses, or {} if ``fk`` or a pose inverse is missing."""
     inverse = example_inverse(derivation, printed)
     if inverse is None or not any(function.name == "fk" for function in printed):
         return {}

@@ -13,8 +13,7 @@ from ..precision.single import single
 WIDTH = 100
 """Maximum line length of the comments and results."""
 CHOICE = "choice"
-"""Argument of a branch that contains its signs; a function receives the signs of all slots at
-once."""
+"""Name of the argument that contains the branch signs."""
 _TEMPLATES = {
     Operation.AND: "{0} & {1}",
     Operation.OR: "{0} | {1}",
@@ -44,7 +43,7 @@ def definition(function: SymbolicFunction, described: Sequence[str], program: Pr
     Args:
         function: The function.
         described: The lines of the docstring; the first line is the summary.
-        program: The program of the function, of one branch if it has branches.
+        program: The program of the function or, with branches, of one branch.
     """
     first, *others = described
     slots = list(patterns(function)) if function.signs else []
@@ -80,7 +79,7 @@ def _signs(slots: Sequence[tuple[int, ...]]) -> Iterator[str]:
 
 
 def _entries(function: SymbolicFunction, program: Program, *, is_branch: bool) -> Iterator[str]:
-    """Yields the lines that assign input entries; solution slots are a further dimension."""
+    """Yields the lines that assign input entries, with a new dimension for branches."""
     name, shapes = naming(program), {a.name: a.shape for a in function.inputs}
     for entry in program.inputs:
         argument = program.arguments[entry.argument]

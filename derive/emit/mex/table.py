@@ -27,8 +27,7 @@ class Array:
         name: Name in MATLAB.
         meaning: Meaning of the input or output, with its unit.
         shape: Sizes in MATLAB.
-        has_columns: Whether C stores one solution per row; in MATLAB, each solution is then a
-            column.
+        has_columns: Whether C stores one solution per row, and MATLAB one solution per column.
         is_condition: Whether the entries are truth values.
     """
 

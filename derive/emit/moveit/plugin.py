@@ -64,7 +64,7 @@ def _mapped(derivation: Derivation, inverse: Signature, m: int) -> dict[str, str
 
 
 def _periods(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
-    """Returns the period of each joint: 0 for prismatic joints and leaders, else a full turn."""
+    """Returns the period of each joint: a full turn, or 0 for prismatic and for mimicked joints."""
     robot, alone = derivation.robot, {joint.name for joint in joints}
     if isinstance(robot, SerialRobot) and len(joints) < len(robot.moving):
         columns = zip(joints, range(len(joints)), strict=True)

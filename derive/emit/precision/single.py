@@ -45,7 +45,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that affect a result other than through a condition."""
+    """Returns the operands that affect results directly, not only through a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):

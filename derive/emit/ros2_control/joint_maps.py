@@ -31,7 +31,7 @@ def has_maps(derivation: Derivation) -> bool:
 
 
 def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[str, str]:
-    """Returns the header and the example of a package, keyed by path; {} without the maps.
+    """Returns the header and the example of a package, keyed by path; {} if a map is missing.
 
     Args:
         derivation: The derivation of the robot.
@@ -42,7 +42,7 @@ def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[
         return {}
     robot, hybrid = derivation.robot, derivation.hybrid
     names = [joint.name for joint in chain(derivation)]
-    # The maps of couplings are linear, so their rates do not depend on the positions.
+    # Couplings are linear, so the conversion of rates does not depend on the positions.
     has_slope = hybrid is not None
     all_joints = [v.name for v in hybrid.variables] if hybrid else names
     values = {

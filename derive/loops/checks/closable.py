@@ -1,4 +1,4 @@
-"""Reports in which part of the actuator limits the loops close, and unreachable limits.
+"""Reports how much of the actuator range closes the loops, and which limits are unreachable.
 
 The limits of the actuators span a box. Loops that stay open inside the box of actuator limits are
 not an error, because each limit belongs to a single actuator. The module reports loops that close
@@ -32,8 +32,8 @@ FEW, FEW_STEPS = 60, 17
 """Number of random configurations, and of grid values, for loops without a closed form."""
 HALVINGS = 20
 OMITTED = 0.01
-"""Smallest reported difference between the middle of the limits and the value at the stated joints
-(radian, or relative to the size)."""
+"""Smallest reported difference between the assumed value of an omitted actuator and the value that
+the stated joints imply (radian, or relative to the size)."""
 LITTLE = 0.5
 """Smallest fraction of configurations with closed loops for which no remark is printed."""
 
@@ -66,7 +66,7 @@ def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 class BySearch:
-    """Tests by a numerical search from the reference whether loops without a closed form close."""
+    """Tests whether loops without a closed form close, by a numerical search from the reference."""
 
     def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
         """Stores a configuration with closed loops as the start of the search."""
@@ -169,7 +169,7 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 
 
 def omitted_actuators(h: SolvedLoops) -> str:
-    """States which actuated coordinates the reference omits, and their value at the stated joints.
+    """Lists actuated coordinates that the reference omits, and values implied by stated joints.
 
     The result is empty if the reference is complete, or if the description has no reference.
     """
@@ -198,8 +198,9 @@ def moved_reference(h: SolvedLoops) -> str:
     """States which described joint value differs most from the closed reference.
 
     The values of dependent joints in a description only select the branch. A large difference
-    usually means wrong actuated coordinates: the default for a cylinder without a stated value is
-    the middle of its limits. The result is empty if all values agree closely, up to full turns.
+    usually means wrong actuated coordinates. For example, a cylinder without a stated value
+    defaults to the middle of its limits. The result is empty if all values agree closely, up to
+    full turns.
     """
     at, size = h.at_reference, h.numbers.size
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

@@ -98,7 +98,7 @@ def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
-    """Whether only legs drive the tool, and all actuators move, so the tool fixes their values."""
+    """Whether only legs drive the tool and every actuator can move."""
     chain = {joint.name for joint in loops.mechanism.main_chain.moving}
     moved = {c.moves for c in loops.mechanism.coordinates}
     is_moving = np.linalg.norm(rows, axis=1) > REPEATED_EQUATION

@@ -1,7 +1,7 @@
 """Closes the loops of a mechanism numerically by Newton's method on the closure equations.
 
-A strut has one equation, for the distance of its ends, and no swing angle. A swing angle would add
-one variable and one equation, so the number of freedoms does not depend on swing angles.
+A strut has one equation, for the distance between its ends, and no swing angle. A swing angle would
+add one variable and one equation, so omitting swing angles does not change the degrees of freedom.
 """
 
 from collections.abc import Iterator, Mapping

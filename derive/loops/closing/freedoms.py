@@ -17,7 +17,7 @@ PLANAR, SPATIAL = 3, 6
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Returns the joint sequences that only parametrize a free body's pose, in order.
+    """Returns the joint sequences that only parametrize the pose of a free body.
 
     A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
     planar sequence has two prismatic joints and a revolute joint. No joint of a sequence is

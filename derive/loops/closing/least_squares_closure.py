@@ -114,7 +114,7 @@ def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, closure included; each adds a closure error."""
+    """Returns the number of joints in a loop, including the closure."""
     one, other = (
         {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
     )

@@ -29,7 +29,7 @@ class LoopModel:
             closure errors, or None if all loops close.
         robot: The main chain as a serial robot.
         variables: The entries of the full configuration z.
-        passive: Names of the passive joints in z, without drives that are coupled to other joints.
+        passive: Names of the passive joints in z, except drives that are coupled to other joints.
         arguments: The arguments of all functions, keyed by name.
         q: Symbols of the actuated coordinates.
         theta: Symbols of the main-chain joints.

@@ -114,8 +114,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     moving = {c.moves for c in mechanism.coordinates}
     cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
     free = [*bodies.unknown, *cylinders]
-    # The stated joint values may contradict the default strokes, which are the middles of the
-    # limits.
+    # The default strokes are the middles of the limits and may contradict the stated joint values.
     nearest = bodies.nearest(bodies.values, free, names)
     if cylinders and bodies.all_closed(nearest, names):
         at = nearest
@@ -158,7 +157,7 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> Descripti
 
 
 def _wrapped(value: float, is_length: bool) -> float:
-    """Wraps an angle to half a turn; returns a length unchanged."""
+    """Wraps an angle to [-pi, pi]; returns a length unchanged."""
     return value if is_length else math.remainder(value, 2 * math.pi)
 
 
@@ -226,7 +225,7 @@ def _loop_error(
 
 
 def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence[str]) -> str:
-    """States which pin axes lie across an open loop, or across an earlier loop that they lock."""
+    """States which pin axes are not normal to the plane of the open loop, or of an earlier loop."""
     if words := across(bodies, open_):
         return words
     for loop_joint in bodies.mechanism.loop_joints:
@@ -293,7 +292,7 @@ def _remedies(
 def _candidates(
     bodies: NumericMechanism, loop_joint: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
-    """Yields the constants and actuated coordinates in a loop, each with description and factor."""
+    """Yields name, description and factor of each constant and actuated coordinate in a loop."""
     mechanism = bodies.mechanism
     paths = [mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
     joints = [joint for path in paths for joint in path if not all(joint in w for w in paths)]

@@ -18,8 +18,8 @@ Passive joint values are only approximate, and a wrong exchange may also close t
 distant configuration.
 """
 CLEARLY = 0.02
-"""Minimum distance from the reference that rounding to two digits cannot explain; the unit is the
-unit of :data:`NEAR`."""
+"""Smallest distance from the reference that rounding to two digits cannot explain, in the unit of
+:data:`NEAR`."""
 PART = 0.1
 """Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
 

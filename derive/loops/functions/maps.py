@@ -127,13 +127,13 @@ class Map:
         )
 
     def rates(self, of: Joints) -> SymbolicFunction:
-        """Builds the map from rates to rates."""
+        """Builds the function that maps coordinate rates to joint rates."""
         q, slope = of.coordinates, self._derivative_name(of)
         rates = of.rates.along(of.symbols(1)).of_each(self.values(of))
         return self._time_derivative(of, 1, "rate", rates, f"{slope}({q}) {q}d")
 
     def accelerations(self, of: Joints) -> SymbolicFunction:
-        """Builds the map from accelerations to accelerations."""
+        """Builds the function that maps coordinate accelerations to joint accelerations."""
         q, slope = of.coordinates, self._derivative_name(of)
         first = of.rates.along(of.symbols(1)).of_each(self.values(of))
         second = of.rates.twice(of.symbols(1), of.symbols(2)).of_each(first)
@@ -202,7 +202,7 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The map that computes the coordinates of a domain, keyed by the name of the coordinates."""
+"""The joint map of each domain, keyed by the name of the coordinates."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:

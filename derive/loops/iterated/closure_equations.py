@@ -68,7 +68,7 @@ class LoopClosure:
         w: Symbols of the variables.
         entries: Terms that are zero if the loops are closed, or as nearly closed as possible.
         units: The unit of each entry, m or 1.
-        size: The longest translation or rod (meter); lengths are divided by it, angles are not.
+        size: The longest translation or rod (meter), by which lengths are divided.
         functions: The functions of w that the iteration calls, keyed by name; the value is empty if
             there are fewer equations than unknown variables.
         inputs: Name of the coordinates that drive the input variables, which is ``q`` or ``theta``.

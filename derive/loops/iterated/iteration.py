@@ -119,7 +119,7 @@ class Iteration:
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns time derivatives of terms in coordinates and rates, at accelerations qdd."""
+        """Returns time derivatives of terms in coordinates and rates, given accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 

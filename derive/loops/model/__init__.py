@@ -1,1 +1,1 @@
-"""The loop model: bodies, ends and equations of loops; exact, numeric, with variable geometry."""
+"""Models loops: bodies, ends and equations in exact, numerical and parametric form."""

@@ -22,7 +22,7 @@ def pose_of(
     Args:
         mechanism: The description.
         terms: Names of all terms.
-        frame: The frame in the axes of its body.
+        frame: A frame fixed to a body.
         values: Values of the joints between the base and the body (radian or meter).
     """
     path = mechanism.path_to(frame.body)

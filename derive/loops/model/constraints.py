@@ -125,9 +125,9 @@ def constraints(
 
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If each
     component of a point difference has an equation, the components are in the axes of the body at
-    which the loop starts. A strut with ball ends has one equation, for the distance of its ends.
-    For a strut with pin ends, two equations state that the first end plus the length along the
-    swing direction is the far end.
+    which the loop starts. A strut with ball ends has one equation, for the distance between its
+    ends. For a strut with pin ends, two equations state that the first end plus the length along
+    the swing direction is the far end.
 
     Equations that are zero in every configuration are omitted.
 
@@ -135,8 +135,8 @@ def constraints(
         mechanism: The description.
         terms: Table that receives the named terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or meter).
-        may_stay_open: Includes equations that are never zero, for loops closed in the least-squares
-            sense.
+        may_stay_open: Whether to include equations that are never zero, for loops closed in the
+            least-squares sense.
 
     Raises:
         DescriptionError: A strut in a spatial loop has pin ends, or a loop has an equation that is
@@ -150,7 +150,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], loop_joints: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the loop residuals of some closures and struts, with residuals that are always zero.
+    """Returns the residuals of some closures and struts, including residuals that are always zero.
 
     Args:
         mechanism: The description.
@@ -174,7 +174,7 @@ def swing_angles(
     """Returns the swing angle of each pin-ended strut by name, between -pi and pi.
 
     Args:
-        mechanism: The description; loops with struts on pins are planar.
+        mechanism: The description; struts with pin ends must belong to planar loops.
         terms: Table that receives the named terms.
         values: All joints and cylinders by name, without swing angles (radian or meter).
     """
@@ -421,8 +421,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # All three components must be zero in any axes; their expressions are shortest in the axes
-        # of the body at which the loop starts.
+        # If all three components must be zero, any axes are suitable. The axes of the body at which
+        # the loop starts give the shortest expressions.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))

@@ -26,8 +26,8 @@ class Factor:
 
     Attributes:
         name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
-            itself are not in z and have the names ``<closure>`` or ``<strut>.end``; a ball joint
-            adds ``.x``, ``.y``, ``.z``.
+            itself are not in z and have the names ``<closure>`` or ``<strut>.end``. Names for a
+            ball joint also end with ``.x``, ``.y`` or ``.z``.
         screw: Twist (v, omega), (6, 1), at zero configuration, in the frame of the body at which
             the loop starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v
             has norm 1 for a slider.
@@ -96,7 +96,7 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a constant that is too long for a nominal dimension."""
+    """Whether an entry is a constant expression with more than ``MAX_OPERATIONS`` operations."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MAX_OPERATIONS
 
 
@@ -131,7 +131,7 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns the point of a frame in the frame of its body, from planar axes of the body."""
+    """Returns the pose with a body's planar axes at the origin of a frame."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -4,8 +4,8 @@ An equation compares end b of a closure or strut with end a, in the axes of a. I
 moves, the rate of the equation's residual is the power of a wrench on this body. If the body at end
 a moves, the rate is the negative power of the same wrench, even if the loop is open.
 
-:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
-distance of its ends.
+:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, for the
+distance between its ends.
 """
 
 from collections.abc import Mapping, Sequence

@@ -32,7 +32,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent frame to a body: before the joint, of the joint, and after it."""
+    """The motions before, of and after the joint between a parent frame and a body."""
 
     before: Placement
     motion: Placement
@@ -50,8 +50,8 @@ class MechanismGeometry:
 
     Attributes:
         parameters: The parameters p in the order base, joints, loops, tool.
-        values: The value of each moving joint and cylinder, in q, u and p.
-        steps: Motions from the parent's frame to each body, in q, u and p.
+        values: The value of each moving joint and cylinder, as a function of q, u and p.
+        steps: Motions from the parent's frame to each body, as functions of q, u and p.
         base: Motions from the base frame to the base body's frame.
         tool: The constant motions from the last body to the tool.
         ends: The frames of each closure and strut on its two bodies.

@@ -1,7 +1,7 @@
 """Numerical model of a mechanism in double precision: body poses and closure errors of loops.
 
-The poses are computed from the description for any parameter values, without the compiler's
-equations. Varying a parameter shows which length or angle would close a loop.
+The poses are computed directly from the description, for any parameter values. Varying a parameter
+shows which length or angle would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -55,7 +55,8 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Known axes of planar loops, keyed by closure or strut; None computes them.
+            planes: Known axes of planar loops, keyed by closure or strut, or None to compute the
+                axes.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -199,7 +200,7 @@ class NumericMechanism:
         return None if plane is None else poses[loop_joint.a.body][..., :3, :3] @ plane[:, 2]
 
     def swings(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Returns the direction angle (radian) of each strut on pins, by swing name."""
+        """Returns the direction angle (radian) of each pin-ended strut, keyed by swing name."""
         poses, found = self.poses(values), {}
         for strut in self.mechanism.struts:
             if strut.ends == "pin":
@@ -249,7 +250,7 @@ class NumericMechanism:
     def _open(
         self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns the opening of a loop: distances (meter), then angles (radian), as last axis."""
+        """Returns the closure errors of a loop: distances (meter), and angles (radian)."""
         A, B = self.frames(poses, loop_joint)
         d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -367,12 +368,12 @@ def _planes(mechanism: Mechanism) -> dict[str, Floats]:
 
 
 def length_of(strut: Strut) -> str:
-    """Returns the name of a strut's length among the constants."""
+    """Returns the name of the constant for a strut's length."""
     return f"{strut.name}.length"
 
 
 def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
-    """Returns the name of a frame's distance from its body origin among the constants."""
+    """Returns the name of the constant for a frame's distance from its body origin."""
     return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
 
 
@@ -421,7 +422,7 @@ def _rotation_vector(R: Floats) -> Floats:
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Scales a vector so that its length is an angle (radian) instead of the sine of the angle.
+    """Rescales a vector from the length sin(angle) to the length angle (radian).
 
     A zero vector is replaced by the first axis.
     """

@@ -205,7 +205,7 @@ class _Pose(NamedTuple):
     p: sp.Matrix
 
     def onward(self, terms: Terms, placement: Placement) -> "_Pose":
-        """Returns the pose that follows this pose by a further placement."""
+        """Returns this pose, followed by a placement."""
         M = placement_matrix(placement).applyfunc(terms.value)
         return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
 
@@ -417,7 +417,7 @@ class _Plane:
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """Returns the revolute joint or slide of a tree joint in the plane."""
+        """Returns a tree joint as an edge of the planar linkage."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -433,7 +433,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """Returns the revolute joint or slide of a closure between two bodies."""
+        """Returns a closure as an edge of the planar linkage."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)

@@ -36,8 +36,8 @@ ROWS: Mapping[Kind, tuple[Row, ...]] = {
     ("weld", "space"): (*_MET, *_HELD),
 }
 """The equations by kind of closure. In a plane, the equations use the axes x and y of the plane;
-the x axis of a slider is its guide. A strut has a single equation: the distance of its ends is its
-length."""
+the x axis of a slider is its guide. A strut has a single equation: the distance between its ends is
+its length."""
 FACING: Mapping[Kind, tuple[int, ...]] = {
     ("ball", "plane"): (),
     ("pin", "plane"): (),

@@ -185,7 +185,7 @@ class RodNumbers:
 
 @dataclass(frozen=True)
 class HexapodTables(Tables):
-    """The fields of the C struct ``chasles_hexapod_platform`` after the called function.
+    """The fields of the C struct ``chasles_hexapod_platform`` that follow the called function.
 
     Lengths are relative to the platform size. A complex number is stored as a pair of numbers.
 
@@ -263,12 +263,12 @@ def _rods(h: SolvedLoops, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds a number to three digits if its further digits are zero."""
+    """Rounds a number to three digits if the remaining digits are zero."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
 def _samples(h: SolvedLoops) -> Array:
-    """Returns fixed generic actuated coordinates, within the limits of limited coordinates."""
+    """Returns fixed generic actuated coordinates; limited coordinates are within their limits."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))

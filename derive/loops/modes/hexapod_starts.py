@@ -3,8 +3,8 @@
 A generic platform has forty complex poses, listed in a table. Some paths from the forty poses reach
 all poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other
 paths diverge to infinity. For generic lengths, no pose is singular, because almost all values of a
-smooth function are regular (Sard's theorem). Therefore, paths that end in a singular pose are not
-used as starts.
+smooth function are regular (Sard's theorem). Therefore, singular end poses are not used as start
+poses.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -40,7 +40,7 @@ GENERIC_DIGITS = 12
 
 
 def generic(count: int, phase: int) -> Array:
-    """Returns fixed complex numbers on the unit circle, which depend on the phase."""
+    """Returns fixed complex numbers on the unit circle; each phase gives different numbers."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
@@ -201,7 +201,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y, and the Jacobian; its last row makes steps normal to `of`."""
+    """Returns H(t) y and the Jacobian, whose last row makes steps orthogonal to `of`."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy

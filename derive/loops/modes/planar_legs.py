@@ -171,7 +171,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg; its middle body is between two joints."""
+        """Returns the equation of a leg whose middle body is between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]

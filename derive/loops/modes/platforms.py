@@ -84,7 +84,7 @@ def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether only struts support the tool body; the main chain must be unactuated.
+    """Whether only struts support the tool body, and the main chain is unactuated.
 
     Each strut connects the tool body to the base or to an actuated body. The length of the strut is
     constant or actuated.

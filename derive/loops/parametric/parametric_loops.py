@@ -86,7 +86,7 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (meter); lengths are divided by it, angles are not."""
+        """The longest translation or rod (meter), by which lengths are divided."""
         return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
@@ -122,7 +122,7 @@ class ParametricLoops:
         name, (m, n) = self.mechanism.name, (len(self._rows), len(self.unknown))
         if not m:
             raise DescriptionError(
-                f"{name}: without loops, its main chain has parametric functions"
+                f"robot {name} has no loops; use the parametric functions of its main chain"
             )
         if m != n:
             raise DescriptionError(

@@ -39,7 +39,7 @@ class Branch:
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """Returns the branches that change one sign after the first ``taken`` signs.
+        """Returns, for each sign after the first ``taken`` signs, a branch with this sign changed.
 
         Each returned branch keeps all signs that precede the changed sign.
         """
@@ -186,7 +186,7 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # The expression contains the root of a negative number: SymPy also evaluates complex
+            # The expression contains the root of a negative number. SymPy also evaluates complex
             # roots, but far more slowly.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan

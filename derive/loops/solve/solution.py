@@ -158,7 +158,7 @@ def _is_length(member: Joint | Strut) -> bool:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """Returns the solution on a branch; ``None`` selects the reference branch."""
+    """Returns the solution on a branch, by default on the reference branch."""
     solution = begun
     try:
         while True:
@@ -290,7 +290,7 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     Args:
         terms: Names of all terms.
         solution: The solution that contains the value; the function adds the rate of the new name
-            to it.
+            to this solution.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing angle.
     """

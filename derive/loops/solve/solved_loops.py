@@ -86,7 +86,7 @@ class SolvedLoops(LoopModel):
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Returns the function of actuator or chain joints with NaN for results of open loops."""
+        """Returns the function with results that are NaN if the loops are open."""
         is_of_actuators = function.role.domain == "actuators"
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(

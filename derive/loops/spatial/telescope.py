@@ -69,7 +69,7 @@ class Telescope:
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the slide if foot and ball are known, but not for the revolute joints."""
+        """Solves for the slide, but not for the revolute joints, if foot and ball are known."""
         return TelescopeTravel.use(legs, self)
 
 

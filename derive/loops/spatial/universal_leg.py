@@ -56,8 +56,8 @@ class UniversalJoint:
         second: The joint that rotates the rod on the fork.
         target: The frame of the ball on the other body.
         axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
-        tip: The vector from the center to the ball, in the axes of the second joint if this joint
-            is at zero (meter).
+        tip: The vector from the center to the ball, in the axes of the second joint at joint value
+            zero (meter).
         rod: The ball-ended rod from the center to the ball.
     """
 

@@ -18,8 +18,8 @@
 typedef struct {
     int n, joints;
     const double *measure; /* phi = measure q + constants (n, n) */
-    const double *step;  /* motion of q for a full turn of each phi (n, n); 0 if it is impossible */
-    const double *joint; /* theta = joint q + offset (joints, n) */
+    const double *step;    /* motion of q for a full turn of each phi (n, n), or 0 if impossible */
+    const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
     const int *only;     /* the only phi on which each joint depends, or -1 (joints) */
     const double *ratio; /* motion of each joint per unit of its phi */
@@ -37,7 +37,7 @@ static inline double chasles_row(int n, const double *row, const double *q)
 }
 
 /* Writes the range of an independent joint that the limits of coordinates and joints allow. The
- * range is measured without the constants, as phi in chasles_turns. */
+ * range is measured without the constants of phi. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {

@@ -37,7 +37,7 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* Returns the first index from `from` on whose solution equals q, or the solution count. */
+/* Returns the index of the first solution from `from` on that equals q, or the solution count. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {

@@ -4,16 +4,15 @@
  * The loop of arm and tool, numbered from any joint in either direction, gives fourteen equations A
  * y = B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair),
  * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. The angle s belongs to another
- * joint, the suppressed joint. The target pose may be part of any constant transform of the loop.
- * Six linear combinations of the rows do not contain y. With the half angle of v, the six
- * combinations become twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a
- * trigonometric polynomial of degree 8 in s. Samples of det M give its real roots
- * (chasles_general_roots.h), and each root gives the other joints (chasles_general_back.h).
- * Newton's iteration on the pose refines the joints (chasles_general_newton.h). The order in which
- * the joints are numbered is an elimination order (type chasles_general_order). If one order fails,
- * other elimination orders and nearby poses are tried (chasles_general.h). All computations use
- * vectors of samples, roots or solutions (chasles_vectors.h). The code allocates nothing, has no
- * state and depends only on libm.
+ * joint, the suppressed joint. Any constant transform of the loop may contain the target pose. Six
+ * linear combinations of the rows do not contain y. With the half angle of v, the six combinations
+ * become twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a trigonometric
+ * polynomial of degree 8 in s. Samples of det M give its real roots (chasles_general_roots.h), and
+ * each root gives the other joints (chasles_general_back.h). Newton's iteration on the pose refines
+ * the joints (chasles_general_newton.h). The order in which the joints are numbered is an
+ * elimination order (type chasles_general_order). If one order fails, other elimination orders and
+ * nearby poses are tried (chasles_general.h). All computations use vectors of samples, roots or
+ * solutions (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
  * joint either belongs to the pair, or is the joint without a half angle among v and w. If both
@@ -132,8 +131,8 @@ typedef struct {
     int slides[6];           /* whether each joint of the elimination order is prismatic */
     double factor[8][8];     /* triangular factor of the matrix A */
     double head[3][8][9];    /* the rows of B that belong to the factor of A */
-    double rest[3][6][9];    /* factors of 1, cos, sin of the suppressed angle, without y */
-    double form[3][3][6][3]; /* factors of 1, cos, sin of the half angle, in equations without y;
+    double rest[3][6][9];    /* coefficients of 1, cos, sin of the suppressed angle, without y */
+    double form[3][3][6][3]; /* coefficients of 1, cos, sin of the half angle, without y;
                                 indices (1, cos, sin), (A, B, C) */
 } chasles_general_system;
 

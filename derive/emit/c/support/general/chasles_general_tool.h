@@ -180,7 +180,8 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
-    /* If several slots converge to the same solution, the first of these slots keeps it. */
+    /* If several slots converge to the same solution, the first of these slots keeps this
+     * solution. */
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
             if (left[i] <= CHASLES_SOLVED &&

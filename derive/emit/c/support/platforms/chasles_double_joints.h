@@ -8,10 +8,10 @@
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
  * = Delta_i. The product of F_23 over the four combinations of signs contains no square roots.
- * Multiplied by its denominators, the product is a trigonometric polynomial of degree 8 in t_1 and
- * has up to sixteen poses. If the axes of all circles are coplanar, as with three double joints on
- * both sides, the sines of all angles from this plane cancel. The polynomial then has degree 8 in
- * cos(t_1), and the poses come in mirrored pairs.
+ * Multiplied by its denominators, the product is a trigonometric polynomial of degree 8 in t_1,
+ * whose zeros give up to sixteen poses. If the axes of all circles are coplanar, as with three
+ * double joints on both sides, the sines of all angles from this plane cancel. The polynomial then
+ * has degree 8 in cos(t_1), and the poses come in mirrored pairs.
  *
  * Source:
  *     Innocenti and Parenti-Castelli, Direct position analysis of the Stewart platform mechanism,

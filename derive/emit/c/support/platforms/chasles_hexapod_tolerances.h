@@ -40,8 +40,8 @@
  */
 #define CHASLES_RODS_POLISHED 1e-15
 /* Two assembly modes are equal if they differ by less than this value (relative to the platform
- * size, and rad). At a double solution, rod lengths change with the squared distance, so they
- * determine no more digits of the mode. */
+ * size, and rad). Near a double solution, rod lengths change with the squared distance, so smaller
+ * differences are not resolved. */
 #define CHASLES_ONE_MODE 1e-6
 /* Maximum |e.e| of a path end at infinity; no rotation has e.e = 0. */
 #define CHASLES_AT_INFINITY 1e-9

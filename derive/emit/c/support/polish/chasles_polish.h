@@ -65,7 +65,7 @@
 #endif
 
 #if POLISH_IS_SEARCHED
-/* Returns the number of pose lines on which further solutions near a branch are searched.
+/* Returns the number of pose lines to search for further solutions near a branch.
  *
  * If the nominal arm barely misses the pose, two branches meet at a fold point. If the Jacobian of
  * the nominal arm is singular (smallest pivots `least`), branches may be anywhere. */

@@ -100,7 +100,7 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Answer of an elimination order to the question whether the known solutions are complete. */
+/* Result of the test, by one elimination order, whether the known solutions are complete. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
 /* The solutions are complete if the quotient has no real or nearly real root, and incomplete if it

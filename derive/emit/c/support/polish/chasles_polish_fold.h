@@ -180,8 +180,8 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
 }
 
 /* Searches for solutions near fold points. Returns whether the solutions are certainly complete:
- * they come in pairs, and each fold point has two solutions or none. `first` contains measures of
- * the first step of each branch. */
+ * they come in pairs, and each fold point has two solutions or none. `first` describes the first
+ * step of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {

@@ -69,8 +69,8 @@
  * of the loops. Away from dead points, ten deviations are a safe bound; the maximum error of a
  * hundred starts was one deviation. At a dead point, a deviation d rotates a link by sqrt(2 d). */
 #define POLISH_ON_BRANCH ((100.0 * POLISH_DEVIATION + 2.0) * POLISH_DEVIATION)
-/* Maximum residual [m, rad] of a pose that the nominal arm reaches; rounding errors near a
- * singularity cause it. */
+/* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
+ * singularity. */
 #define POLISH_FOLD 1e-7
 /* If a pivot of J J^T is below the square of this value (in deviations), branches may be anywhere,
  * because the true arm may be singular near a nominal singularity. For small deviations, the limit
@@ -127,7 +127,7 @@
  */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
-/* Minimum ratio of a second step to the square of the first step (an assumption). */
+/* Assumed minimum ratio of a second step to the square of the first step. */
 #define POLISH_SQUARED 0.01
 /* A point is not a fold point if the fraction of its squared error along the unreachable direction
  * is below this value. At an exact fold point, this fraction is 1. */
