@@ -26,7 +26,7 @@ from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
 from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .importers.limits import without_limits
-from .importers.robot_xml import parsed
+from .importers.robot_xml import local_name, parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .importers.urdf_transmissions import DrivenJoints, TransmissionReader
 from .plausibility import implausible_values
@@ -209,7 +209,7 @@ class UrdfFile:
         """Raises the error for links without a chain; suggests xacro if macros are not expanded."""
         elements = self.root.iterchildren(tag=etree.Element)
         macro = next((element for element in elements if element.prefix == "xacro"), None)
-        name = f"<xacro:{etree.QName(macro).localname}>" if macro is not None else ""
+        name = f"<xacro:{local_name(macro)}>" if macro is not None else ""
         hint = f"; {name} is not expanded: give the file the ending .xacro" if name else ""
         self._fail(self.root, error.field, error.value, error.expected + hint)
 

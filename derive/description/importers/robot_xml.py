@@ -96,8 +96,16 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     return element
 
 
+def local_name(element: etree._Element) -> str:
+    """Returns the name of an element without its namespace or prefix.
+
+    Unlike `etree.QName`, the function accepts prefixes that are not declared.
+    """
+    return str(element.tag).rpartition("}")[2].rpartition(":")[2]
+
+
 def _drop_namespace(root: etree._Element) -> None:
     """Removes the namespace of the root from all element names."""
-    namespace = etree.QName(root).namespace
-    for element in root.iter(f"{{{namespace}}}*") if namespace else ():
-        element.tag = etree.QName(element).localname
+    namespace = str(root.tag).rpartition("}")[0]
+    for element in root.iter(f"{namespace}}}*") if namespace else ():
+        element.tag = local_name(element)

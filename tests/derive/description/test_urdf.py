@@ -81,6 +81,9 @@ def test_undeclared_xml_prefixes_are_ignored(tmp_path):
     arm.write_text(arm.read_text().replace("</robot>", ""))
     with pytest.raises(DescriptionError, match="well-formed XML"):
         read(arm)
+    arm.write_text('<drake:robot name="arm"/>')
+    with pytest.raises(DescriptionError, match="expected a <robot>, found 'drake:robot'"):
+        read(arm)
 
 
 def test_unexpanded_xacro_macro_is_rejected(tmp_path):

@@ -23,7 +23,7 @@ from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
 from ...file_text import included_bytes, text_of
 from ...toml_file import file_error
-from ..robot_xml import parsed
+from ..robot_xml import local_name, parsed
 from ..roll_pitch_yaw import of_quaternion
 from .mjcf_drives import Drives, drives_of
 
@@ -144,7 +144,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
                 line = element.sourceline
                 raise file_error(str(file), line, field, value, "finite numbers")
         # MuJoCo ignores namespaces.
-        if etree.QName(element).localname in OPENED and element.get("file") is not None:
+        if local_name(element) in OPENED and element.get("file") is not None:
             included = _included(element, file, by)
             if included not in seen:
                 _check_text(included, by, seen)

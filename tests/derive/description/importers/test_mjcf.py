@@ -99,6 +99,7 @@ def test_joint_equality_becomes_coupling_and_site_becomes_tip(path):
     ("old", "new", "words"),
     [
         ("<geom size", "<geon size", "unrecognized element; Element 'geon', line"),
+        ("<geom size", "<ge:om size", "unrecognized element; Element 'ge:om', line"),
         ("</mujoco>", "", "expected well-formed XML"),
         ('type="slide"', 'type="screw"', ":3: expected MJCF that MuJoCo reads"),
         ('name="slide"', 'name="turn"', "repeated name 'turn' in joint"),
@@ -112,6 +113,7 @@ def test_joint_equality_becomes_coupling_and_site_becomes_tip(path):
     ],
     ids=[
         "element",
+        "unknown element with a prefix",
         "truncated",
         "joint type",
         "repeated name",
