@@ -153,11 +153,11 @@ def derive(
     laws = transmissions(robot, terms, arguments["q"])
     maps = coupling_maps(robot, terms, arguments)
     capabilities = [*FUNCTIONS, *maps, *(inverse.functions if inverse else ()), *written, *laws]
-    called = {name: function.calls for name, function in written.items()}
-    if maps and functions is not None:
-        # The runtime checks the limits of coupled joints with this function.
-        functions = [*functions, *({"chain"} - {*functions})]
-    chosen = _chosen(robot.name, _with_called(functions, called), capabilities, PARAMETRIC)
+    needed = {name: function.calls for name, function in written.items()}
+    if maps and inverse:
+        # The runtime checks the limits of coupled joints with `chain`.
+        needed |= {name: (*needed.get(name, ()), "chain") for name in inverse.functions | written}
+    chosen = _chosen(robot.name, _with_needed(functions, needed), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= laws | maps
     made |= kinematics.functions([name for name in chosen if name not in made])
@@ -177,15 +177,15 @@ def derive(
     )
 
 
-def _with_called(
-    functions: Sequence[str] | None, called: Mapping[str, Iterable[str]]
+def _with_needed(
+    functions: Sequence[str] | None, needed: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Returns the names of the requested functions, and of all functions called by their C code."""
+    """Returns the names of the requested functions, and of all functions that they need."""
     if functions is None:
         return None
     names = list(functions)
     for name in names:
-        names += [other for other in called.get(name, ()) if other not in names]
+        names += [other for other in needed.get(name, ()) if other not in names]
     return names
 
 
@@ -216,7 +216,7 @@ def _of_mechanism(
     called = dict(makers.called) | {name: written[name].calls for name in written}
     called |= {name: varied.called(name) for name in PARAMETRIC} if varied else {}
     asked = None if functions is None else [*functions, *asked_p]
-    chosen = _chosen(robot.name, _with_called(asked, called), names, [*inner, *PARAMETRIC])
+    chosen = _chosen(robot.name, _with_needed(asked, called), names, [*inner, *PARAMETRIC])
     chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
     made = makers.functions(chosen) | of_inverse | laws
     made |= {name: inner[name] for name in inner if name in chosen}

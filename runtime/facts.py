@@ -70,8 +70,8 @@ def _public(manifest: Manifest) -> tuple[str, ...]:
     return tuple(item.name for item in manifest.functions if not item.role.is_intermediate)
 
 
-def _has_no_loops(robot: RobotFacts) -> bool:
-    return not robot.loops
+def _moves_its_joints(robot: RobotFacts) -> bool:
+    return not (robot.loops or robot.manifest.loops.coupling)
 
 
 class RobotFacts(GeneratedFunctions):
@@ -115,12 +115,12 @@ class RobotFacts(GeneratedFunctions):
     digest = Fact(lambda manifest: manifest.digest)
     _public = Fact(_public)
 
-    @needs(when=_has_no_loops)
+    @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
         """Return the chain joints theta (..., n), equal to q without loops and couplings."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
-    @needs(when=_has_no_loops)
+    @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
         """Return the coordinates q (..., n), equal to theta without loops and couplings."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()

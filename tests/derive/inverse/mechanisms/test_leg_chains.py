@@ -117,7 +117,7 @@ def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
     mechanism = drawn_as(partial(guided, ("ahead", Y, "up", X, Y)), 3)
     reason = "for the main chain, the nearest structure is"
     assert f"There is no ik; {reason}" in str(explain(mechanism))
-    write(mechanism, tmp_path, languages=("c", "python"))
+    write(mechanism, tmp_path, functions=("fk", "actuators"), languages=("c",))
     robot = chasles.load(tmp_path)
     assert robot.manifest.inverse.missing.startswith(reason)
     with pytest.raises(AttributeError, match=reason):
