@@ -5,12 +5,12 @@ import random
 import numpy as np
 import pytest
 
-import chasles
 from chasles.derive import DescriptionError, Mechanism, SerialRobot, derive, read
 from chasles.derive.description.chain_between import inverse_convention, inverted
 from chasles.derive.description.conventions import urdf
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.command_line import run
+from tests.support.compiling import compiled
 from tests.support.generators.random_trees import RandomTree, pose_gap
 from tests.support.mjcf_models import oracle, poses_of
 from tests.support.pages import examples
@@ -18,6 +18,7 @@ from tests.support.pages import run as run_page
 from tests.support.tolerances import ORACLE
 
 PAGE = "how-to/relative-chains.md"
+FUNCTIONS = ["fk", "jacobian_mixed", "fk_jacobian_mixed", "ik"]
 TREES = 4
 CELL = """<robot name="cell"><link name="world"/><link name="base"/><link name="l1"/>
 <link name="l2"/><link name="l3"/><link name="l4"/><link name="l5"/><link name="l6"/>
@@ -101,7 +102,7 @@ def test_chain_from_table_to_tool_keeps_names_limits_and_frames(cell):
 def test_chain_from_foot_to_pelvis_has_closed_form(tmp_path):
     path = tmp_path / "leg.urdf"
     path.write_text(LEG)
-    leg = chasles.load(path, base="foot", tip="pelvis")
+    leg = compiled(read(path, base="foot", tip="pelvis"), tmp_path / "leg", FUNCTIONS, ["c"])
     q = np.array([LEG_Q[name] for name in leg.coordinate_names])
     T = leg.fk(q)
     np.testing.assert_allclose(T[:3, 3], (-0.009983342, -0.213378053, 0.561776018), atol=1e-9)
@@ -110,16 +111,19 @@ def test_chain_from_foot_to_pelvis_has_closed_form(tmp_path):
     assert gaps.min() <= 1e-9
 
 
-def test_closed_form_of_relative_chain_finds_eight_solutions(cell):
-    arm = chasles.load(cell, base="table", tip="tool0")
+@pytest.fixture
+def arm(cell, tmp_path):
+    return compiled(read(cell, base="table", tip="tool0"), tmp_path / "arm", FUNCTIONS, ["c"])
+
+
+def test_closed_form_of_relative_chain_finds_eight_solutions(arm):
     q = np.array([0.8, 0.7, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     found = arm.ik(arm.fk(q), fixed={"turn": 0.8, "tilt": 0.7})
     assert found.valid.sum() == 8
     np.testing.assert_allclose(np.abs(found.q[found.valid] - q).max(-1).min(), 0, atol=1e-9)
 
 
-def test_relative_jacobian_is_derivative_of_relative_pose(cell):
-    arm = chasles.load(cell, base="table", tip="tool0")
+def test_relative_jacobian_is_derivative_of_relative_pose(arm):
     q, qd, h = arm.random_q(rng=3), np.linspace(-1, 1, 8), 1e-6
     rate = (arm.fk(q + h * qd) - arm.fk(q - h * qd))[:3, 3] / (2 * h)
     np.testing.assert_allclose(arm.jacobian_mixed(q)[:3] @ qd, rate, atol=1e-8)
