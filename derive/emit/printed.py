@@ -50,7 +50,7 @@ def example_inverse(
 
 
 def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
-    """Returns coordinates at which loops are closed, and a serial arm is not stretched.
+    """Returns coordinates at which loops are closed, or at which a serial arm is not stretched.
 
     Args:
         derivation: The derivation of the robot.

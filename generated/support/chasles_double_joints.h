@@ -1,9 +1,10 @@
 /* Finds all poses of a platform with six rods that end in three double joints. This file is part of
  * chasles and is the same for every robot.
  *
- * Two rods that share a joint constrain it to a circle about the line through their other ends,
- * with the points P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints are
- * known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and t_k.
+ * Two rods that share a joint constrain this joint to a circle about the line through their other
+ * ends, with the points P_i = c_i + e_i cos(t_i) + f_i sin(t_i). The distances of the three joints
+ * are known: |P_i - P_k|^2 = |b_i - b_k|^2, which is bilinear in the cosines and sines of t_i and
+ * t_k.
  *
  * At an angle t_1, the distances from P_1 give two angles t_2 and two angles t_3, with square roots
  * of Delta_2 and Delta_3. The last distance, F_23, is then U + V w_2 + W w_3 + X w_2 w_3 with w_i^2
@@ -27,8 +28,8 @@
 #include "chasles_circle_roots.h"
 #include "chasles_hexapod_tolerances.h"
 
-/* Number of samples that determine the coefficients of the polynomial; it divides the cell count
- * and is more than twice the degree. */
+/* Number of samples that determine the polynomial's coefficients: a divisor of the cell count, and
+ * more than twice the degree. */
 #define CHASLES_JOINT_SAMPLES 24
 /* Maximum number of Newton steps for the three distance equations. */
 #define CHASLES_JOINT_STEPS 12

@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     double q[6], J[36];
     double e[6];    /* remaining twist */
-    double left;    /* larger norm of the twist's two parts (m or rad) */
+    double left;    /* larger of the norms of the two twist parts (m or rad) */
     double cost;    /* sum of squared errors, which each step decreases */
     double damping; /* damping of the next step, or 0 for a Newton step */
     int steps;      /* number of steps so far */

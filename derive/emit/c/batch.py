@@ -187,7 +187,7 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    """Returns the code that runs a batch on SIMD lanes; it is empty without a vector version."""
+    """Returns code that runs a batch on SIMD lanes, or an empty text without a vector version."""
     runs = "".join(
         f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
         for _, isa, _ in _SETS

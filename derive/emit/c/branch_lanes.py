@@ -1,7 +1,7 @@
 """Generates C for functions with branches at a single pose; each vector lane computes one branch.
 
-``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512;
-otherwise it computes the branches in sequence in plain C.
+``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512, and
+otherwise computes the branches in sequence in plain C.
 """
 
 from collections.abc import Sequence

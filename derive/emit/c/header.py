@@ -84,8 +84,8 @@ def notice(robot: Described) -> str:
 def support_files() -> Mapping[str, Path]:
     """Returns the handwritten C files, keyed by name; these files are the same for every robot.
 
-    Each generated folder is flat: it contains the files of all subfolders of ``support``, and the
-    headers of the contract, which the C of the runtime also includes.
+    Each generated folder contains the files of all subfolders of ``support`` and the headers of the
+    contract, without subfolders.
     """
     folders = Path(__file__).parent / "support", Path(contract.__file__).parent
     return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}

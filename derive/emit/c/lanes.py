@@ -141,7 +141,7 @@ class _Writer:
         """Prints one call that computes an angle's cosine and sine together.
 
         Returns:
-            The lines at the first of the two statements, and an empty list at the second.
+            The lines of the call for the result computed first, and no lines for the other result.
         """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
@@ -161,7 +161,7 @@ class _Writer:
         """Prints one call that computes two angles together.
 
         Returns:
-            The lines at the second of the two statements, and an empty list at the first.
+            The lines of the call for the second angle, and no lines for the first angle.
         """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}

@@ -166,7 +166,7 @@ def _own_limits(prefix: str, n: int) -> list[str]:
 def _by_moves(
     derivation: Derivation, function: Signature, *, in_lanes: bool, is_shared: bool
 ) -> list[str]:
-    """Returns the function with the distance metric as argument; the runtime also calls it."""
+    """Returns the C function that takes the distance metric as an argument."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     inputs = ", ".join(names)

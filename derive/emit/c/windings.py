@@ -1,9 +1,9 @@
 """Generates the C tables for the search over full turns of coupled joints near a seed.
 
 A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn. For example, it may move both motors of a differential by half a turn each. The limits of a
-coupled robot form a polytope. A robot needs no tables if a full turn of each joint is a full turn
-of single coordinates and its coupled joints have no limits.
+turn. For example, a full turn of one joint may move both motors of a differential by half a turn
+each. The limits of a coupled robot form a polytope. A robot needs no tables if a full turn of each
+joint is a full turn of single coordinates and its coupled joints have no limits.
 """
 
 import textwrap

@@ -34,7 +34,7 @@ def _safe(name: str) -> str:
 
 
 def device_function(function: SymbolicFunction, program: Program, precision: Precision) -> str:
-    """Returns the device function for one pose in one precision; an inverse has all branches."""
+    """Returns the device function for one pose and precision, with all branches of an inverse."""
     program = replace(program, arguments=tuple(map(_safe, program.arguments)))
     program = single(program) if precision is SINGLE else program
     head = f"CHASLES_INLINE void {function.name}({', '.join(_columns(function, precision.kind))})"

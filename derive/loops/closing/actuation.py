@@ -76,7 +76,7 @@ def spare_actuators(loops: ClosedLoops) -> int:
 
 
 def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
-    """Returns a closed configuration near the reference of a platform with spare actuators.
+    """Returns a closed configuration near the reference of a platform with redundant actuators.
 
     The values of actuators without a reference value follow from other actuators or from the
     platform pose. If reference values contradict each other, the platform pose determines all

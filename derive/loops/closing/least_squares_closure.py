@@ -152,7 +152,7 @@ def _message(
 def _distance(
     bodies: NumericMechanism, loop_joint: Closure | Strut, at: Mapping[str, float]
 ) -> str:
-    """Describes a distance; for a pin, by its components along and across the pin axis."""
+    """Describes a distance or, for a pin, the distances along and across the pin axis."""
     closure_error = bodies.closure_errors(at)[loop_joint.name].distance
     if isinstance(loop_joint, Strut):
         return f"{1e3 * closure_error:.3g} mm in length"

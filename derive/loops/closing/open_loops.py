@@ -250,7 +250,7 @@ def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 def _error_in_words(
     bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the closure error (meter) and its text, with the angle between the frames."""
+    """Returns the closure error (meter), and text that also states the angle between the frames."""
     _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
     if isinstance(loop_joint, Strut):

@@ -1,4 +1,4 @@
-"""Tool pose change caused by replacing written values with exact ones.
+"""Tool pose change caused by replacing written values with exact values.
 
 Near a dead point, a small change of a length causes a large motion, so no single bound is valid for
 all configurations. Therefore the loops of both robot versions are closed at random configurations.

@@ -22,7 +22,7 @@ SLIPS = (1000.0, 1 / 1000)
 
 
 def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
-    """States which rod length is far off, and whether a different unit closes the loops; or "".
+    """States the suspect rod length, and whether a different unit closes the loops, or returns "".
 
     Args:
         bodies: A mechanism with an open loop.

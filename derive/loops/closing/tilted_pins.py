@@ -1,10 +1,9 @@
 """Pin-ended rods and cylinders with slightly tilted pins, as on real robots.
 
-Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, the
-loop is overconstrained: no configuration satisfies the lengths and the pin directions together. The
-constraint along the axes is redundant, because the rod closes the planar loop without this
-constraint. To first order, the least-squares solution does not change the lengths, and the pins
-absorb the tilt.
+Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, no
+configuration satisfies both the lengths and the pin directions. The constraint along the axes is
+redundant, because the rod closes the planar loop without this constraint. To first order, the
+least-squares solution does not change the lengths, and the pins absorb the tilt.
 """
 
 from collections.abc import Sequence

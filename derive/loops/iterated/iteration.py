@@ -238,7 +238,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
 
 def _near(iteration: Iteration, name: str) -> SymbolicFunction:
-    """Builds the function for all joints, and the pose, from a nearby configuration."""
+    """Builds the function for all joints and the pose, starting from a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
     seed = replace(z, name="seed", meaning="nearby configuration; strut swings are ignored")

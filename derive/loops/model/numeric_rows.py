@@ -30,7 +30,7 @@ class NumericRows:
         bodies: Bodies and ends as numerical values.
         names: Names of the joints and cylinders.
         owners: Names of the closures and struts, one per equation.
-        is_turn: For each equation, whether it compares directions.
+        is_turn: Whether each equation compares directions.
         facing_owners: Names of the closures, one for each cosine that detects a flipped frame.
     """
 

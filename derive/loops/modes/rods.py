@@ -108,8 +108,8 @@ class FreePlatform:
     Attributes:
         directions: The positive direction of each joint, in the base frame.
         points: The origin of each joint frame, in the base frame (meter).
-        ends: The two ends of each strut along the first three directions, relative to the last
-            joint's origin; the platform end is the second of the two.
+        ends: Coordinates of the two ends of each strut along the first three directions, relative
+            to the last joint's origin. The platform end is the second end.
     """
 
     directions: tuple[Vector, ...]

@@ -84,7 +84,7 @@ def finite(x: Array) -> Array:
 
 
 def residuals(rods: SixRods, x: Array) -> Array:
-    """Returns the equation residuals (n, 7) at poses x (n, 8), in the arguments' arithmetic."""
+    """Returns the equation residuals (n, 7) at poses x (n, 8), in the arguments' number type."""
     e, g = x[:, :4], x[:, 4:]
     L, R = left(rods.a), right(rods.b)
     values = []

@@ -298,7 +298,8 @@ def file_parts(
     """Returns the frames and lengths of a robot file at zero coordinates, in the file's order.
 
     A robot file states only joint frames, so each body uses the frame of its parent joint. The
-    placement after a joint is added to the placements of joints, ends and tool on its child body.
+    placement after a joint is included in the placements of joints, ends and tool on the joint's
+    child body.
 
     Args:
         mechanism: The description.

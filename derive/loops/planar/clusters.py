@@ -30,11 +30,11 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """Rigidly connected bodies, each with its pose in the axes of the group."""
 RING = 3
-"""Number of rigid groups that one step joins; each is connected to the other two."""
+"""Number of rigid groups that one step joins; each group is connected to the other two."""
 
 
 class PlanarStep(LoopStep):
-    """The function of a solution step; it joins rigid groups of a planar linkage."""
+    """The function with which a solution step joins rigid groups of a planar linkage."""
 
     @classmethod
     @abstractmethod

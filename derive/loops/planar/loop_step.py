@@ -1,8 +1,8 @@
 """Steps of a loop solution: each class solves, differentiates and explains a kind of step.
 
 A step determines some joints of a loop from known joints. The class of the step finds matching
-bodies or struts and solves them; its object stores the vectors of the solution. The equations of a
-step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints the
+bodies or struts and solves them. Each instance stores the vectors of one solution. The equations of
+a step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints the
 expressions of a step in the symbols of the robot, and a test evaluates them numerically.
 """
 
@@ -129,8 +129,8 @@ class LoopStep(ABC):
         turned: The angle from the axes of the body ``axes`` to the axes of the vectors in the
             equations.
         solved: The angles for which the step solves, as named terms.
-        margin: The margin is zero at a dead point and negative if the loop cannot be closed; it is
-            None if the loop of the step can always be closed.
+        margin: The margin is zero at a dead point, negative if the loop cannot be closed, and None
+            if the loop can always be closed.
         root: The term, up to its sign, whose value is NaN if the step cannot close the loop.
         sign: The sign of the branch; zero for a unique solution.
         title: Name of the kind of step.

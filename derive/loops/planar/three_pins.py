@@ -42,8 +42,8 @@ class TwoCircles:
         v: The vector C in the axes of the body that carries it.
         w: The vector W in the axes of the body that carries it.
         height: Twice the signed area of the triangle, positive if C is to the left of D.
-        margin: sin^2 of the transmission angle: zero at a dead point, negative if there is no
-            intersection.
+        margin: sin^2 of the transmission angle, which is zero at a dead point and negative without
+            an intersection.
     """
 
     C: Complex

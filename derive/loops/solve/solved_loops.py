@@ -67,7 +67,7 @@ class SolvedLoops(LoopModel):
 
     @property
     def freedoms(self) -> int:
-        """Number of degrees of freedom, which independent actuators determine."""
+        """Number of degrees of freedom."""
         return len(self.q) - (self.spare if self.is_overdetermined else 0)
 
     @property

@@ -194,7 +194,7 @@ class Legs:
             distances: Distance from the reference for each branch sign (radian, or relative to the
                 mechanism size), or NaN if the loop does not close.
             name: Name of the loop, for the error message.
-            is_length: Whether the sign selects the sign of a leg length.
+            is_length: Whether the branch sign is the sign of a leg length.
 
         Raises:
             DescriptionError: The loop does not close at the reference configuration, or its branch

@@ -162,7 +162,7 @@ def _at_rest(
 
 
 def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
-    """Returns the joints that move the platform of all struts, sliders first, or None."""
+    """Returns the joints that move the platform on which all struts end, sliders first, or None."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):

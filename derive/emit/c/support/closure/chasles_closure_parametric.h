@@ -12,7 +12,8 @@
  *                              and s->p.
  *   CLOSURE_Z                  is the number of entries of the nominal configuration z.
  *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close.
- *   Tables actuated, ratio     contain the variable of each coordinate, and 1.
+ *   Table actuated             contains the variable of each coordinate.
+ *   Table ratio                contains 1 for each coordinate.
  *   Tables unknown, of_z       contain the unknown variables, and their indices in z.
  *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
  *

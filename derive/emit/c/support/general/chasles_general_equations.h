@@ -83,7 +83,7 @@
 #define CHASLES_ORDERS 4
 /* Maximum number of Newton steps. */
 #define CHASLES_STEPS 20
-/* Origin of the half angle [rad], different from the right angles that are common in arms. */
+/* Origin of the half angle [rad], away from the multiples of 90 degrees that are common in arms. */
 #define CHASLES_HALF_FROM 0.61
 
 /* An elimination order, which is the order of the joints in the equations. */

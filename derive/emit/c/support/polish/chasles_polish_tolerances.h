@@ -122,9 +122,8 @@
  * the curvature may differ. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* The second-order equation gives the number of solutions near a fold point if two values are not
- * exceeded: the distance [rad] of the solutions from the fold point, and the step orthogonal to v.
- */
+/* Two limits within which the second-order equation gives the number of solutions near a fold
+ * point: the distance [rad] of the solutions from the fold point, and the step orthogonal to v. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Assumed minimum ratio of a second step to the square of the first step. */
