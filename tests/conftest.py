@@ -32,7 +32,8 @@ def pytest_collection_finish():
     collection takes 0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need
     dozens of collections.
     """
-    # The first draw of Hypothesis searches all objects for references, which are few now.
+    # At its first draw, Hypothesis searches all objects for references; at this point, few objects
+    # exist.
     hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)
     gc.collect()
     gc.freeze()
@@ -41,7 +42,8 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    # At the end, pytest collects garbage ten times; the process ends and needs no memory back.
+    # At the end, pytest would collect garbage ten times, although the process frees its memory
+    # anyway.
     gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -1,4 +1,5 @@
-"""Campaign tests compile robots with fast flags, because their code runs only once."""
+"""Campaign tests compile robots with flags for fast compilation, because their code runs only
+once."""
 
 import pytest
 

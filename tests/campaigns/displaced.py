@@ -3,12 +3,13 @@
 Even trials use a named arm of chasles, odd trials a random arm with round numbers. The errors of
 every joint and the tool are at most a random size between 0.1 and 10 (millimeter, milliradian).
 Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular
-configurations may be missing from the solutions of its pose. Missing configurations with right
-angles are counted, but do not fail the campaign. Six-joint arms of even trials are also solved as
-general arms, and the trial counts solutions found only by the general solver. Stricter rules apply
-to errors up to 3 (millimeter, milliradian). Each solution is in exactly one solution slot. Every
-configuration with a smallest singular value above 1e-3 is found, also at right angles. On some
-poses, the regular solutions must equal the set found by multi-start Newton iteration.
+configurations may be missing from the solutions of its pose. Missing configurations at multiples of
+90 degrees are counted, but do not fail the campaign. Six-joint arms of even trials are also solved
+as general arms, and the trial counts solutions found only by the general solver. Stricter rules
+apply to errors up to 3 (millimeter, milliradian). Each solution is in exactly one solution slot.
+Every configuration with a smallest singular value above 1e-3 is found, also at multiples of 90
+degrees. On some poses, the regular solutions must equal the set found by multi-start Newton
+iteration.
 """
 
 from math import ceil
@@ -38,7 +39,7 @@ ARMS = (
 SIZES = -4.0, -2.0
 """Decimal logarithms of the minimum and the maximum error (meter, radian)."""
 RANDOM, RIGHT = 10_000, 1000
-"""Number of configurations per arm: random, and at right angles."""
+"""Number of configurations per arm: random, and at multiples of 90 degrees."""
 MAX_LOST = 1e-4
 """Maximum fraction of missing regular random configurations."""
 REGULAR = 1e-4
@@ -95,7 +96,8 @@ def size_of(number: int) -> float:
 
 
 def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
-    """Describes missing and duplicated solutions at random and right-angle configurations."""
+    """Describes missing and duplicated solutions at random joint angles and at multiples of 90
+    degrees."""
     failures = []
     for name, of in {"random": q, "right angles": right}.items():
         parts = np.array_split(of, max(1, -(-len(of) // PART)))

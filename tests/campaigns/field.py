@@ -1,9 +1,9 @@
 """Derives and tests real arms from external files.
 
-Each trial tests one arm at random poses and poses at right angles. A pose is missed if it has no
-correct valid solution. A valid solution is wrong if it does not reach its pose. A regular random
-configuration is lost if it is not among the solutions. A redundant arm is solved with the fixed
-joint value of the configuration.
+Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose is missed if
+it has no correct valid solution. A valid solution is wrong if it does not reach its pose. A regular
+random configuration is lost if it is not among the solutions. A redundant arm is solved with the
+fixed joint value of the configuration.
 """
 
 from pathlib import Path
@@ -33,13 +33,13 @@ def trial(number: int) -> Outcome:
 
 
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
-    """Tests an arm at random poses and poses at right angles.
+    """Tests an arm at random joint angles and at multiples of 90 degrees.
 
     Args:
         arm: The arm.
         folder: Output folder.
         random: Number of random poses.
-        right: Number of poses at right angles.
+        right: Number of poses at multiples of 90 degrees.
         seed: Seed of the poses.
     """
     try:

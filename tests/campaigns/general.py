@@ -1,11 +1,11 @@
 """Derives, compiles and tests arms that belong to no closed-form family.
 
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
-to two prismatic joints. The inverse of each arm solves poses of random configurations and of
-configurations with right angles. Every pose needs a solution, no solution may be wrong, and each
-regular configuration must be among the solutions. Arms with more than six joints solve the same
-poses again with the fixed joint values of other configurations. The trial also counts the poses for
-which multi-start Newton iteration finds a different number of solutions.
+to two prismatic joints. The inverse of each arm solves poses at random joint angles and at
+multiples of 90 degrees. Every pose needs a solution, no solution may be wrong, and each regular
+configuration must be among the solutions. Arms with more than six joints solve the same poses again
+with the fixed joint values of other configurations. The trial also counts the poses for which
+multi-start Newton iteration finds a different number of solutions.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,7 +27,7 @@ from tests.support.generators.random_arms import long_arm, random_arm
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Number of configurations per arm: random, and at right angles."""
+"""Number of configurations per arm: random, and at multiples of 90 degrees."""
 OTHERS, COUNTED = 200, 10
 """Number of poses with other fixed joint values, and number of poses whose solutions Newton's
 method counts."""
@@ -152,7 +152,8 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns random configurations (count, n) and right-angle configurations (right, n)."""
+    """Returns random configurations (count, n), and configurations (right, n) at multiples of 90
+    degrees."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
@@ -217,8 +218,7 @@ def loaded(
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes excessive counts of :meth:`Judged.lost`, where ``may_lose`` is the allowed number
-    of lost configurations."""
+    """Describes counts of :meth:`Judged.lost` above the allowed number ``may_lose``."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

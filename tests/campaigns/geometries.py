@@ -35,7 +35,7 @@ PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
 """Stride between the axis patterns of a trial; this number of trials covers all patterns."""
 POSES = 1000
-"""Number of random configurations per arm; one third as many are at right angles."""
+"""Number of random configurations per arm; one third as many are at multiples of 90 degrees."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 """Maximum joint error (radian or meter) of a recovered configuration. Maximum residual (meter or
@@ -99,7 +99,7 @@ def library() -> ctypes.CDLL:
 
 
 def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
-    """Tests an arm at random configurations, and at a third as many right-angle configurations.
+    """Tests an arm at random configurations, and at a third as many with multiples of 90 degrees.
     Returns None if the arm belongs to a closed-form family (a different solver) or is singular.
     """
     q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
@@ -136,7 +136,8 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solves the poses of configurations (m, n) and compares the solutions with them."""
+    """Solves the poses of configurations (m, n) and compares the solutions with the
+    configurations."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))

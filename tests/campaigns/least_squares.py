@@ -1,7 +1,7 @@
 """Mechanisms with displaced joints, whose loops are closed in the least-squares sense.
 
-In these mechanisms, links replace rods on pins. Every joint and closure is shifted by up to 0.5 mm
-and rotated by up to 2 mrad about each axis. The configurations must match an independent
+In these mechanisms, pinned links replace the rods. Every joint and closure is shifted by up to 0.5
+mm and rotated by up to 2 mrad about each axis. The configurations must match an independent
 minimization with exact derivatives. Derivatives must agree with finite differences. ``actuators``
 and ``ik`` must return the coordinates from the chain and from the pose.
 """

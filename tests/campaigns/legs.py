@@ -89,7 +89,8 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
 def from_newton(mechanism: Mechanism, q: Array, T: Array, size: float) -> Array:
     """Returns the difference between poses T (N, 4, 4) and Newton's method, far from singularities.
 
-    Lengths are divided by ``size``. A pose that only Newton's method finds differs by infinity.
+    Lengths are divided by ``size``. The difference is infinite for a pose that only Newton's method
+    finds.
     """
     model = Model(mechanism)
     z, regular = followed(model, q * model.ratio)

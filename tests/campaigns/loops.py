@@ -32,7 +32,7 @@ def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Returns the shipped robots with loops whose files match a pattern."""
     files = sorted(ROBOTS.glob(pattern))
     tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
-    # If a file extends another one, it includes the loops of the extended file.
+    # A file that extends another file includes the loops of the extended file.
     found = (read(file) for file, at in tables.items() if has_loops(at) or "extends" in at)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.loop_joints)
 

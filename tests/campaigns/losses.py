@@ -1,10 +1,10 @@
 """Finds poses that inverses of random arms miss.
 
 The trial derives one random arm. Each inverse of this arm solves poses at random coordinates, at
-right angles and near right angles. Every pose needs a solution, no solution may be wrong, and
-regular coordinates must be among the solutions. Nothing is compiled, because the equations run in
-CasADi. Poses that ``ik`` solves only after refinement are also counted. Six-joint arms without a
-closed-form family need compiled C, so the campaign ``general`` tests them.
+multiples of 90 degrees and near these multiples. Every pose needs a solution, no solution may be
+wrong, and regular coordinates must be among the solutions. Nothing is compiled, because the
+equations run in CasADi. Poses that ``ik`` solves only after refinement are also counted. Six-joint
+arms without a closed-form family need compiled C, so the campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from .campaign import Campaign, Outcome
 RANDOM = 200
 RIGHT = 100
 ROUND_SLIDES = np.arange(-5, 6) / 10
-"""Prismatic values in right-angle configurations [m]."""
+"""Prismatic joint values in configurations with multiples of 90 degrees [m]."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 
 
@@ -92,7 +92,7 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
     fixed = replace(case, free=case.still)
     yield fixed, PoseSet("random", fixed.random(rng, RANDOM), regular=determines(fixed))
     q = right_angles(fixed, rng)
-    # A swivel angle may be singular at right angles even if the Jacobian is regular.
+    # A swivel angle may be singular at multiples of 90 degrees even if the Jacobian is regular.
     regular = determines(fixed) and not set(fixed.given) & set(fixed.robot.functions)
     yield fixed, PoseSet("right angles", q, regular=regular)
     yield fixed, PoseSet("near right angles", nearly(fixed, rng, q))

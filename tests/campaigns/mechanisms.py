@@ -3,8 +3,8 @@
 Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. At several inputs, all branches of
 the map from actuators to main-chain joints and of the inverse map are compared. No branch may be
 missing, duplicated or wrong: a valid solution slot closes the loops with positive cylinder lengths.
-If no mode is on the reference branch, a function may return a finite value only if the value does
-not depend on its input. Mechanisms without a closed form are counted, and compared only at inputs
+Without a mode on the reference branch, a function may return a finite value only if the value does
+not depend on the input. Mechanisms without a closed form are counted, and compared only at inputs
 for which no mode exists. ``fk`` of every valid ``ik`` solution slot is the target pose, and one
 slot is the generating configuration.
 """

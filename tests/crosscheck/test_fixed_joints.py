@@ -15,8 +15,7 @@ BORDER = 0.05
 """Below this singular value, these tests apply damping. Many random configurations have singular
 values below this bound."""
 AGREES = 1e-9
-"""Relative difference between these joint rates and NumPy's, for a condition number of 1 /
-BORDER."""
+"""Allowed relative difference from NumPy's joint rates at a condition number of 1 / BORDER."""
 CHAINS, POSES = 300, 4
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

@@ -90,7 +90,7 @@ def some(arm, count, seed=1):
 
 
 def assert_nothing_is_missed(arm, grid=True):
-    """Asserts that no solution is missed or wrong, also at and near right angles."""
+    """Asserts that no solution is missed or wrong, also at and near multiples of 90 degrees."""
     found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
     assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
     assert found.worst <= WORST_INVERSE
@@ -133,8 +133,7 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
 def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     if "P" in chain:
-        # For three revolute joints, the structural requirements belong to the orientation task
-        # instead.
+        # For three revolute joints, the structural requirements belong to the orientation task.
         structure, moves = arm.inverses.classification.found.requirements
         names = structure.text.removeprefix("joints ").partition(":")[0].split(", ")
         expected = re.sub(r"\d", lambda number: names[int(number[0]) - 1], ARMS[chain])

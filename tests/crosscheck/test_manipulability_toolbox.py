@@ -1,4 +1,4 @@
-"""Compares manipulability with the Robotics Toolbox, where meter and radian are mixed."""
+"""Compares manipulability, which mixes meter and radian, with the Robotics Toolbox."""
 
 import numpy as np
 import pytest

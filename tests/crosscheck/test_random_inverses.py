@@ -1,6 +1,7 @@
 """Inverses of random arms with round dimensions: no pose is missed, and no solution is wrong.
 
-The poses are random and at right angles; ``make campaign ONLY=losses`` tests more arms.
+The joint angles are random, or multiples of 90 degrees. ``make campaign ONLY=losses`` tests more
+arms.
 """
 
 import numpy as np
@@ -21,7 +22,7 @@ some orientations."""
 LOST_BEFORE = (50925,)
 """Arm with poses that the closed form misses, but that the fixed-joint steps find."""
 FOLDED = (33, 20350, 53401)
-"""Arms whose elbow is nearly folded in poses near right angles."""
+"""Arms whose elbow is nearly folded near some multiples of 90 degrees."""
 OTHERS = (88, 764, 1478)
 SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
@@ -31,7 +32,8 @@ SLIDES = (
 
 
 def clean(case, seed):
-    """Tests that all solutions of random and right-angle poses are found without refinement."""
+    """Tests that all solutions at random joint angles and multiples of 90 degrees are found without
+    refinement."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -104,7 +106,8 @@ def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():
-    """Two fixed prismatic joints displace an axis from the next axis, unless they cancel."""
+    """Two fixed prismatic joints displace an axis from the next axis, unless their displacements
+    cancel."""
     assert not cases_of(random_arm(62867))
 
 
@@ -116,7 +119,8 @@ def test_nearly_folded_elbow_misses_no_pose(seed):
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
 def test_refinement_recovers_poses_that_closed_form_misses(seed):
-    """Poses at right angles and nearby poses are refined in the same way as in a robot's ``ik``."""
+    """Poses at and near multiples of 90 degrees are refined in the same way as in a robot's
+    ``ik``."""
     rng = np.random.default_rng(seed)
     unrefined = 0
     for case in cases_of(random_arm(seed)):

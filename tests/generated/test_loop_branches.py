@@ -156,8 +156,8 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     past = margin(at(outside + 1e-7))[rows, step]
     assert np.abs(past / margins[2] + 1).max() < 0.02
     assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
-    # Positions are defined up to the dead point. Velocities grow with the inverse root of the
-    # margin.
+    # Positions are defined up to the dead point. Velocities grow with the inverse square root of
+    # the margin.
     assert np.isfinite(values(at(inside - 1e-12))).all()
     rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2

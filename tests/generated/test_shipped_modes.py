@@ -57,7 +57,7 @@ def test_hexapod_modes_are_sorted_from_highest():
 
 
 def test_hexapod_with_equal_legs_has_16_modes():
-    """At this symmetric pose the legs are equal, so that poses could coincide."""
+    """At this symmetric pose the legs have equal lengths, so that modes could coincide."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
     assert found.complete

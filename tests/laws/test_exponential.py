@@ -1,4 +1,4 @@
-"""exp and log are inverses at random rotations, at the identity, at 1e-8 and up to the half
+"""exp and log are inverses at random rotations, at the identity, at the angle 1e-8 and up to half a
 turn."""
 
 import math

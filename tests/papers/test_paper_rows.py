@@ -1,4 +1,4 @@
-"""All rows of the paper tables hold, fail with changed digits, and are on the pages in docs."""
+"""All rows of the paper tables hold, fail if digits are changed, and are on the pages in docs."""
 
 import importlib
 import re

@@ -21,7 +21,8 @@ KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
 """Largest residual of a solution."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference from the C: of solutions at right angles, or of all double results."""
+"""Largest difference from the C: of solutions at multiples of 90 degrees, or of all results in
+double precision."""
 
 
 class Shim:
@@ -74,7 +75,7 @@ class Shim:
         return [np.ascontiguousarray(x.T).reshape(count, *shape) for x, shape in pairs]
 
     def _source(self):
-        """Returns a C function for each kernel and kind of number."""
+        """Returns a C function for each kernel and number type."""
         space, counts = safe(self.robot.name), {"ik_nearest": 9}
         for name, info in self.functions.items():
             counts[name] = len(info.inputs) + len(info.outputs)

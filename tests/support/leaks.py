@@ -25,7 +25,7 @@ def assert_no_leaks(calls, watched, settle=gc.collect):
 
 
 def _repeat(call, count, settle):
-    """Calls `count` times and waits until its garbage is collected."""
+    """Makes the call `count` times, and waits until its garbage is collected."""
     for _ in range(count):
         call()
     settle()

@@ -178,7 +178,7 @@ def test_calibration_summary_lists_counts_and_parameters(arm, truth):
 
 
 def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
-    """The noise scales the weight of parameter_std, so it must not be zero."""
+    """The noise scales the weight of parameter_std, so the noise must not be zero."""
     parameter_std = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
     found = identify(arm, truth.q, exact, vary=("offset", "axis"), parameter_std=parameter_std)

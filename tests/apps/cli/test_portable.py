@@ -28,8 +28,8 @@ chasles.load(sys.argv[1]).fk([0.3, 0.5])
 print(*set(sys.modules) - before)
 """
 SLOW = {"importlib.metadata", "secrets", "shutil", "subprocess", "tempfile", "tomllib"}
-"""Modules for compilation and error messages, which the start must not import because they load
-slowly."""
+"""Modules that load slowly, so that startup must not import them: compilation and error
+messages."""
 
 
 def written(path, source=tiny.SOURCE):

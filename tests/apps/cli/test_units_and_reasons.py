@@ -1,4 +1,4 @@
-"""Hints of the command line: units, reasons for missing solutions, and facts in one unit."""
+"""Hints of the command line: units, and reasons for missing solutions."""
 
 import json
 import math
@@ -71,7 +71,6 @@ def test_angles_above_a_turn_without_unit_get_a_hint_at_degrees():
         assert run(*pose, good).stderr == ""
     first, *_ = run("fk", "ur5e", "--q", "20,30deg,0.1,-90,0,1").stderr.splitlines()
     assert first == f"{DEGREES}--q 20deg,30deg,0.1deg,-90deg,0deg,1deg"
-    # Lengths are not angles.
     assert DEGREES not in run("fk", "scara", "--q", "0,0,100,0").stderr
 
 

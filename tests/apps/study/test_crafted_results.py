@@ -1,4 +1,4 @@
-"""Crafted (malicious) results and tables end with an error that names the file."""
+"""Malicious results and tables end with an error that names the file."""
 
 import csv
 import io

@@ -172,8 +172,8 @@ def test_labels_of_reach_plot_lie_inside_its_figure():
 
 
 def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
-    """Without limits, some value of the fixed joint reaches the pose, so a limit is the reason for
-    the failure."""
+    """Without limits, the pose is reachable with some value of the fixed joint, so a limit is the
+    reason for the failure."""
     robot, count = chasles.load("panda"), 8
     rng = np.random.default_rng(9)
     places = rng.uniform([-0.9, -0.9, -0.2], [0.9, 0.9, 1.1], (300, 3))

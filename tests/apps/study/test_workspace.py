@@ -41,7 +41,7 @@ def test_every_sample_is_counted_in_a_cell(lynxmotion):
 
 @pytest.mark.parametrize("sampling", ["sobol", "uniform", "grid"])
 def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, sampling):
-    # The slow quality measures test the code that merges the results of all sampling methods.
+    # Only one sampling method computes the slow quality measures.
     quality = QUALITY if sampling == "sobol" else ("directions",)
     one, *others = (
         workspace(

@@ -1,4 +1,5 @@
-"""Parametric functions equal the nominal robot at nominal parameters; CasADi checks derivatives."""
+"""At nominal parameters, parametric functions equal the functions of the nominal robot; CasADi
+checks derivatives."""
 
 from functools import cache
 

@@ -194,7 +194,7 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each listed product is one minor; the zeros of short factors simplify the longer ones."""
+    """Each listed product is one minor; the zeros of short factors simplify the longer factors."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 
@@ -319,7 +319,7 @@ units = { length = "mm", angle = "deg" }
 
 
 def test_a_mill_is_nowhere_singular():
-    """The mill has three perpendicular prismatic joints and two revolute joints at right angles."""
+    """The mill has three perpendicular prismatic joints and two perpendicular revolute joints."""
     axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
     kinds = ["prismatic"] * 3 + ["revolute"] * 2
     joints = [

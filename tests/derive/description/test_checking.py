@@ -1,4 +1,4 @@
-"""The check reports all errors of a file, and no error that follows from a correction."""
+"""The check reports all errors of a file, and no consequential errors."""
 
 import json
 import re

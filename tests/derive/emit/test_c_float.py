@@ -26,8 +26,8 @@ from tests.support.tools import needs
 
 NAMES = ["ur5e", "panda", "puma560", "excavator"]
 SOLVED_IN_C = {"planar_3rrr": 5, "jaco2": 4}
-"""Robots whose inverse or loops need a solver that exists in C only, and the number of compared
-functions that single precision has."""
+"""Robots with a solver that exists in C only, and the number of their functions that are compared
+in single precision."""
 FUNCTIONS = ["fk", "fk_jacobian_mixed", "jacobian_mixed", "acceleration_mixed", "ik", "chain"]
 FUNCTIONS += ["actuators", "chain_fk", "chain_acceleration_mixed", "constraint", "constraint_D_z"]
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]

@@ -57,7 +57,7 @@ NEAREST = """\
     put(&row.1);
 }}
 """
-"""The match arm that calls the nearest solution for each row of its inputs."""
+"""The ``match`` case in Rust that calls the nearest solution for each row of its inputs."""
 CALLER = """\
 use chasles_{name}::*;
 use std::io::{{stdin, stdout, BufReader, BufWriter, Read, Write}};
@@ -117,7 +117,7 @@ def cargo(crate, *command):
 
 
 def arm(info):
-    """Returns the match arm that calls a function for each row of its inputs."""
+    """Returns the ``match`` case in Rust that calls a function for each row of its inputs."""
     first, *others = (int(np.prod(item.shape)) for item in info.inputs)
     takes = [
         f"let x{k} = take::<{size}>(&mut source).unwrap();" for k, size in enumerate(others, 1)
@@ -187,7 +187,7 @@ def test_inverse_is_complete_at_right_angle_poses(name, crates):
 
 
 def check_inverse(name, crates, q):
-    """Compares all solutions; at a singularity, the joints may differ and the poses may not."""
+    """Compares all solutions; at a singularity, only the poses must agree."""
     robot = chasles.load(name)
     info = inverse_of(robot)
     inputs = inputs_of(robot, info, q)

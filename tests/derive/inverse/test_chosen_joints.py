@@ -25,7 +25,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
         assert poses.name == "random"
         found = judged(chosen, poses, chosen.answers)
         assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), case.name
-        # The values of the fixed joints are equal to the last bit.
+        # The values of the fixed joints are bitwise equal.
         q = np.random.default_rng(SEED).uniform(-3, 3, (20, case.robot.n))
         assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
 

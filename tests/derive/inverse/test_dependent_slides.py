@@ -28,12 +28,12 @@ DEPENDENT = {
 """Type and axis direction of the joints before a spherical wrist; F is the fixed joint. At 0, the
 fixed joint makes the directions of the prismatic joints dependent."""
 OFFSETS = [0.0, 1e-16, 1e-13, 1e-10, 1e-7, 1e-4]
-"""Differences of the fixed joint from 0 (radian)."""
+"""Deviations of the fixed joint from 0 (radian)."""
 POSES = 100
 
 
 def verdict(case, values):
-    """Returns the verdict on the slots at random poses, with some joint values given."""
+    """Returns the counts of missed poses, wrong solutions and lost configurations."""
     q = case.random(np.random.default_rng(0), POSES)
     for joint, value in values.items():
         q[:, joint] = value

@@ -32,8 +32,8 @@ SOLD = """<robot name="arm"><link name="base"/>
 
 
 REACHING_OTHER_AXES = (61035130000014, 61035130000014000017, 19126538000017, 7102000005)
-"""Arms in which round points of the last axis are on earlier axes at some right angles.
-The position of such a point does not determine the angle of the earlier axis."""
+"""Arms in which, at some multiples of 90 degrees, an earlier axis intersects the last axis. The
+position of the intersection does not determine the angle of the earlier axis."""
 
 
 def lost_of(cases):

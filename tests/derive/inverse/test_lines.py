@@ -1,4 +1,5 @@
-"""Tolerant detection of parallel and intersecting axes, and targets without some joints."""
+"""Tolerant detection of parallel and intersecting axes, and targets after joints with known values
+are removed."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""Inverses that miss right-angle poses: the derivation reports these inverses or selects other
-inverses.
+"""Inverses that miss poses at multiples of 90 degrees: the derivation reports these inverses or
+selects other inverses.
 
 All arms are random with fixed seeds. Poses come from the product of exponentials of their screws.
 """
@@ -36,7 +36,8 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Returns the number of poses at right angles that no valid solution slot reaches."""
+    """Returns the number of poses at multiples of 90 degrees that no valid solution slot
+    reaches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -76,7 +77,7 @@ def test_shipped_serial_robots_need_no_numeric_search():
     """Robots without missed poses have no search, because a search is slow for unreachable poses.
 
     This test covers all shipped serial robots; ``python -m bench inverse`` tests all their poses at
-    right angles.
+    multiples of 90 degrees.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
     solved = [f for f in functions if f.role.name == "inverse"]

@@ -1,7 +1,7 @@
-"""Arms that a fixed joint makes planar: at 0, it aligns axes that are oblique at other values.
+"""Arms that are planar only if the fixed joint is 0, because some axes are oblique at other values.
 
 Three joints position the center of a spherical wrist. At the planar values, one of the three joints
-does not change the height of the center, and any value of it may be a solution.
+does not change the height of the center, so this joint may have any value.
 """
 
 import numpy as np
@@ -28,9 +28,9 @@ PLANAR = {
 }
 """Type and axis direction of the first four joints; F is the fixed joint, which is revolute."""
 EXCHANGED = [("R", Z), FIXED, ("P", Y), ("P", Z)]
-"""At a right angle of the fixed joint, only the other prismatic joint changes the height."""
+"""With the fixed joint at 90 degrees, only the other prismatic joint changes the height."""
 OFFSETS = [0.0, 1e-13, 1e-10, 1e-7, 1e-4]
-"""Differences of the fixed joint from the planar value (radian)."""
+"""Deviations of the fixed joint from the planar value (radian)."""
 WRIST = [X, Y, X]
 POSES = 200
 
@@ -44,7 +44,8 @@ def case_of(joints, seed):
 
 
 def verdict(joints, value, seed=0):
-    """Returns the verdict on the slots at random poses, without any iteration."""
+    """Returns the counts of missed poses, wrong solutions and lost configurations, without any
+    iteration."""
     case = case_of(joints, seed)
     q = case.random(np.random.default_rng(seed), POSES)
     q[:, joints.index(FIXED)] = value

@@ -1,4 +1,5 @@
-"""Subproblems 5 and 6 find all planted solutions, also at double roots and right angles."""
+"""Subproblems 5 and 6 find all planted solutions, also at double roots and multiples of 90
+degrees."""
 
 import itertools
 
@@ -355,7 +356,8 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """Tests the complete grid of axes and right angles, with integer and arbitrary vectors."""
+    """Tests the complete grid of axes and multiples of 90 degrees, with integer and arbitrary
+    vectors."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

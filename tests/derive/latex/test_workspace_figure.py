@@ -43,7 +43,7 @@ def bodies_of(robot):
 
 
 def arm(lengths, bounds, *, upright):
-    """Returns an arm of parallel axes, optionally on an upright axis below."""
+    """Returns an arm with parallel axes, optionally on a vertical first axis."""
     x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
     joints = []
     if upright:

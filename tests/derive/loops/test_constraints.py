@@ -279,8 +279,8 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # A swing angle may be wrong although the rod ends are correct; rod ends may not be
-            # wrong if the swing angle is correct.
+            # Swing angles have errors of their own, so this error may exceed the gap between the
+            # rod ends.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 

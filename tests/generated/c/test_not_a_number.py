@@ -25,8 +25,8 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments close to the reference configuration. A robot without a reference gets an
-    angle or a length."""
+    """Returns arguments close to the reference configuration. For a robot without a reference, the
+    value is an angle or a length."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:

@@ -46,7 +46,8 @@ def found(arm, solutions, q):
 
 
 def right_angles(n, count, seed=1):
-    """Returns configurations near right angles, half of them exactly at right angles."""
+    """Returns configurations near multiples of 90 degrees, half of them exactly at these
+    multiples."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))

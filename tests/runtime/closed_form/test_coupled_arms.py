@@ -201,7 +201,7 @@ def test_numeric_inverse_reaches_links_behind_coupled_joints(arm):
 
 
 def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
-    """Both motors are far from their limits where their mean reaches the limit of the pitch."""
+    """Both motors are far from their limits when their mean reaches the limit of the pitch."""
     start, along = np.array([0.3, 0.4, 1.2, 0.5, 1.0, 1.0]), np.linspace(0, 2, 200)[:, None]
     q = start + along * [0, 0, 0, 0, 1, 1]
     path = arm.ik_path(arm.fk(q), start)
@@ -214,7 +214,7 @@ def test_path_ends_at_the_limit_of_a_coupled_joint(arm):
 
 
 def test_path_starts_within_the_limits_of_joints(tmp_path):
-    """A full turn of a motor without limits towards the seed would exceed the limit of `level`."""
+    """A full turn of an unlimited motor towards the seed would exceed the limit of `level`."""
     write(read_text(PALLETIZER), tmp_path, languages=("c", "python"))
     palletizer = chasles.load(tmp_path)
     towards = np.array([6, 0, 6, 6])

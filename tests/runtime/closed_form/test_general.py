@@ -20,7 +20,7 @@ DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
 """A shipped robot as installed, and an arm that this test derives."""
 NARROW = "-march=x86-64"
-"""Compiler flag for narrower vectors than the vectors of installed robots."""
+"""Compiler flag for narrower vectors than installed robots use."""
 CLOSED = 5e-14
 """Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
@@ -154,7 +154,7 @@ def everywhere(robot, T, random):
 
 
 def test_right_angle_poses_are_solved(robot):
-    """The test uses a sixteenth of all right-angle configurations."""
+    """The test uses a sixteenth of all configurations at multiples of 90 degrees."""
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
     q = np.random.default_rng(12).permutation(q)[:256]
     T, J = robot.fk_jacobian_mixed(q)

@@ -128,8 +128,8 @@ joints = [
   { name = "j6", type = "prismatic", xyz = [0.1, 0, 0], axis = [1, 0, 0] },
 ]
 """
-"""An arm whose equations for a prismatic joint and an adjacent joint are singular at right
-angles."""
+"""An arm whose equations for a prismatic joint and an adjacent joint are singular at multiples of
+90 degrees."""
 
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):

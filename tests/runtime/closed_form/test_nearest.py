@@ -323,7 +323,8 @@ def test_surplus_freedom_reaches_the_best_value_of_a_dense_scan(panda):
 
 
 def test_nearest_over_the_self_motion_finds_narrow_minima_near_wrist_singularities():
-    """Near the singularity, a swivel of about the bend of the wrist turns joints by half a turn."""
+    """Near the wrist singularity, small changes of the swivel angle rotate joints by half a
+    turn."""
     iiwa, rng = chasles.load("iiwa14"), np.random.default_rng(2)
     coarse = np.linspace(-np.pi, np.pi, 2001)
     for k in range(30):

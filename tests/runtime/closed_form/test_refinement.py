@@ -77,7 +77,7 @@ def test_refinement_solves_every_nearly_singular_pose(arm, q):
     check(arm, solutions, T)
     np.testing.assert_allclose(solutions.q[:, 0], arm.ik.ufunc(T)[0][:, 0], atol=1e-6)
     np.testing.assert_allclose(solutions.q[:, 0, 1], q[:, 1], atol=1e-12)
-    # The other solutions are unchanged, bit by bit, after the refinement.
+    # The refinement leaves the other solutions bitwise unchanged.
     for found, expected in zip(solutions, arm.ik(T[20:]), strict=False):
         np.testing.assert_array_equal(found[20:], expected)
     for index in (0, 30):

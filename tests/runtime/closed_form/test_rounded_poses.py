@@ -129,8 +129,8 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Maximum number of poses missed in single precision, of 1000 right-angle poses near two
-singularities."""
+"""Maximum number of poses missed in single precision, of 1000 poses at multiples of 90 degrees near
+two singularities."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])

@@ -2,7 +2,8 @@
 saddle.
 
 A UR5e with a nearly straight elbow has two nearly equal solutions. At many poses of a random arm,
-the least-squares solutions are saddles. All joint angles are multiples of 90 degrees there.
+the least-squares solutions are saddles. At these poses, all joint angles are multiples of 90
+degrees.
 """
 
 from itertools import product

@@ -1,4 +1,5 @@
-"""If the closed form misses a right-angle pose, a search starts at least-squares solutions.
+"""If the closed form misses a pose at multiples of 90 degrees, a search starts at least-squares
+solutions.
 
 The arm comes from the benchmarks. At some values of the fixed prismatic joint, the other axes
 intersect. The closed form then misses poses, for any fixed joint.

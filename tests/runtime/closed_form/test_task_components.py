@@ -28,7 +28,7 @@ OFFERED = [
 SPOILT = 1e-7
 """Difference (radian) between start coordinates and the solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
-"""An arm whose inverse misses poses near right angles without refinement.
+"""An arm whose inverse misses poses near multiples of 90 degrees without refinement.
 
 The campaign `losses` generates such arms.
 """

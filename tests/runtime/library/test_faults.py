@@ -137,7 +137,7 @@ def test_load_works_after_a_kill_at_any_moment(arm, cache):
         shutil.rmtree(cache)
         killed(step, lambda: chasles.load(arm), cache)
         assert chasles.load(arm).fk([0, 0])[0, 3] == pytest.approx(0.5)
-        # Only folders that the killed process was writing can remain, and none remains.
+        # After the next load, no temporary folder of the killed process remains.
         assert not list(cache.rglob(".chasles-*")), steps[step]
 
 

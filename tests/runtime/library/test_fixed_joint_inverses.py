@@ -152,7 +152,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     again = panda.ik(T[0], fixed={"joint4": q[0, 3]})
     np.testing.assert_array_equal(out[0], again.q)
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
-    # The nearest solution has the fixed value to the last bit.
+    # The fixed joint value of the nearest solution is bitwise exact.
     nearest = panda.ik_nearest(T, q + 1e-3, fixed={"joint4": q[:, 3]}, limits=None)
     assert nearest.valid.all()
     assert (nearest.q[:, 3] == q[:, 3]).all()
@@ -185,7 +185,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Inner joints are fixed at right angles, which changes the structure of the arm."""
+    """Inner joints are fixed at multiples of 90 degrees, which changes the structure of the arm."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))

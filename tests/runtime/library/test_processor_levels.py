@@ -36,7 +36,7 @@ def level() -> int:
 
 
 def has_function(library, name) -> bool:
-    """Tests whether a library has a function; a call without inputs is refused later."""
+    """Tests whether a library has a function."""
     texts = dict.fromkeys(("label", "doc"), name)
     rest = ("signature", "guard", "solutions", "rescue", "fk", "general")
     values = {"operations": {}, "reduced": (len, ()), "poses": 0, "unit": 1.0, "parameters": ()}

@@ -1,4 +1,5 @@
-"""An open loop raises an error with its name for a single pose, and results in NaN in a batch."""
+"""An open loop raises an error that names the loop for a single pose, and results in NaN in a
+batch."""
 
 import pickle
 

@@ -23,7 +23,8 @@ def solved_with_fixed(
     Args:
         joints: Type (R, P, or F for the fixed joint) and axis direction of each joint.
         seed: Seed of the random lengths.
-        meeting: Index of the first of the last axes that meet in one point; by default, none meet.
+        meeting: Index of the first axis from which all axes meet in one point; by default, no axes
+        meet.
     """
     rng = np.random.default_rng(seed)
     text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']

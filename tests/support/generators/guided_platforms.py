@@ -29,7 +29,7 @@ SLIDES = {"up": Z, "ahead": X}
 
 def _guide(joints):
     """Returns the text of the chain, the name of its last link, and its reference values."""
-    # Without a vertical slide, the first joint is at the height of the platform.
+    # Without a vertical prismatic joint, the first joint is at the height of the platform.
     start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
     listed = [
         (f"g{k}", "prismatic", ORIGIN, SLIDES[joint])
@@ -45,7 +45,7 @@ def guided(joints, rng):
     """Returns a platform with the given chain and one UPS leg per joint of the chain."""
     count = len(joints)
     text, platform, reference = _guide(joints)
-    # Two legs at opposite points of the platform would move only one of its two axes.
+    # Two legs at opposite points of the platform would move only one of the platform's two axes.
     spread = 360 / max(count, 3)
     for k in range(count):
         heading = spread * k + rng.uniform(-8, 8)

@@ -187,7 +187,8 @@ def _universal(rng):
 
 
 def _elbows(rng):
-    """Returns three URU legs like the legs of a 3-UPU, with a driven elbow in place of each slide.
+    """Returns three URU legs like the legs of a 3-UPU, with a driven elbow instead of each
+    prismatic joint.
 
     The axis of the elbow is parallel to the inner axes.
     """

@@ -9,7 +9,7 @@ from chasles.derive.model.mechanism import Strut
 # meter) of the reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
-# Loop equations count as well conditioned from this singular value.
+# Loop equations count as well conditioned if their smallest singular value is at least this value.
 HELD = 0.02
 
 

@@ -151,7 +151,8 @@ class Multistart:
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 
     def wrapped(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
-        """Normalizes differences (..., n): lengths by the size, angles to half a turn."""
+        """Normalizes differences (..., n): divides lengths by the size, and reduces angles to half
+        a turn."""
         scales = self.scales(names)
         turned = np.remainder(difference + np.pi, 2 * np.pi) - np.pi
         units = self.units(dict.fromkeys(names, 0.0))

@@ -13,7 +13,7 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the boundary beyond which many configurations reach a point."""
+"""Distance [m] from the boundary; many configurations reach a point that is farther inside."""
 
 
 def chains(count, seed=0):

@@ -1,9 +1,9 @@
-"""Crafted (malicious) files of each kind: no command runs, no other file is read, nothing is
-written.
+"""Malicious files of each kind: no command runs, no other file is read, nothing is written.
 
 ``@MARK@`` is a file that no command may create, ``@OUT@`` a folder with files that contain
 ``CANARY``, ``@PIPE@`` a named pipe without a writer, and ``@URL@`` a network address. Archives are
-compressed, so their commands would create ``@MARK@`` itself in the current folder.
+compressed and cannot contain the path for ``@MARK@``, so their commands would create a file
+``@MARK@`` in the current folder.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Crafted (malicious) files end with an error that names the file."""
+"""Malicious files end with an error that names the file."""
 
 import sys
 

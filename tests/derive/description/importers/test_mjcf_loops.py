@@ -22,7 +22,8 @@ from tests.support.mjcf_models import (
 
 POSES, LOOPS = 1, (0, 1)
 LINKAGES = (5, 0, 1, 4)
-"""Seeds of linkages whose loops close at bodies, at sites, at a weld, or at two connects."""
+"""Seeds of linkages whose loops close at bodies, at sites, at a weld constraint, or at two connect
+constraints."""
 
 
 @pytest.fixture

@@ -1,4 +1,5 @@
-"""Roll, pitch and yaw agree with products of rotations, and are exact at right angles."""
+"""Roll, pitch and yaw agree with products of rotations, and are exact at multiples of 90
+degrees."""
 
 import itertools
 import random

@@ -1,4 +1,4 @@
-"""The inverse of the nominal robot, where the iteration of a robot as built starts."""
+"""The inverse of the nominal robot, whose solutions start the iteration of the as-built robot."""
 
 from dataclasses import replace
 from itertools import product

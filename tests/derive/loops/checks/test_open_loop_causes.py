@@ -93,7 +93,7 @@ def test_note_compares_an_omitted_cylinder_with_the_stated_joints():
     rear, arm = np.radians([135, -142])
     ends = [115 + 890j, 430 + 330j]
     far = ends[0] + np.exp(1j * rear) * (623 + np.exp(1j * arm) * (900 - 130j)) - ends[1]
-    # The stated angles close the loop of the pin only within their rounding to a degree.
+    # The stated angles are rounded to a degree, so the loop of the pin closes only approximately.
     assert float(found) == pytest.approx(abs(far), abs=10)
 
 
