@@ -25,7 +25,8 @@ class Limits:
 
     Attributes:
         seconds: Wall-clock time.
-        memory: Number of bytes in addition to the memory of this process. Ignored on Windows.
+        memory: Number of bytes that the child may allocate beyond the memory of this
+            process. Ignored on Windows.
     """
 
     seconds: float = 60.0

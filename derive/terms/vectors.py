@@ -1,4 +1,4 @@
-"""Vectors and axes of frames whose components are named terms.
+"""Vectors and frame axes, whose components are named terms.
 
 Components that are always zero stay 0 and need no operation in the generated C.
 """

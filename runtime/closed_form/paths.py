@@ -46,7 +46,7 @@ class JointPath:
             beyond a limit.
         coordinate: The coordinate (of a coupled arm, also the joint) with the jump or limit
             violation, otherwise "".
-        next_value: The next value of this coordinate or joint, otherwise NaN.
+        next_value: The next value of this coordinate or joint; NaN if the path is complete.
         min_margin: The smallest margin on the path, NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with this margin, -1 if no pose was reached.

@@ -159,7 +159,7 @@ class Solutions(Fields):
                 turns. All windings of a large batch can need much memory.
 
         Returns:
-            Solutions, with k slots times the number of windings.
+            Solutions; each of the k slots becomes as many slots as there are windings.
 
         Raises:
             InputValueError: If a lower limit is above the upper limit, or a solution has more than

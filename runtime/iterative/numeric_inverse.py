@@ -87,7 +87,7 @@ class NumericSolution(NamedTuple):
 
 
 def _can_reach_links(robot: RobotFacts) -> bool:
-    """Test whether links can be the tip, which needs the function `link_poses`."""
+    """Test whether a link can be the tip. Links need the function `link_poses`."""
     return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 

@@ -1,4 +1,4 @@
-"""Mutated files of every kind are read, or refused with an error that states the file."""
+"""Mutated files of every kind are read, or refused with an error that names the file."""
 
 import random
 import re

@@ -96,7 +96,8 @@ def test_consistent_actuators_return_their_pose(least):
 
 
 def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
-    """Gauss-Newton steps on the gaps of a NumPy model do not move the configuration."""
+    """A Gauss-Newton step on the closure errors of a NumPy model leaves the configuration
+    unchanged."""
     robot, model = least
     rng = np.random.default_rng(4)
     q = robot.actuators(poses_near(robot)) + rng.uniform(-1e-3, 1e-3, (POSES, robot.n))

@@ -129,7 +129,7 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the factors (equations,) by which squaring multiplies derivatives of equations."""
+        """Return the derivatives (equations,) of the squared equations by the equations."""
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:

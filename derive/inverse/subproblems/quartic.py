@@ -257,8 +257,9 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Within the circle, the y or the x values separate
-    # the two lines. The y or x coordinate of a root identifies the line that contains the root.
+    # The two lines intersect outside the circle. Within the circle, the two lines differ in their y
+    # values or in their x values. The y or x coordinate of a root identifies the line that contains
+    # the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

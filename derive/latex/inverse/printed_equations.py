@@ -121,7 +121,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """Returns the aligned rows of equations that define names."""
+    """Returns the equations that define names, as rows of an aligned display."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 

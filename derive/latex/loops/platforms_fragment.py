@@ -60,7 +60,7 @@ class PrintedRod:
 
 
 class PrintedPlatform:
-    """A platform on legs in printed symbols.
+    """A platform on legs, written in the symbols of the article.
 
     Attributes:
         page: The robot.

@@ -34,8 +34,8 @@ STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, Thre
 """The kinds of solution steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before the ball of a closure that have a separate solution step, in the order in
-which they are tried."""
+"""Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind has
+its own solution step."""
 
 
 def assemble_in_space(

@@ -49,8 +49,8 @@ class Judged:
     Attributes:
         tier: Closure method: Kind of the loop solution, which is ``closed form``, ``newton`` or
             ``least squares``.
-        open: Number of configurations in which the loops of the design can be closed, but not the
-            loops of the robot.
+        open: Number of configurations in which the loops close with the nominal lengths, but not
+            with the lengths as built.
         gap: Largest closure error of closed loops, relative to the size.
         least: Largest joint difference from the least-squares configuration (radian, meter).
         lost: Number of configurations that ``ik`` does not return for their poses. The difference

@@ -73,7 +73,7 @@ def each(pairs):
 
 every_function = each(FUNCTIONS)
 KINDS = ("lynxmotion", "panda", "well_manipulator")
-"""Robots for large batches: five and seven joints, and cylinder triangles."""
+"""Robots for large batches: arms with five and seven joints, and a boom with cylinders."""
 every_function_in_lanes = each(
     [(name, item) for name, item in FUNCTIONS if name in KINDS and item not in POSE_BY_POSE]
 )

@@ -159,8 +159,7 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Returns the results after the refinement of unsolved poses, as a loaded robot computes
-        them."""
+        """Refines the unsolved poses, like a loaded robot, and returns the results."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role

@@ -74,7 +74,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model; methods read numbers from its elements and raise errors for them."""
+    """The frames of a model; its methods read numbers and report wrong ones."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
