@@ -26,7 +26,7 @@ APPS = ("autodiff", "calibration", "cli", "cuda", "drawing", "study", "view")
 
 
 def packages_under(folder):
-    """Returns the packages of a folder by their names after installation."""
+    """Returns the installed names of the packages in a folder."""
     prefix = f"chasles.{Path(folder).name}"
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 

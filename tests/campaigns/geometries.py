@@ -1,10 +1,10 @@
 """Tests the general solver on every pattern of consecutive axes.
 
-Consecutive axes are skew, parallel or intersect, which gives 243 patterns of six joints. Each trial
-uses every ninth pattern, once with six revolute joints and once with a prismatic joint, and two
-longer arms. The solver is compiled once and reads the tables of each arm, so testing an arm takes a
-fraction of a second. Every pose needs a solution, and each regular configuration must be among the
-solutions of its pose.
+Consecutive axes are skew, parallel or intersecting, which gives 243 patterns of six joints. Each
+trial uses every ninth pattern, once with six revolute joints and once with a prismatic joint, and
+two longer arms. The solver is compiled once and reads the tables of each arm, so testing an arm
+takes a fraction of a second. Every pose needs a solution, and each regular configuration must be
+among the solutions of its pose.
 """
 
 import ctypes

@@ -15,8 +15,7 @@ is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are fo
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Simulates a process without other threads, because the threads of the test runner do not hold
-    a lock."""
+    """Reports a single thread, because the threads of the test runner hold no lock."""
     monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 

@@ -304,8 +304,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
     # The rods lie along the lines from the center to the pins, so the end of each crank is one rod
     # length beyond its pin.
     reach = planar.PLATFORM + rod
-    # Returns the intersection of the circle of possible crank ends with the crank circle, seen from
-    # the direction of the base joint.
+    # Returns the intersection of the circle of possible crank ends with the crank circle.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)

@@ -6,8 +6,8 @@ a multiple of 2 pi. In float64 the SO(3) `dexp` is accurate at every angle excep
 epsilon divided by the angle.
 
 Source:
-    A. Mueller, Review of the exponential and Cayley map on SE(3), Proc. R. Soc. A 477, 2021,
-    section 2.
+    A. Mueller, Review of the exponential and Cayley map on SE(3), Proceedings of the Royal Society
+    A 477, 2021, section 2.
 """
 
 from sympy import Expr, S, eye

@@ -103,8 +103,8 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 @pytest.mark.parametrize(("name", "seed"), [("ur5e", 496852550), ("irb120", 3276006344)])
 def test_few_correct_distances_fit_beyond_the_first_local_minimum(loaded, name, seed):
-    """From a target at the tool origin, the fit of seven distances or nine contacts ends at a local
-    minimum with errors of millimeters."""
+    """If the target starts at the tool origin, the fit of seven distances or nine contacts ends at
+    a local minimum with errors of millimeters."""
     arm = loaded(name)
     said = verdict(arm, simulated(arm, seed))
     assert said.is_clean, said.text

@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three positions with the first two equal, or with replaced positions."""
+    """Returns three positions; the first two are equal unless they are replaced."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 

@@ -68,7 +68,7 @@ def test_gravity_forces_are_the_gradient_of_the_potential_energy(number):
 def test_legs_of_a_hexapod_share_its_weight():
     robot = chasles.load("stewart_gough")
     loads = static_loads(robot, robot.q_reference, [PointMass("platform", 60.0)])
-    # The joints of the platform exist only as coordinates.
+    # The joints of the platform are virtual and bear no load.
     np.testing.assert_allclose(loads.joints["roll"], 0, atol=1e-9)
     np.testing.assert_allclose(loads.strut_forces, loads.actuator_forces)
     # By symmetry, each of the six legs bears a sixth of the weight.

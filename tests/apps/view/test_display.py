@@ -155,7 +155,8 @@ def test_workspace_points_are_reachable_tool_positions():
     display = Display(robot)
     points = display.workspace(slider_units(robot, display.start.q), 500)
     assert points.shape == (500, 3)
-    # Each point is a tool position, so its distance from the axis is at most the sum of both links.
+    # Each point is a tool position, so its distance from the axis is at most the sum of the two
+    # link lengths.
     reach = np.hypot(*points[:, :2].T)
     q = np.zeros(robot.n)
     assert reach.max() <= np.hypot(*robot.fk(q)[:2, 3]) + 1e-12

@@ -16,7 +16,7 @@ STARTS = 30
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
 THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
-"""Leg types, and for each type the number of lines that belong to the platform."""
+"""Leg types, and for each type the number of lines fixed on the platform."""
 CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 
 

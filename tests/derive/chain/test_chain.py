@@ -161,7 +161,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """The tilts of two fixed URDF frames cancel, and the chain recognizes their product."""
+    """The tilts of two fixed URDF frames cancel, so the axes are parallel."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(

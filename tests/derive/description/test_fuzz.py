@@ -101,8 +101,7 @@ def test_malformed_files_raise_short_errors_quickly(tmp_path):
             assert "Traceback" not in message
             assert len(message) < 1000
     assert refused == MALFORMED
-    # Mutations that preserve a valid robot, such as a deleted limit, show that some files are
-    # accepted.
+    # Some mutations keep the robot valid, such as a deleted limit, so some files must be accepted.
     assert survived > 0
     assert list(tmp_path.iterdir()) == [path]
 

@@ -173,13 +173,14 @@ def test_length_that_repeats_distance_becomes_its_root():
 
 
 def test_mirrored_points_are_no_rounded_copies():
-    """The points of two rods are 14.8 degrees apart and within rounding of 15 degrees."""
+    """The points of two rods are 14.8 degrees apart, which equals 15 degrees within rounding."""
     x, y = R("0.239"), R("0.031")
     assert arranged([[(x, y, R(0)), (x, -y, R(0))]], NOISE) == {}
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """Rotations of the two originals by 135 and 120 degrees agree with the last point."""
+    """Rotations of both originals match the last point within rounding; the rotation by 120 degrees
+    is nearest."""
     x, y = R("0.239"), R("0.031")
     point = (R("-0.093"), R("0.222"), R(0))
     exact = arranged([[(x, y, R(0)), (x, -y, R(0)), point]], NOISE)

@@ -1,4 +1,4 @@
-"""Exported C of a part of a robot's functions."""
+"""Exported C of some functions of a robot."""
 
 import numpy as np
 

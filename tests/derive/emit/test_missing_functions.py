@@ -31,8 +31,8 @@ COMPLETE = ("cpp", "mex", "moveit")
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
 """For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
-"""For each robot, a function that the CasADi file lacks, with branches or through loops without a
-closed form."""
+"""For each robot, a function that the CasADi file lacks: a function with branches, or with loops
+that have no closed form."""
 CASES = [(language, robot) for language in PRINTED for robot in ROBOTS]
 
 

@@ -74,7 +74,8 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 
 
 def test_shipped_serial_robots_need_no_numeric_search():
-    """Robots without missed poses have no search, because a search is slow for unreachable poses.
+    """A robot whose inverse misses no pose needs no search, which would be slow for unreachable
+    poses.
 
     This test covers all shipped serial robots; ``python -m bench inverse`` tests all their poses at
     multiples of 90 degrees.

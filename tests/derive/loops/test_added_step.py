@@ -87,7 +87,8 @@ class Isosceles(PlanarStep):
         d, a, k = length_of("D"), length_of("A"), quantity("k")
         rates = []
         for angle, there, half in zip(self.solved, (C, E), (HALF, -HALF), strict=True):
-            # The rate phi' satisfies a^2 phi' = there x there', with k k' = -a^2 dot(D, D') / D^4.
+            # The rate phi' of an arm vector v satisfies a^2 phi' = v x v', with k k' = -a^2 dot(D,
+            # D') / D^4.
             across = cross(there, (-D[1], D[0]))
             slope = [-(a**2) * part / (d**4 * k) * across for part in D]
             straight = [half * x for x in (-there[1], there[0])]

@@ -12,7 +12,7 @@ from tests.support.derivations import NAMES as SERIAL
 ROUNDING = 16
 """Tolerance in units in the last place (ULP) of the largest entry of all rows. Vectorized sines are
 accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
-because loop residuals are differences of lengths of that size."""
+because loop residuals are differences of lengths of about 1."""
 LARGE = (4 << 20) // 8 + 1
 """Number of doubles in a result for streaming stores, which bypass the caches."""
 LENGTHS = [*range(18), 23, 24, 25, 31, 32, 33, 40]
@@ -181,8 +181,8 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each non-finite value occurs in each argument, because the list of values is shifted
-        # relative to the arguments.
+        # Each non-finite value occurs in each argument, because the list of values is shifted from
+        # argument to argument.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]

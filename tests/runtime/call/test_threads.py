@@ -219,7 +219,7 @@ def test_threaded_errors_match_single_threaded_errors(robot, call):
 
 
 def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
-    """Such an error occurs, for example, if the memory for strided operands cannot be allocated."""
+    """For example, a worker fails if the memory for strided operands cannot be allocated."""
     running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):

@@ -1,4 +1,5 @@
-"""URDF variants of one arm with different digits, frames and names, as from exporters.
+"""URDF variants of one arm with different digits, frames and names, like files from different
+exporters.
 
 A mutation changes the number format or the frames of a chain. The joint axes do not move, except
 for truncated digits or added noise.

@@ -22,7 +22,7 @@ ROBOTS = ("panda", "iiwa14", "well_manipulator")
 
 
 def curves(robot, rng, count):
-    """Yields seeds and lines between nearby configurations within the limits."""
+    """Yields start configurations, and lines between nearby configurations within the limits."""
     while count:
         middle = robot.limits.mean(1)
         size = np.diff(robot.limits)[:, 0] * rng.uniform(-0.25, 0.25, robot.n)
@@ -135,7 +135,7 @@ def test_camera_looks_at_a_target_within_limits():
 def test_motion_that_must_follow_a_limit_is_found(monkeypatch):
     """A carriage stays at its limit for a part of the path; a spline would exceed the limit.
 
-    Only the last attempt finds this motion. The other attempts take most of the time.
+    Only the last attempt finds the motion. The other attempts take most of the time.
     """
     monkeypatch.setattr(global_redundancy, "_TRIES", global_redundancy._TRIES[-1:])
     outcome = redundancy.trial(77000106)

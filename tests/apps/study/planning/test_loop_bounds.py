@@ -139,7 +139,7 @@ def on_another_branch(robot, q):
 
 
 def of_third_degree(robot, z):
-    """Replaces the first equation by an unsupported type."""
+    """Replaces the first equation by an equation of an unsupported type."""
     found = robot.constraint(z)
     found[..., 0] = np.sin(z[..., 0]) ** 3
     return found
@@ -181,8 +181,8 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """In the box of bounded joints, the equations determine the joints everywhere, so det does not
-    change its sign."""
+    """In a box with motion bounds, the equations determine the joints everywhere, so the
+    determinant keeps its sign."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)
