@@ -1,4 +1,4 @@
-"""Programs that use the public names as a reader would write them run without errors."""
+"""Typical programs that use the public names run without errors."""
 
 import numpy as np
 import pytest

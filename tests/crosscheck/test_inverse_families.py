@@ -59,8 +59,8 @@ SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
 """Planar elbows, elbows with an offset along their axis, and elbows with three concurrent axes."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
-"""Each case is an arm with a spherical wrist, and whether the angles between its skew axes are
-right angles.
+"""Each case is an arm with a spherical wrist, and a flag that is true if its skew axes are at right
+angles.
 
 The position problem of these arms is a quadratic equation, except for two structures without a
 position inverse. The position inverse is tested for the other structures, some of which lead

@@ -33,7 +33,7 @@ def inverse_of(robot):
 
 
 def configurations(robot, count):
-    """Returns random configurations, for a robot with loops near its reference."""
+    """Returns random configurations; for a robot with loops, they are near its reference."""
     rng = np.random.default_rng(7)
     if robot.reference:
         return np.array(robot.reference.q) + rng.uniform(-0.05, 0.05, (count, robot.n))

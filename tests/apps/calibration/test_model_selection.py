@@ -20,7 +20,8 @@ def measured(robot, truth, q, seed=0):
 
 
 def with_offsets(robot, seed):
-    """Returns axis and zero errors as large as the tolerances; other parameters are nominal."""
+    """Returns axis errors and zero offsets as large as the tolerances; other parameters are
+    nominal."""
     truth, random = drawn(robot, seed, count=30), np.random.default_rng(seed)
     p = nominal(robot)
     for part, sigma in TOLERANCES.items():

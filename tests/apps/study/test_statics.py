@@ -79,7 +79,7 @@ def test_legs_of_a_hexapod_share_its_weight():
 
 
 class Changed(RobotStandIn):
-    """A hexapod with other struts, at the same configurations."""
+    """A hexapod with different struts, at the same configurations."""
 
     def __init__(self, change, skipped=0):
         """Changes the bodies, and skips the first actuators."""

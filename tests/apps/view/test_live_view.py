@@ -15,7 +15,7 @@ from tests.support.waiting import until
 
 pytestmark = requires("viser")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
-"""Console messages that viser prints on every page, whatever its content."""
+"""Console messages that viser prints on every page, regardless of the page content."""
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
 """Coordinate change along the trajectory [rad]."""
 GRIP = 0.8

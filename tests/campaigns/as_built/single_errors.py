@@ -1,12 +1,11 @@
 """Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. If the loops of a robot cannot be closed, the robot must report it; its loops are then closed
-in the least-squares sense. At configurations around the reference, the loops must close, or the sum
-of squared closure errors must be minimal. If the design has an inverse, the inverse of the as-built
-robot
-must return these configurations. If the loops close, the main chain must determine the actuated
-coordinates.
+error. If the loops of a robot cannot be closed, the robot must report this, and close the loops in
+the least-squares sense. At configurations around the reference, the loops must close, or the sum of
+squared closure errors must be minimal. If the design has an inverse, the inverse of the as-built
+robot must return these configurations. If the loops close, the main chain must determine the
+actuated coordinates.
 """
 
 import tempfile

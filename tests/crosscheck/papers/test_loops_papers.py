@@ -332,7 +332,7 @@ def test_planar_platform_modes_match_published_values():
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
     # If the angles are rounded to 1e-8 degrees, the other assembly mode moves by more than a unit
-    # in its last digit.
+    # in the last digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 

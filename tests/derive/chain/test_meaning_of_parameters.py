@@ -1,4 +1,4 @@
-"""Each parameter causes the displacement that its name states, compared with matrix products.
+"""Each parameter causes the displacement that its name states, as matrix products confirm.
 
 Derivatives would agree with poses even if a parameter caused a different motion than its name
 states. In this test, the poses of random geometries far from the nominal geometry are products of

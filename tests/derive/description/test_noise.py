@@ -67,7 +67,7 @@ def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
     texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(300)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METER) != R(text)]
-    # Random numbers sometimes have three zeros or nines in a row; they change by 1e-9.
+    # Random numbers sometimes have three zeros or nines in a row; these numbers change by 1e-9.
     assert len(changed) < 0.02 * len(texts)
     assert all(abs(without_noise(R(t), AT_A_METER) - R(t)) <= NOISE for t in changed)
 

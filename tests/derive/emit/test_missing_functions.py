@@ -1,4 +1,5 @@
-"""Each language prints a public function, or names it as missing."""
+"""The code in each language contains each public function, or states that the function is
+missing."""
 
 import re
 from functools import cache

@@ -1,4 +1,4 @@
-"""The inverses for which other languages than C print the solution nearest to a seed."""
+"""The inverses for which languages other than C have the solution nearest to a seed."""
 
 import pytest
 

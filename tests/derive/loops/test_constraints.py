@@ -279,7 +279,7 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # Swing angles have errors of their own, so this error may exceed the gap between the
+            # The swing angles also contribute to the residual, so it may exceed the gap between the
             # rod ends.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6

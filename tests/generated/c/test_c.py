@@ -65,7 +65,7 @@ def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_object_exports_only_documented_symbols(name, tmp_path):
-    # GCC's optimizer also reports warnings; it takes seconds for a robot.
+    # GCC's optimizer also reports warnings, but takes seconds per robot.
     target = compiled("gcc" if name == "jaco2" else "fastest", name, tmp_path)
     listing = subprocess.run(["nm", str(target)], capture_output=True, text=True, check=True)
     symbols = [line.split()[-2:] for line in listing.stdout.splitlines()]

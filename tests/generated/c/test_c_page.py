@@ -1,4 +1,5 @@
-"""The C on the page about generated C: its program, and its functions for one pose and many."""
+"""The C on the page about generated C: its program, and its functions for one pose and for many
+poses."""
 
 import ctypes
 import re

@@ -23,7 +23,8 @@ IN_LINE = np.array([0.3, -1.2, 1.5, -0.4, 0.0, 0.2])
 """The second wrist joint is at 0, so the first and third wrist axes are parallel."""
 RATE = np.pi
 AWAY = 0.05
-"""Above this singular value, a pose counts as regular: a wrist angle of five degrees."""
+"""A pose counts as regular above this singular value, which corresponds to a wrist angle of five
+degrees."""
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 A tripteron has a prismatic joint and three parallel revolute joints per leg. An Exechon has two
 legs of the type UPR and one SPR leg. The legs of a 3-UPU, a 3-URU, a 3-PUU and a 3-RUU delta have
-universal joints at both ends; they keep the orientation of the platform.
+universal joints at both ends, and keep the orientation of the platform.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Redundancy "global": limits on a dense grid, cost of other motions, and derivatives."""
+"""Redundancy "global": limits, cost and derivatives of the motions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Tests orientation ranges of planar platforms against samples, and singularities inside them."""
+"""Compares orientation ranges of planar platforms with samples, and tests singularities inside the
+ranges."""
 
 import math
 

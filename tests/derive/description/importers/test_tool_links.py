@@ -230,7 +230,7 @@ def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
 
 
 def random_tree(dice):
-    """Returns an arm with a tool among other branches, and its intended base and tip."""
+    """Returns an arm with a tool among other branches, and the intended base and tip of the arm."""
     count = dice.randint(4, 7)
     words = [arm("j", count, "base")]
     tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))
