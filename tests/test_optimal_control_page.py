@@ -47,7 +47,7 @@ class Fields:
 
 
 class Solver:
-    """Solves a problem with the meaning of acados: multiple shooting with Runge-Kutta steps."""
+    """Solves a problem like acados: by multiple shooting with Runge-Kutta steps."""
 
     def __init__(self, ocp):
         assert vars(ocp).keys() == FIELDS.keys()

@@ -1,7 +1,7 @@
 """Arms whose joints are coupled to motors by random invertible matrices of rational numbers.
 
-Poses, Jacobians, derivatives and rates must equal the matrix product with the arm without
-couplings. Each solution of the arm without couplings must be among the solutions, in motor
+Poses, Jacobians, derivatives and rates must follow from the arm without couplings by matrix
+products. Each solution of the arm without couplings must be among the solutions, in motor
 coordinates.
 """
 

@@ -5,8 +5,8 @@ mixed. The platforms tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no b
 platforms such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a
 delta with a telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every
 valid solution slot is the target pose, one slot is the generating configuration, and no slot is
-valid in another assembly mode. ``fk`` agrees with Newton's method on the description, which follows
-the line from the reference in small steps.
+valid in another assembly mode. ``fk`` agrees with Newton's method, which follows the line from the
+reference in small steps on the description.
 """
 
 import tempfile

@@ -3,7 +3,7 @@
 Each scene has spheres that almost touch the robot in random configurations, so paths pass close to
 them. A planned and shortened path is sampled at ten times as many configurations as the planner
 tested. At each sample there must be no collision, and the loops must be closed. The joints must
-match Newton's method continued from the start, so that the assembly mode does not change.
+match the continuation of the start by Newton's method, which keeps the assembly mode.
 """
 
 from dataclasses import dataclass, field, fields

@@ -1,4 +1,5 @@
-"""Tests arms with prismatic joints: decoupled, with intersecting axes, planar, and cranes.
+"""Tests arms with prismatic joints: decoupled arms, arms with intersecting axes, planar arms, and
+cranes.
 
 Axes and lengths are random in even trials. In odd trials, lengths are round, and many are 0.
 """

@@ -1,4 +1,4 @@
-"""Calibration in the named parameters of a robot file, shared by several joints and rods."""
+"""Calibration of named parameters in a robot file, each shared by several joints or rods."""
 
 import re
 

@@ -100,7 +100,7 @@ def judged(browser, robot, kept):
 
 
 def searched(browser):
-    """Waits for the search of the page, and returns the number of ghosts."""
+    """Waits until the page has searched for branches, and returns the number of ghosts."""
     end = time.monotonic() + SEARCHED
     while time.monotonic() < end and browser.run("ghosts.isSeeking"):
         time.sleep(0.1)

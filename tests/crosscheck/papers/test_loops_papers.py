@@ -1,4 +1,4 @@
-"""Compares robots with loops with the numbers in their papers and with recomputed numbers.
+"""Compares robots that have loops with the numbers in their papers and with recomputed numbers.
 
 If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
 printed numbers compare only the printed digits.

@@ -26,7 +26,7 @@ def fixed(convention, **given):
 
 
 # One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a slider tilted by a right angle at d. The tool of the mechanism is at the distance e along
+# a, and a slider at d, tilted by 90 degrees. The tool of the mechanism is at the distance e along
 # the slider.
 MECHANISM = {
     "dh": (

@@ -1,4 +1,4 @@
-"""Compares shipped robots with loops with a model that is independent of the compiler."""
+"""Compares the shipped robots that have loops with a model that is independent of the compiler."""
 
 import tomllib
 from functools import cache

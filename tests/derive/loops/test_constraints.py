@@ -402,7 +402,7 @@ def test_loop_product_of_exponentials_is_identity(name):
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
             # A single ball joint keeps its center. The distance of the centers of two ball joints
-            # is constant, or for a cylinder the length of the cylinder.
+            # is constant for a rod, and equals the cylinder length for a cylinder.
             begin, end = center(turning[:3]), center(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

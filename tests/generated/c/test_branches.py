@@ -1,4 +1,4 @@
-"""Compares functions with branches with 40-digit results: scalar, vector and batch code.
+"""Compares functions that have branches with 40-digit results: scalar, vector and batch code.
 
 The oracle evaluates each branch separately, with its signs inserted into the derived terms.
 """

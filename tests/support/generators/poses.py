@@ -1,7 +1,7 @@
 """Robots, tasks and coordinate sets for tests of inverses; every target is reachable.
 
 The sets contain random coordinates, and coordinates with poses that are difficult for solvers:
-multiples of right angles, singularities, and points close to these. Singularities of any robot are
+multiples of 90 degrees, singularities, and points close to these. Singularities of any robot are
 found by bisection of a Jacobian determinant along a joint.
 """
 

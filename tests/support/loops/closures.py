@@ -22,8 +22,8 @@ class Model:
     """A numeric mechanism.
 
     A configuration z (N, n_z) starts with all moving joints in the order of the description. The
-    coordinates of struts follow after the coordinates of joints: the coordinate of a cylinder, and
-    the swing angle of a strut on pins.
+    coordinates of struts follow the coordinates of joints: the coordinate of a cylinder, and the
+    swing angle of a strut on pins.
     """
 
     def __init__(self, mechanism):

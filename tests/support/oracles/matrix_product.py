@@ -1,4 +1,5 @@
-"""Errors of a coupled arm relative to the arm without couplings and the matrix product."""
+"""Errors of a coupled arm relative to the arm without couplings, multiplied by the coupling
+matrix."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,5 @@
-"""Minimum-norm steps agree with SciPy's least squares, joint velocities with differences."""
+"""Minimum-norm steps agree with SciPy's least squares, and joint velocities agree with finite
+differences."""
 
 import numpy as np
 import pytest

@@ -41,7 +41,7 @@ def turned_round():
 
 
 def spherical():
-    """Returns a spherical four-bar with a crank, which a pin closes away from the center."""
+    """Returns a spherical four-bar with a crank; a pin away from the center closes the loop."""
     crank, coupler, rocker, ground = (sp.pi * sp.Rational(k, 36) for k in (8, 16, 14, 15))
     outside = Translation((0, 0, 1))
     return Mechanism(
