@@ -1,4 +1,4 @@
-"""Arguments that are no robot, motion or trajectory raise an error that names the argument."""
+"""Arguments that are not a robot, motion or trajectory raise an error that names the argument."""
 
 import inspect
 import re

@@ -179,6 +179,6 @@ def test_kinematics_agree_with_pinocchio(name):
 
 def test_every_shipped_serial_robot_is_compared():
     serial = [name for name in chasles.robots() if not chasles.load(name).loops]
-    # The inverse of general arms is compared with published numbers in different tests.
+    # Other tests compare the inverse of general arms with published numbers.
     others = {"bricklaying_gantry", "jaco2"}
     assert sorted(ROBOTS) == sorted(set(serial) - others)

@@ -1,4 +1,4 @@
-"""Compares closed-form robots with loops with independent oracles.
+"""Compares robots whose loops have a closed form with independent oracles.
 
 The oracles are body placements in NumPy with Newton's method, automatic differentiation of the
 CasADi functions, and finite differences; for closures, complex steps and the implicit function

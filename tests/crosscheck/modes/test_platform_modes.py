@@ -157,7 +157,8 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Without start paths, the solver reports modes that the elimination cannot determine as unsure.
+    # Without start paths, the solver reports as unsure all modes that the elimination cannot
+    # determine.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):

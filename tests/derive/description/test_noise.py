@@ -193,7 +193,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, first):
-    """Each number of decimal places is tested on different directions."""
+    """Each number of decimal places is tested with different directions."""
     checked = 0
     for named, numbers in exact_directions()[first::12]:
         direction = named.exact

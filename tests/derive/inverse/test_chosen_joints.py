@@ -1,4 +1,4 @@
-"""Inverses with joints that the user fixes, also revolute joints inside the chain."""
+"""Inverses with joints that the user fixes, including revolute joints inside the chain."""
 
 import numpy as np
 import pytest

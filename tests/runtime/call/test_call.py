@@ -1,4 +1,5 @@
-"""Every form of argument gives the same results as a loop over single poses, or a clear error."""
+"""Every form of argument gives the same results as a loop over single poses, or raises a clear
+error."""
 
 import re
 import threading

@@ -176,8 +176,8 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of coordinates in the random set, in each singular set and in the right-angle
-    grid."""
+    """Numbers of coordinates in the random set, in each singular set and in the grid of right
+    angles."""
 
     random: int
     singular: int

@@ -1,7 +1,7 @@
 """A loader arm on two links, whose main chain has more joints than the robot has degrees of
 freedom.
 
-An iteration closes the loop of the links from the cylinder length.
+An iteration closes the loop of the links for a specified cylinder length.
 """
 
 LOADER = """

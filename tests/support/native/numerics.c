@@ -1,7 +1,7 @@
 /* Checks the solver functions that robots share, with pseudorandom numbers and limit cases. Prints
- * the number of checked cases. * `numerics solve`:      Tests symmetric linear systems of every
- * size up to 8. `numerics decompose`:  Tests singular values and vectors, also of matrices without
- * full rank. `numerics logarithm`:  Tests rotations by angles from 0 to pi.
+ * the number of checked cases. The argument `solve` selects symmetric linear systems of every size
+ * up to 8. The argument `decompose` selects singular values and vectors, also of matrices without
+ * full rank. The argument `logarithm` selects rotations by angles from 0 to pi.
  */
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,5 @@
-"""Configuration with the minimum sum of squared closure errors, by exact CasADi derivatives.
+"""Configuration with the minimum sum of squared closure errors, found with exact CasADi
+derivatives.
 
 The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
 starts at a nearby configuration. Newton's method on the gradient then refines the solution, because

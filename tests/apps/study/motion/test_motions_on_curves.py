@@ -1,5 +1,5 @@
 """Motions follow their curves exactly, without sampling errors. Velocities and accelerations agree
-with differences."""
+with finite differences."""
 
 import numpy as np
 import pytest
