@@ -37,7 +37,7 @@ class Skeleton:
     """The bodies of a robot with their shapes.
 
     Attributes:
-        bodies: The ground, one body per joint, then the bodies of struts.
+        bodies: The ground, one body per joint and the bodies of struts, in this order.
         shapes: The drawn shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
@@ -233,7 +233,7 @@ class _Shapes:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
     def _slide(self, k: int, joint: BodyJoint, start: Array, axis: Array) -> None:
-        """Adds a carriage on a guide, or a ram in a sleeve on a rotating carrier."""
+        """Adds a prismatic joint as a carriage on a guide, or a ram in a rotating sleeve."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
         low, high = self._travel(k, joint)
@@ -304,7 +304,7 @@ class _Shapes:
     # --- overlapping symbols ---
 
     def _part_from_next(self, k: int) -> None:
-        """Moves a revolute symbol along its axis if the next symbol would cover it."""
+        """Moves a revolute symbol along the joint axis to avoid overlap with the next symbol."""
         for c, body in enumerate(self.rigid.bodies):
             if body.parent != k or not (self._is_turn(k) and self._is_turn(c)):
                 continue

@@ -88,7 +88,7 @@ class LoopRates(Protocol):
         ...
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of terms in q and qd for the coordinate accelerations qdd."""
+        """Returns the rates of terms that depend on q and qd, at coordinate accelerations qdd."""
         ...
 
 
@@ -115,7 +115,7 @@ class SolvedRates:
         return self._of(dict(zip(self.q, qd, strict=True)))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of terms in q and qd for the coordinate accelerations qdd."""
+        """Returns the rates of terms that depend on q and qd, at coordinate accelerations qdd."""
         pairs = (*zip(self.q, qd, strict=True), *zip(qd, qdd, strict=True))
         return self._of(dict(pairs))
 
@@ -131,7 +131,7 @@ class ThroughLoops:
 
         Args:
             values: Values of all moving joints (radian or meter).
-            rates: Computes the time derivatives of the terms in the values.
+            rates: Computes the time derivatives of the terms in the joint values.
         """
         self.values, self._rates = tuple(values), rates
         self._units = rates.units()

@@ -48,8 +48,7 @@ def coupling_maps(
     theta = {
         f"theta{order}": Argument(
             f"theta{order}",
-            # A parameter may have the name theta4, but parameter names never start with an
-            # underscore.
+            # The underscore prevents a clash with a parameter named theta4.
             coordinates(f"_theta{order}", len(names)),
             (len(names),),
             f"{unit}{of_time}",

@@ -84,7 +84,7 @@ def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
     """Returns all combinations of the values, or an even sample of them if there are many."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
-    # Multiples of square roots of primes are spread evenly, and identical on every computer.
+    # Multiples of square roots of primes, modulo 1, are spread evenly and equal on every computer.
     steps = [math.sqrt(prime) % 1 for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)]
     return [
         tuple(

@@ -1,9 +1,9 @@
 """Forward kinematics of a chain: group axes, link poses and joint levers.
 
-With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are the axes of group g
-after the last rotation and the tilt of group g. Horner's scheme transforms a point p from the tool
-to the base. In the axes of group g, station k has the rotation angle phi_k, the constant
-vector reach_k and the lever lever_k:
+The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. The axes of group g+1
+are the axes of group g after the last rotation and the tilt of group g. Horner's scheme transforms
+a point p from the tool to the base. In the axes of group g, station k has the rotation angle phi_k,
+the constant vector reach_k and the lever lever_k:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 

@@ -270,7 +270,7 @@ class _Builder:
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
         """Adds a revolute joint; its value is added to the group angle."""
         turned = self.turned + self.sign * value
-        # Sums of solved angles stay unnamed, so that angles added and subtracted by a loop cancel.
+        # Sums of solved angles stay unnamed, so that an angle minus itself cancels.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 

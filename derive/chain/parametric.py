@@ -56,7 +56,7 @@ _TO_Z: dict[str, Placement] = {
     "y": rotation("x", -sp.pi / 2),
     "z": (),
 }
-"""Rotations that map the z axis to each axis."""
+"""Rotations that map the z axis to the x, y and z axis."""
 
 
 @dataclass(frozen=True)

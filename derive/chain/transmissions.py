@@ -42,7 +42,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         q: The true coordinates.
 
     Raises:
-        DescriptionError: A spring is so compliant that the conversion may not be invertible.
+        DescriptionError: A joint is so compliant that the conversion may not be invertible.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
@@ -89,8 +89,8 @@ class _Sag:
             if abs(float(row.compliance)) * most > MAX_SAG:
                 raise DescriptionError(
                     f"spring of {row.coordinate!r}: expected a compliance of at most "
-                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; with more, the joint "
-                    "may deflect faster than its load moves"
+                    f"{MAX_SAG / most:.3g}, got {float(row.compliance):.3g}; a more compliant "
+                    "joint may deflect faster than its load moves"
                 )
         return cls(springs, chain)
 

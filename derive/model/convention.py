@@ -38,8 +38,8 @@ class Field:
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings; a scalar uses its name.
         default: Value if a file omits the field, or None for zero.
-        needed_to: Meaning of a field that moving joints require, for the error message; the value
-            is empty for optional fields.
+        needed_to: Meaning of a field that moving joints require, for the error message; empty for
+            optional fields.
         is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore the fields
             that describe a motion.
     """
@@ -84,7 +84,7 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Fitted:
-    """An axis as fields of a convention, after Rz(turn) Tz(shift) along the previous axis.
+    """An axis in the fields of a convention, relative to a frame on the previous axis.
 
     Attributes:
         turn: Rotation about the previous axis (radian).
@@ -110,17 +110,17 @@ class Convention:
         place: Function that converts the joint's kind and all fields, keyed by name, to the
             placements.
         source: Publication in which the convention is defined.
-        words: The convention's name in a sentence of the article. A phrase for the fields of a
-            convention without a ``transform``; "and their variables" is appended.
+        words: The convention's name in a sentence of the article. Without a ``transform``, a phrase
+            that lists the fields.
         transform: The link transform as a product of elementary motions in the field symbols,
-            without the joint's motion; the value is empty if no such product exists.
+            without the joint's motion; empty if no such product exists.
         turning: Field to which a revolute joint adds its variable; the value is empty if there is
             no such field.
         sliding: Field to which a prismatic joint adds its variable; the value is empty if there is
             no such field.
         second_part: First field of the second table, if a single table is too wide.
-        numbers: Function that returns the elementary motions of a joint kind in the values that a
-            calibration corrects; if None, the link transform is used.
+        numbers: Function that returns, for a joint kind, the elementary motions whose values a
+            calibration corrects. If None, the link transform is used.
         fit: Function that returns the fields for a joint's axis relative to the previous axis. The
             function returns None if the convention cannot represent the axis.
     """
@@ -163,7 +163,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns field values as named scalars for the printed table; vectors by component."""
+        """Returns the scalars of the printed table with their names; vectors are split."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]

@@ -31,7 +31,7 @@ class Motor:
     assumed: tuple[str, ...] = ()
 
     direction = 1
-    """A motor has the sign of its coordinate."""
+    """A motor always moves in the direction of its coordinate."""
 
     def __post_init__(self) -> None:
         check_name("motor", self.name)
@@ -56,8 +56,8 @@ class Coupling:
 
     Attributes:
         joint: Name of the joint.
-        ratios: The coordinates or leaders, each with the joint motion per unit of the coordinate or
-            leader. A joint without nonzero ratios is constant.
+        ratios: The joint motion per unit of each coordinate or leader, keyed by name. A joint
+            without nonzero ratios is constant.
         offset: Value of the joint if all coordinates are 0 (radian or meter).
     """
 
@@ -157,10 +157,10 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
 
 
 def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
-    """Returns the equation of a joint in coordinates; ``path`` lists the joints that follow it."""
+    """Returns the equation of a joint in coordinates; ``path`` lists dependent joints."""
     if name in path:
         circle = " follows ".join((*path[path.index(name) :], name))
-        raise DescriptionError(f"couplings form a circle: {circle}")
+        raise DescriptionError(f"couplings form a cycle: {circle}")
     rule = rules.get(name)
     if rule is None:
         return {name: sp.S.One}, sp.S.Zero

@@ -195,7 +195,7 @@ class _Reader:
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             if _WITH_UNIT.fullmatch(self.text):
                 raise NotExact(
-                    "a number with a unit; state it in the file's field 'units'"
+                    "a number with a unit; state the unit in the file's field 'units'"
                 ) from error
             raise NotExact(f"not {EXPECTED}") from error
         if _nesting(tree.body) > MAX_NESTED:

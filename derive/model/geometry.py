@@ -171,7 +171,7 @@ class Parameters:
     ) -> sp.Expr:
         """Creates a parameter of a joint, the base or the tool, and returns the varied value.
 
-        A named parameter in the value moves this value by the same amount as in the description.
+        If the value contains a named parameter, a change of this parameter also changes the value.
         """
         nominal = value.xreplace(self._nominal)
         symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)

@@ -82,7 +82,7 @@ class Strut:
         b: The frame at the second end.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
-        ends: Whether the ends are pins or balls.
+        ends: Kind of the joints at both ends: pins or balls.
         swing: Name of the strut's passive angle, measured on the body at the first end.
         limits: Lowest and highest value of a cylinder's coordinate (meter).
         assumed: Fields whose values the source of the description does not state: ``length`` or
@@ -194,12 +194,12 @@ class Mechanism:
         nominal: The nominal design of a calibrated robot, with the same joints and struts, or None
             if the robot is not calibrated.
         springs: Passive joints with springs in the description, and their values at rest (radian
-            or meter). The mobility analysis treats them as free joints.
+            or meter). The mobility analysis ignores the springs.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             resulting tool displacement are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
-        omitted: Names of the reference values that are missing in the description, so that they are
-            the middle of their limits.
+        omitted: Names of coordinates without a reference value in the description; the middle of
+            their limits is used.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.

@@ -288,8 +288,7 @@ class SerialRobot:
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
         couplings: The equations of coupled joints. Every other joint has a separate coordinate.
-        motors: The coordinates of the couplings that are not joints, and the limits of the separate
-            coordinates of coupled joints.
+        motors: The motors, and the separate coordinates of coupled joints with their limits.
 
     Raises:
         DescriptionError: Two names are equal, a symbol is not a parameter, the joints do not
@@ -379,7 +378,7 @@ class SerialRobot:
         expected = [joint.name for joint in self.coordinates]
         if rows and ([row.coordinate for row in rows] != expected or self.couplings):
             raise DescriptionError(
-                f"robot {self.name!r}: expected a spring for each coordinate in their order "
+                f"robot {self.name!r}: expected a spring for each coordinate, in this order "
                 f"({', '.join(expected)}) and no coupled joints; a rigid joint has the "
                 "compliance 0"
             )

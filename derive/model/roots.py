@@ -55,7 +55,7 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """Returns atan2(y, x), as a decimal number if an argument has no short square.
+    """Returns atan2(y, x), as a decimal number if the square of y or x is a long number.
 
     The result is also a decimal if SymPy would need a long time to find the signs of sines and
     cosines, or would return a complex logarithm.

@@ -18,8 +18,7 @@ RELIABLE_DIGITS = EVALUATION_DIGITS - 8
 """Number of correct decimal digits of a constant with many operations; rounding and cancellation
 may change the last eight of the 40 digits."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Up to this difference (no unit), a constant near 1 equals an integer: 1e-32, the last reliable
-digit."""
+"""Up to this difference (no unit), a constant near 1 equals an integer."""
 
 MAX_WAVES = 0.05
 """Maximum amplitude of a drive's waves (radian), relative to its gain. Up to this value, three
@@ -39,13 +38,13 @@ LARGE_CLEANING = 5e-4
 """Above this tool position change (meter) caused by noise removal, a warning is printed; the value
 exceeds the repeatability of an arm."""
 NOISE_GAP = 1000
-"""Minimum ratio (no unit) of a decimal's last place to a difference that counts as noise: three
-zeros or nines follow the last place. By chance, one in 500 intended values has these digits."""
+"""Minimum ratio (no unit) of a decimal's last place to a difference that counts as noise. The ratio
+1000 means that three zeros or nines follow the last place, as in one of 500 random numbers."""
 CONTINUOUS_MODEL = 0.02
-"""Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
-radian). Below this value, a parameter changes at least fifty times as much as the axis: an assembly
-error of 1 mrad needs a parameter change of 50 mrad. If axes are 6 mrad from parallel, as in a
-factory calibration, parameters along the common normal displace the axis by less than 1e-4."""
+"""Minimum displacement of an axis (relative to the arm's length, or radian) for a parameter change
+of norm 1. Below this value, a parameter changes at least fifty times as much as the axis: an
+assembly error of 1 mrad needs a parameter change of 50 mrad. If axes are 6 mrad from parallel, as
+in a factory calibration, parameters along the common normal displace the axis by less than 1e-4."""
 DOUBLE = 1e-15
 """Maximum relative difference (no unit) between a decimal number and its conversion to double
 precision: 15 digits. One number in 10^7 is as close to a single-precision number by chance."""
@@ -57,19 +56,17 @@ ANGLE_SNAP = NOISE
 the number of written digits."""
 CHANCE = 0.01
 """Maximum probability that an angle matches a multiple of the snapping angle by chance: the ratio
-of the last decimal place to the snapping angle. 1.57 is a right angle, 0.785 is 45 degrees, but
-0.79 is not."""
+of the last decimal place to the snapping angle. Thus 1.57 counts as a right angle, but 0.79 does
+not count as 45 degrees."""
 LONGEST_LENGTH = 20.0
 """Above this length (meter), the unit must be stated. Links of arms are shorter than 10 m, and an
 arm in millimeters has a link longer than 20 units."""
 SHORTEST_ARM = 1e-3
-"""Below this length (meter), the size of a whole arm is implausible; desktop arms are about 0.1 m
-long."""
+"""Below this size (meter), an arm is implausible; desktop arms are about 0.1 m long."""
 LARGEST_ANGLE = 6.5
-"""Above this angle (radian), the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
+"""Above this angle (radian), the unit must be stated; a rounded full turn is 6.2832 or 6.3."""
 MAX_TURNED = 45.0
-"""Above this joint limit (radian), the value may be in degrees: seven turns, more than most
-continuous joints have."""
+"""Above this joint limit (radian; seven turns), the value may be in degrees."""
 UNLIMITED = 10_000
 """Above this width of a joint range (radian or meter), a joint counts as unlimited. Exporters write
 1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
@@ -121,7 +118,7 @@ Near a dead point, rounding errors in double precision become about 1e-8. The cl
 incompatible joint is about as large as the links.
 """
 LOOPS_AGREE = 1e-6
-"""Maximum loop residual for joint values that are fixed together (relative, or direction cosine).
+"""Maximum loop residual (relative, or direction cosine) for a set of fixed joint values.
 
 If the main chain has more joints than degrees of freedom, consistent joint values give residuals of
 1e-8 near a dead point. Inconsistent joint values, set by hand, give far larger residuals.
@@ -142,13 +139,13 @@ solved first. Two degrees from a dead point, a length error of a tenth of a mill
 by milliradians."""
 CLEAR_LEG = 0.25
 """If sin^2 of a leg's transmission angle at the reference is below this value, a leg farther from
-its dead point solves the joint. The bound means 30 degrees, a typical joint motion in use."""
+its dead point solves the joint. The bound corresponds to an angle of 30 degrees."""
 VANISHED = 1e-12
 """Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
 1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
 """Above this residual (meter, or sine of an angle), a CasADi implicit function has failed. The last
-step of the iteration is 1e-14. The iteration solves redundant equations in squared form."""
+step of the iteration is 1e-14. Redundant equations are solved in the least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
 """Singular values below this fraction of the largest singular value are zero (no unit).
 
@@ -164,7 +161,7 @@ seem to be independent.
 STILL_JOINT = 1e-6
 """Below this motion (radian, or relative to the size), a joint cannot move in its closed loops.
 
-Random closed configurations have larger differences, even if each has a closure error of 1e-6.
+The values of a moving joint differ more between random closed configurations.
 """
 REPEATED_AS_BUILT = 0.02
 """Bound for singular values in robots as built, whose tilted axes make redundant equations seem
@@ -203,8 +200,8 @@ SAME_POINT = 1e-9
 Loops closed in double precision have errors of 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
-"""Minimum difference between the description and the closed reference that is reported (radian, or
-relative).
+"""Minimum reported difference (radian, or relative) between the description and the closed
+reference.
 
 Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
 """
@@ -220,7 +217,7 @@ SAME_VIEW = 1e-6
 A configuration that closes overconstrained loops is accurate to about 1e-7.
 """
 LAYOUT_TIE = 1e-5
-"""Below this distance from the middle between two tenths of a millimeter, values round up (0.1 mm).
+"""Values up to this distance below a half are rounded up (in units of 0.1 mm).
 
 The last digits of these values differ between machines, but the bytes of a drawing must not differ.
 """
@@ -246,7 +243,8 @@ PATH_ON = 1e-7
 SHORTEST_PATH_STEP = 1e-9
 """Below this step length, a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""Maximum 1 - |<x, y>| of two equal poses x and y. Each pose is accurate to 1e-12. The measure
+"""Maximum 1 - |<x, y>| of two poses x and y that count as equal. Each pose is accurate to 1e-12.
+The measure
 grows with the square of the difference."""
 SINGULAR_POSE = 1e11
 """Above this condition number, a pose counts as singular for generic rods; regular poses have about
@@ -261,14 +259,14 @@ RODS_SPAN = 1e-9
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Up to this deviation (radian, or relative to the arm's length), axes have exactly a closed-form
-structure.
+"""Up to this deviation (radian, or relative to the arm's length), a closed-form structure of the
+axes counts as exact.
 
 Decimal numbers in a file are read exactly, so only rounding errors of the numerical test remain.
 """
 MEASURED_STRUCTURE = 5e-3
-"""Up to this deviation (radian, or relative to the arm's length), axes are meant to have a
-closed-form structure.
+"""Up to this deviation (radian, or relative to the arm's length), a closed-form structure of the
+axes counts as intended.
 
 The value bounds the errors of a measured arm: a few millimeters per meter and a few milliradians.
 """
@@ -309,8 +307,8 @@ INDEPENDENT_SLIDES = EXACT_STRUCTURE
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Up to this sine of the angle between two directions, the directions count as parallel.
 
-A joint angle or angle sum that the directions determine is then chosen within reach of the other
-joints. Prismatic joints count as perpendicular to an axis up to the same cosine.
+Parallel directions do not determine a joint angle, so an angle within reach of the other joints is
+chosen. Prismatic joints count as perpendicular to an axis up to the same cosine.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Up to this distance (meter) of a point from an axis, a rotation does not move the point.
@@ -343,7 +341,8 @@ zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
 """Maximum sin^2 of half the angle between two solutions that coincide.
 
-Rounding changes this value by about 1e-16 of its terms. If a solution moved by 1e-8 from its
+Rounding changes this value by about 1e-16, relative to its terms. If a solution moved by 1e-8 from
+its
 singular position, later steps would not detect the singularity. An error of 4e-15 in the equation
 is harmless.
 """
@@ -375,8 +374,8 @@ FARTHEST_POINT = sp.Integer(10) ** 6
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values for undamped Newton steps on two angles."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""Minimum squared ratio of singular values for undamped Newton steps on three angles. For a
-Jacobian of rank 1, rounding errors are larger than smaller values of this ratio."""
+"""Minimum squared ratio of singular values for undamped Newton steps on three angles. If the
+Jacobian has rank 1, rounding alone can produce smaller ratios."""
 NEARLY_REAL = sp.Rational(1, 10**7)
 """Most negative margin at which solutions are refined; for smaller margins, Newton's method finds
 different solutions."""
@@ -393,7 +392,7 @@ NEARLY_SOLVED = sp.Rational(1, 10**5)
 A solution step loses at most half of the digits, so a solution is accurate to about 1e-8.
 """
 POSE_DAMPING = sp.Rational(1, 10**12)
-"""Minimum squared ratio of singular values for undamped pose steps; rounding is 1e-16."""
+"""Minimum squared ratio of singular values for undamped pose steps; rounding errors are 1e-16."""
 DETERMINANT_TAIL = 1e-9
 """Up to this relative size, coefficients above degree 8 of a determinant count as 0; rounding gives
 1e-15."""
@@ -416,14 +415,14 @@ separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa, the s
 2e-3, and the solver takes five times as long.
 """
 ASKED_MOVE = 0.05
-"""Median joint change (radian) between nominal and true solutions above which the general solver is
+"""Above this median joint change (radian) between nominal and true solutions, the general solver is
 needed.
 
 Joint change above which the general solver runs at every pose, if it separates the solutions well.
 Near a wrist singularity, an arm with a large joint change has solutions that belong to no nominal
-branch. With a wrist offset of 13 mm (median joint change 0.06), 1 of 9 right-angled configurations
-was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and mrad, and smaller for all
-tested arms with up to 3 mm and mrad.
+branch. With a wrist offset of 13 mm (median joint change 0.06), one of nine tested configurations
+was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and 3.6 mrad, and smaller for
+all tested arms with errors of up to 3 mm and 3 mrad.
 """
 SEPARATE = 1e-2
 """Above this joint difference (radian), the roots of the determinant distinguish two solutions.
@@ -454,8 +453,8 @@ MAX_THRESHOLD = 1e-8
 """Below this magnitude (any unit), a constant used only by conditions is a rounding threshold. The
 largest threshold is 4e-15 times the fourth power of twice the length of an arm in meters."""
 FLOOR_EXPONENT = 0.12
-"""This power of the lower bounds 1e-150 and 1e-300 gives 1e-18 and 1e-36 for single precision. The
-square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
+"""Exponent that converts the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single
+precision. The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
 """Larger constants are replaced by this value in single precision; such constants only detect
 infinite inputs."""
@@ -463,8 +462,9 @@ SOLVED_SINGLE = 2e-5
 """Largest residual (meter or radian) of a solution in single precision. The limit 1e-9 of double
 precision is multiplied by the square root of the rounding-error ratio, 2^29."""
 REGULAR = 1e-3
-"""Errors in single precision are measured only above this value: the smallest singular value of a
-Jacobian (no unit, or meter), and the smallest margin of a loop. Near a singularity, the errors in
+"""Errors in single precision are measured only if the smallest singular value of a Jacobian (no
+unit, or meter) and the smallest margin of a loop exceed this value. Near a singularity, the errors
+in
 single precision grow without bound."""
 
 # --- chain: numerical singular configurations ---
@@ -483,13 +483,13 @@ OTHER_CONFIGURATION = 0.02
 """Above this distance (radian, or relative to the arm's length), configurations count as different.
 Readers notice a difference of about one degree."""
 RANK_LOST = 1e-6
-"""Below this singular value, a Jacobian of an arm with unit length is rank deficient. At
-drawn configurations, a full-rank arm has more than 1e-3, a deficient arm only rounding errors."""
+"""Below this singular value, a Jacobian of an arm with unit length is rank deficient. At drawn
+configurations, the value of a full-rank arm is above 1e-3."""
 
 # --- inverse: numerical solutions of a general arm ---
 
 ALMOST_REAL = 1e-3
-"""Imaginary part of a half-angle tangent, relative to 1 + |t|^2, up to which a root is tried as
+"""Up to this imaginary part of a half-angle tangent t, relative to 1 + |t|^2, a root is tried as
 real. Double roots are split by the square root of the rounding error, 1e-8, times their condition
 number. Newton's iteration on the pose rejects false roots."""
 SOLVED_POSE = 1e-13

@@ -1,4 +1,4 @@
-"""Values of constant expressions at 60-digit precision, with one evaluation per operation.
+"""Values of constant expressions at 60-digit precision, evaluated operation by operation.
 
 The evaluation of SymPy itself increases the precision until a difference has nonzero digits, which
 is slow for an exact zero. This module counts a sum as zero if cancellation removes nearly all its

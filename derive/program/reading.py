@@ -82,7 +82,9 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
         generator.add(function)
     found = {int(number): text for number, text in _BODY.findall(generator.dump())}
     if len(found) != len(lowered):
-        raise LoweringError(f"{len(lowered)} functions became {len(found)} in C")
+        raise LoweringError(
+            f"expected {len(lowered)} functions in the generated C, got {len(found)}"
+        )
     return [_program(function, found[k]) for k, function in enumerate(lowered)]
 
 

@@ -111,7 +111,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes the angle of a point with a sign factor from the angle without the sign."""
+    """Computes angles of points with a sign factor from angles of points without the factor."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -158,7 +158,7 @@ class _Rewriting:
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """Returns a product without one of its factors, or None if it is not a product."""
+        """Returns a product without one of its factors; returns None for other values."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None

@@ -1,1 +1,1 @@
-"""Named shared terms; vectors, derivatives and functions of named terms; Lie groups."""
+"""Named shared terms, with vectors, derivatives and functions of terms, and Lie groups."""

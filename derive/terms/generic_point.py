@@ -61,8 +61,8 @@ class GenericPoint:
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number between 0 and 1 that is unique for its arguments.
 
-    The fractional parts of multiples of the golden ratio are all different. Because of the
-    quadratic term, the difference of two numbers depends on the phase.
+    The fractional parts of multiples of the golden ratio are all different. The quadratic term
+    makes the differences depend on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2

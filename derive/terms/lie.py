@@ -177,8 +177,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
         (6, 1) twist (v, omega) of unit speed, in the frame of `direction`.
 
     Raises:
-        ValueError: A shape is wrong, or `direction` is a numerical vector that is not of unit
-            length.
+        ValueError: A shape is wrong, or the length of a numerical `direction` is not 1.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """

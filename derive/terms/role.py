@@ -28,7 +28,7 @@ def branch_label(choices: Sequence[tuple[str, str]]) -> str:
     """Returns the label of a branch, such as "coupler_1 left, coupler_2 right".
 
     Args:
-        choices: The mirrored bodies and their side, one pair for each choice between two solutions.
+        choices: One pair (mirrored body, side) for each choice between two solutions.
     """
     return ", ".join(f"{part} {side}" for part, side in choices) or "the only one"
 

@@ -78,7 +78,7 @@ class Tables:
 
 @dataclass(frozen=True)
 class NativeSolverFunction(Signature):
-    """A function that a handwritten solver computes from numerical tables, without result entries.
+    """A function that a handwritten solver computes from numerical tables, not from expressions.
 
     Attributes:
         solver: Name of the solver, which is the same for all robots; each language has a file for

@@ -63,8 +63,7 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A quantity in a loop equation may be the cosine or sine of the angle that the equation
-        # solves.
+        # A quantity in a loop equation may be the cosine or sine of the unknown angle itself.
         if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)

@@ -208,7 +208,7 @@ class Terms:
         return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Returns cosine and sine of a sum equal to a known sum up to a constant or a sign."""
+        """Returns cosine and sine of a constant plus or minus a known angle sum, or None."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -310,7 +310,7 @@ def _of_product(product: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
 
 def _is_signed_symbol(expression: sp.Expr) -> bool:
     """Whether an expression is a symbol or the negative of a symbol."""
-    if expression.is_Mul and len(expression.args) == 2:  # noqa: PLR2004 - sign and symbol
+    if expression.is_Mul and len(expression.args) == 2:  # noqa: PLR2004
         sign, expression = expression.args
         return sign is sp.S.NegativeOne and bool(expression.is_Symbol)
     return bool(expression.is_Symbol)

@@ -20,7 +20,7 @@ MAX_TOGETHER = 3
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""Minimum number of zeros at which a factor that depends on other factors is tested."""
+"""Minimum number of common zeros of other factors at which a factor is tested."""
 IMPLIED = 1e-4
 """Largest value of a factor that counts as 0 at a zero of the other factors. At a double zero, such
 as 1 + cos q = 0, the error of sin q is the square root of twice the largest vanishing factor."""
@@ -51,7 +51,7 @@ def conditions(
 
 
 def _reduced(condition: Condition) -> Iterator[Condition]:
-    """Yields a condition whose cosines and sines that are 0 occur in no other factor.
+    """Uses each cosine or sine that is 0 to simplify the other factors of a condition.
 
     A factor that becomes a product yields one condition for each of its factors.
     """

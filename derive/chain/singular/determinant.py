@@ -71,7 +71,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
-    # A position before a prismatic joint occurs only in the reference points of the views.
+    # The reference points may contain positions that do not occur in the screws.
     if not all(_is_exact(minor.view.point) for minor in found):
         return None
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL

@@ -190,9 +190,9 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies factors of odd degree in a tangent in pairs; single tangents only if needed.
+    """Multiplies pairs of factors with odd degree in a tangent; the tangent itself only if needed.
 
-    A single half-angle tangent as a factor is converted to half the sine of the full angle.
+    A factor that is only a half-angle tangent becomes half the sine of the full angle.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]

@@ -49,7 +49,7 @@ def nearest_singular(
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
-    # Multiples of square roots of primes are spread evenly, and identical on every computer.
+    # Multiples of square roots of primes, modulo 1, are spread evenly and equal on every computer.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     sampled = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
     if _smallest(S, sampled[0], scale) < RANK_LOST:

@@ -110,7 +110,7 @@ class ScrewRing:
     def reduced(self, polynomial: Polynomial) -> Polynomial:
         """Replaces the squares of sines and roots in a polynomial."""
         for place, square in self.squares:
-            if all(powers[place] < 2 for powers in polynomial):  # noqa: PLR2004 - a square
+            if all(powers[place] < 2 for powers in polynomial):  # noqa: PLR2004
                 continue
             total = self.ring.zero
             for powers, factor in polynomial.items():
@@ -142,8 +142,8 @@ class ScrewRing:
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: Angle sums, keyed by coordinate index; the cosine and sine symbols of a coordinate
-                denote the functions of its sum.
+            sums: Angle sums whose cosine and sine replace the cosine and sine of a coordinate,
+                keyed by the coordinate's index.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):

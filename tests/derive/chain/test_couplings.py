@@ -188,7 +188,7 @@ def test_part_of_a_coupled_chain_keeps_the_equations_of_its_joints(tmp_path):
     [
         ("[couplings]\nd = { a = 1 }", "couplings.d: expected a moving joint (a, b, c)"),
         ("[couplings]\nb = { a = 0 }", "couplings.b.a: expected a nonzero ratio"),
-        ("[couplings]\nb = { c = 1 }\nc = { b = 1 }", "couplings form a circle: b follows c"),
+        ("[couplings]\nb = { c = 1 }\nc = { b = 1 }", "couplings form a cycle: b follows c"),
         ("[couplings]\nb = { b = 1, m = 1 }\nc = { n = 1, m = 1 }", "do not determine"),
         ("[motors]\nm = {}", "motor 'm': expected the coordinate of a coupling"),
         ("[couplings]\nb = { m = 1 }\n[motors]\nm = { gear = 2 }", "motors.m.gear: expected one"),

@@ -180,7 +180,7 @@ def test_expressions_are_never_evaluated_as_code() -> None:
         ("d12", "unknown parameter 'd12'; expected the parameter 'd1'"),
         ("a.real", "'a.real' is not understood; expected numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
-        ("120 mm", "a number with a unit; state it in the file's field 'units'"),
+        ("120 mm", "a number with a unit; state the unit in the file's field 'units'"),
         ("1/0", "division by zero"),
         ("sqrt(-2)", "not a real number"),
         ("9**99", "an exponent must be a fraction of numbers up to 12"),
