@@ -59,8 +59,8 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     """Returns the bodies with their shapes.
 
     Consecutive passive joints share one symbol if no extended body is between them: two revolute
-    joints are ``universal``, three are ``ball``. Several prismatic joints in a row only position a
-    platform, so they have no symbol.
+    joints are ``universal``, three are ``ball``. Consecutive prismatic joints have no symbol,
+    because they only position a platform.
 
     Args:
         rigid: The bodies that joints move.

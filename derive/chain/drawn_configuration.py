@@ -16,7 +16,7 @@ SLIDES = (0.5, 0.7, 0.9)
 """Candidate positions of prismatic joints, as fractions of the joint range."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""View direction of spatial drawings; not aligned with legs spaced by 60 degrees."""
+"""View direction of spatial drawings, in which legs 60 degrees apart do not overlap."""
 _AREA = 4.0
 """Reward for the spread of the joints in both image directions, relative to the robot size."""
 _BENDS = 0.02

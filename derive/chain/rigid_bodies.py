@@ -128,7 +128,7 @@ class RigidBodies:
         row = list(
             self.robot.linear_map.C.row([j.name for j in self.robot.moving].index(joint.name))
         )
-        # A constant joint has the ratio 0 to the first coordinate.
+        # A constant joint is described by the first coordinate with the ratio 0.
         moving = [k for k, ratio in enumerate(row) if ratio != 0] or [0]
         coordinates = self.robot.coordinates
         return [(k, float(joint.direction * row[k]), coordinates[k].limits) for k in moving]

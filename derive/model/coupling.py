@@ -137,8 +137,6 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
                 f"coupling of {rule.joint!r}: expected a moving joint ({expected})"
             )
     rows = [_row(name, rules, ()) for name in joints]
-    # The separate coordinate of a joint has the position of the joint; a motor has the position of
-    # the first joint that it moves.
     placed = [
         name
         for joint, (ratios, _) in zip(joints, rows, strict=True)

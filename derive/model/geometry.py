@@ -137,7 +137,7 @@ def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
 
 
 class Parameters:
-    """The parameters that exist so far.
+    """Collects the parameters of a robot.
 
     Attributes:
         parameters: The parameters in order.

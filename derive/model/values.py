@@ -16,8 +16,8 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum operation count of a number that stays unnamed. Nominal dimensions have fewer operations;
-measured dimensions have hundreds of operations."""
+"""Maximum operation count of a number that stays unnamed. Expressions of nominal dimensions have
+fewer operations; expressions of measured dimensions have hundreds."""
 
 
 class NoValue(DescriptionError):
@@ -31,7 +31,7 @@ class Values:
     """
 
     def __init__(self) -> None:
-        """Creates the evaluator, at first without known symbols."""
+        """Creates the evaluator without known symbols."""
         self._known: dict[sp.Basic, mpmath.mpf] = {}
 
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:

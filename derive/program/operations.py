@@ -53,7 +53,7 @@ LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
 """Operations whose result is Boolean."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
-"""Operations that every machine computes by a call of the mathematical library."""
+"""Operations that call the mathematical library on every machine."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,9 +64,9 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 def with_input_check(program: Program) -> Program:
     """Makes the residual non-finite if an input on which the coordinates depend is not finite.
 
-    If a prismatic joint is parallel to a base axis, its part of the residual is x - x, which
-    simplifies to 0 for every x. Without the added dependence, a target with x = NaN would count as
-    solved.
+    If a prismatic joint is parallel to a base axis, the joint's part of the residual is x - x,
+    which simplifies to 0 for every x. Without the added dependence, a target with x = NaN would
+    count as solved.
 
     Args:
         program: The program of an inverse, for all solutions or for a single solution.

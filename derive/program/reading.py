@@ -89,7 +89,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
 
 
 def _program(function: ca.Function, text: str) -> Program:
-    """Returns the program of a function, with joined selections and with library calls first."""
+    """Returns a function's program, in which selections are joined and library calls come first."""
     reader = _Reader(function.name())
     for line in text.splitlines():
         reader.read(line)

@@ -28,7 +28,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements with unused results; the variables have the same numbers as before."""
+    """Drops statements with unused results, without renumbering the variables."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):

@@ -46,7 +46,7 @@ _FOLDED: Mapping[Operation, Callable[..., float]] = {
     Operation.AND: lambda x, y: bool(x and y),
     Operation.OR: lambda x, y: bool(x or y),
 }
-"""Operations that are evaluated on constants with the same result as in C."""
+"""Operations whose result for constants is exactly the same in Python and C."""
 _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 

@@ -143,7 +143,7 @@ class SymbolicFunction(Signature):
     calls: tuple[Call, ...] = ()
 
     def __post_init__(self) -> None:
-        """Checks that the entries of each result fill its shape."""
+        """Checks that each result has as many entries as its shape."""
         for result in self.outputs:
             assert result.size == self.branches * len(result.entries), (self.name, result.name)
 

@@ -141,7 +141,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of an angle with known cosine and sine; the angle costs one atan2."""
+        """Returns the name of an angle that one atan2 computes from known cosine and sine."""
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
