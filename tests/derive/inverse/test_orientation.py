@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import derive, explain, read, read_text
+from chasles.derive import derive, explain, read, read_text, write
 from chasles.derive.inverse.chosen_joints import inverses_for_fixed
 from chasles.derive.inverse.families import FAMILIES
 from chasles.derive.terms.terms import Terms
 from chasles.errors import DerivationError, InputTypeError, InputValueError
+from tests.support.compiling import compiled, loaded
 from tests.support.generators.arms_with_slides import decoupled
 from tests.support.generators.drawn_arms import Derived, cases_of
 from tests.support.generators.poses import PoseSet
@@ -18,6 +19,7 @@ from tests.support.generators.synthetic import robot_of
 from tests.support.oracles.verdict import counts, judged, newton
 
 ARMS, POSES, COUNTED = 2, 500, 3
+FUNCTIONS = ["fk", "fk_jacobian_mixed", "ik", "ik_orientation"]
 PAN = """
 name = "pan"
 convention = "urdf"
@@ -88,9 +90,7 @@ def test_whole_pose_of_three_skew_joints_is_complete(seed):
 
 @pytest.fixture(scope="module")
 def pan(tmp_path_factory):
-    path = tmp_path_factory.mktemp("pan") / "pan.toml"
-    path.write_text(PAN)
-    return chasles.load(path)
+    return compiled(read_text(PAN), tmp_path_factory.mktemp("pan"), FUNCTIONS, ["c"])
 
 
 def test_camera_head_has_two_solutions_for_an_orientation(pan):
@@ -116,9 +116,8 @@ def test_orientation_is_a_task_of_nearest_and_path(pan):
 
 
 def test_orientation_out_of_reach_has_negative_margin(tmp_path):
-    path = tmp_path / "narrow.toml"
-    path.write_text(PAN.replace("axis = [0, 1, 0]", "axis = [0, 3, 4]").replace("pan", "narrow"))
-    narrow = chasles.load(path)
+    text = PAN.replace("axis = [0, 1, 0]", "axis = [0, 3, 4]")
+    narrow = compiled(read_text(text), tmp_path, FUNCTIONS, ["c"])
     R = np.diag([-1.0, -1.0, 1.0]) @ chasles.so3.exp([0.0, -np.pi / 2, 0.0])
     found = narrow.ik_orientation(R)
     assert not found.valid.any()
@@ -167,10 +166,12 @@ def test_whole_pose_of_small_arms_is_complete(chain, title):
     check(case, 1)
 
 
-def test_fixed_joints_of_longer_arms_leave_a_small_arm():
-    arm = chasles.load("ur5e")
-    q = arm.random_q(rng=7)
+def test_fixed_joints_of_longer_arms_leave_a_small_arm(tmp_path):
     for fixed in (("elbow", "wrist_1"), ("shoulder_lift", "elbow", "wrist_3")):
+        folder = tmp_path / fixed[0]
+        write(read("ur5e"), folder, functions=FUNCTIONS[:3], fixed=fixed, languages=("c",))
+        arm = loaded(folder)
+        q = arm.random_q(rng=7)
         values = {name: q[arm.coordinate_names.index(name)] for name in fixed}
         found = arm.ik(arm.fk(q), fixed=values)
         gaps = np.abs(np.exp(1j * found.q[found.valid]) - np.exp(1j * q)).max(-1)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.derive import read_text
+from tests.support.compiling import compiled
 from tests.support.palletizer import PALLETIZER
 
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    path = tmp_path_factory.mktemp("arm") / "palletizer.toml"
-    path.write_text(PALLETIZER)
-    return chasles.load(path)
+    return compiled(read_text(PALLETIZER), tmp_path_factory.mktemp("arm"), None, ["c"])
 
 
 def test_message_names_inverses_and_no_map_from_joints_to_motors(arm):
