@@ -176,9 +176,9 @@ def test_mesh_that_exceeds_limits_is_one_sentence(meshed, tmp_path, monkeypatch,
     file.write_text(ARM.replace("part.stl", f"part.{suffix}"), encoding="utf-8")
     line = b"v 0 0 0\n"
     with ZipFile(tmp_path / "part.zip", "w", ZIP_DEFLATED, compresslevel=1) as archive:
-        archive.writestr("part.obj", line * (1 << 25))
-    (tmp_path / "part.obj").write_bytes(line * (1 << 22))
-    monkeypatch.setattr(meshes, "READING", Limits(seconds=10, memory=1 << 27))
+        archive.writestr("part.obj", line * (1 << 24))
+    (tmp_path / "part.obj").write_bytes(line * (1 << 21))
+    monkeypatch.setattr(meshes, "READING", Limits(seconds=10, memory=1 << 26))
     with pytest.raises(InputValueError, match=r"cannot read the meshes \(.*\)$") as caught:
         body_meshes(file, skeleton(robot))
     assert str(file) in str(caught.value)
