@@ -33,8 +33,8 @@ from ..model.tolerances import EVALUATION_DIGITS
 from .number_text import digits_for, rounded
 
 _RIGHT = math.pi / 2 + 1e-9
-"""Maximum rotation (radian) from the x axis to the common normal; beyond it, the opposite direction
-of the normal is used."""
+"""Maximum rotation (radian) from the x axis to the common normal. For a larger rotation, the
+opposite direction of the normal is used."""
 
 
 @dataclass(frozen=True)

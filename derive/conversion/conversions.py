@@ -67,9 +67,9 @@ class Conversion:
     def save(self, path: str | Path) -> None:
         """Writes the text to a file, or the table to a .csv or .tex file.
 
-        The rows of a table are the joints. The rows contain the fields of the convention, in meter
-        and radian, with up to 17 digits. The first and last row of a .csv file contain the poses of
-        base and tool; a .tex file states both poses after its `tabular`.
+        Each row of a table contains the convention fields of one joint, in meter and radian, with
+        up to 17 digits. The first and last row of a .csv file contain the poses of base and tool; a
+        .tex file states both poses after its `tabular`.
 
         Args:
             path: The path of the file, which ends in .urdf for URDF, otherwise in .toml. For "dh",
@@ -109,7 +109,7 @@ def convert(robot: Described, to: Format) -> Conversion:
 
     Returns:
         The text in the new format, with the bound of the pose error. Multiples of pi/12 and short
-        decimals stay exact; other numbers that are not in the description have 17 digits.
+        decimals stay exact; other computed numbers have 17 digits.
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or masses are positioned in
@@ -166,7 +166,7 @@ def _error(
             f"{', '.join(names_read)}, because joint 1 of a four-bar linkage follows joint 2"
         )
     if names_read != expected:
-        # The reader omits joints with the names of fingers or wheels.
+        # The reader omits joints that are named like fingers or wheels.
         names = urdf_names(robot)
         found = cleaned(UrdfFile(f"{robot.name}.urdf", text).robot(names.base, names.tool, None))
         notes = (f"because of the names of its joints, read the URDF with tip={names.tool!r}",)

@@ -31,7 +31,7 @@ _PLACES = 16
 _LONGEST = 40
 """Digits of the longest decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""Maximum change of a number (meter, radian or 1) by the reader; it is below the rounding error of
+"""Maximum change of a number by the reader (meter, radian or 1), below the rounding error of
 doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
@@ -41,7 +41,7 @@ _PLAIN = 6
 def digits_for(size: float) -> int:
     """Returns the significant digits of the numbers in a table with lengths up to ``size`` (meter).
 
-    Lengths from 10 m have more than 17 digits, and so do the angles that rotate them.
+    Tables with lengths of 10 m or more need more than 17 digits, also for their angles.
     """
     return max(DIGITS, _PLACES + 1 + math.floor(math.log10(max(size, 1.0))))
 
@@ -125,7 +125,7 @@ def literals(values: Sequence[sp.Expr]) -> str:
 
 
 def _guarded(value: sp.Expr) -> str:
-    """Writes a decimal as a fraction with denominator 3 that is not a finite decimal."""
+    """Writes a decimal as a fraction with denominator 3, which the reader does not change."""
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()

@@ -30,7 +30,7 @@ _ZERO: Vector = (sp.S.Zero,) * 3
 
 
 def is_described(joint: Joint) -> bool:
-    """Whether the fields of a convention that is part of chasles describe a joint exactly."""
+    """Whether a joint is described exactly by the fields of one of :data:`CONVENTIONS`."""
     convention = joint.convention
     if convention not in CONVENTIONS or not joint.given:
         return False

@@ -26,7 +26,7 @@ _EFFORT = "1000"
 
 @dataclass(frozen=True)
 class UrdfNames:
-    """The names of the first and the last link, and of the joints to them."""
+    """The names of the base link, the tool link and the joints that attach both links."""
 
     base: str
     tool: str
@@ -41,7 +41,7 @@ def robot_urdf(robot: SerialRobot) -> str:
         robot: The robot; each joint has the convention `urdf`, without parameters.
 
     Raises:
-        InputValueError: The couplings are neither mimic joints nor transmissions.
+        InputValueError: Mimic joints and transmissions cannot express the couplings.
     """
     mimics, gears = urdf_drives(robot)
     root = etree.Element("robot", name=robot.name)
@@ -124,7 +124,7 @@ def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
 
 
 def _write(root: etree._Element, joint: Joint, parent: str, mimic: Mimic | None) -> None:
-    """Appends the element of a joint."""
+    """Appends the URDF element of a joint."""
     convention: Convention = urdf
     fields = fields_of(joint, convention)
     kind = _urdf_kind(joint)

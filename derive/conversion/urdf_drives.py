@@ -18,12 +18,12 @@ from ..model.robot import SerialRobot
 from .number_text import nearest
 
 Row = tuple[tuple[sp.Expr, ...], sp.Expr]
-"""The ratios of the coordinates of a group, and the offset."""
+"""The equation of a joint: one ratio per coordinate of its group, and the offset."""
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """The joint that a joint follows: value = multiplier * leader + offset."""
+    """The equation of a mimic joint: value = multiplier * leader + offset."""
 
     leader: str
     multiplier: sp.Expr

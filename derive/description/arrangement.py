@@ -27,8 +27,8 @@ _AXES = (2, 0, 1)
 z."""
 _LAST_PLACES = 1.5
 """Maximum difference between a rounded component and the copy of another rounded point, in units of
-the last decimal place. Each rounding adds half a unit; the error of the copied point may be rotated
-by up to 45 degrees."""
+the last decimal place. Both points are rounded by up to half a unit, and a rotation may increase
+one of the errors."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:

@@ -73,7 +73,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # The note on changed numbers already has this content, so the warning is omitted.
+            # A note already states the changed numbers, so the warning is omitted.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
@@ -160,7 +160,7 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # If no value of the field is harmless, the whole table of the field is removed.
+            # If no value of the field is harmless, the table that contains the field is removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False

@@ -20,7 +20,7 @@ OFFSET = "offset"
 
 
 class CoordinateFile(TomlFile):
-    """A file with coordinates: joints, and motors that move joints through couplings."""
+    """A robot file whose coordinates are joints, or motors that move joints through couplings."""
 
     def couplings(self, joints: Sequence[Joint]) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
         """Reads the couplings and the motors that the couplings name.

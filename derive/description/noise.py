@@ -103,7 +103,7 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     """Returns the exact value (radian) of a rounded angle, or any other angle without noise.
 
     A decimal is replaced by a multiple of pi/12 if it equals this multiple, rounded or truncated to
-    the places of the decimal. The decimal must have so many places that at most the fraction
+    the places of the decimal. The decimal must have enough places that at most the fraction
     ``CHANCE`` of all angles match by chance; three places are enough, or two for right angles.
     Before the division, pi may have been rounded or truncated. The rounded pi has at least four
     places, and at most as many places as the decimal; for example, 0.7853975 is 3.14159 / 4. A

@@ -11,7 +11,7 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of more well-known arms, whose code is derived when needed and is not committed."""
+"""Folder of additional arms, whose code is derived when needed and is not committed."""
 NAMED = "robot:"
 """Prefix of the names of robots in the package robot_descriptions."""
 

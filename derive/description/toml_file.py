@@ -26,7 +26,7 @@ from .suggestions import hint
 from .toml_lines import MAX_PARTS, LongKeyError, first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
-"""Path to a value in the file, which consists of names of tables and fields, and list indices."""
+"""Path to a value in the file: names of tables and fields, and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
 """Fields, in addition to parameters, that replace the fields of the extended file."""
@@ -80,8 +80,8 @@ class TomlFile:
         Args:
             file: File name in error messages.
             text: TOML text.
-            extending: A file that extends this file; it replaces name, title, source and parameter
-                values of this file. An error in a line of the extending file states the name of
+            extending: A file that extends this file, and replaces its name, title, source and
+                parameter values. An error in a line of the extending file states the name of
                 that file.
 
         Raises:
@@ -184,7 +184,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """Returns the fields of a table that are marked as assumed; ``true`` marks all fields."""
+        """Returns the fields of a table that the file marks as assumed."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -443,7 +443,7 @@ def is_missing(expected: str) -> bool:
 
 
 def keys_of(field: str) -> Keys:
-    """Returns the path to a value, given in the form of :func:`dotted`."""
+    """Returns the path to a value from the text of :func:`dotted`."""
     parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
     return tuple(int(index) - 1 if index else name for index, name in parts)
 

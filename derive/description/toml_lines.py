@@ -47,7 +47,7 @@ def table_of(text: str) -> dict[str, object]:
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """Returns the first line at which the text so far, with closed brackets, has a property.
+    """Returns the first line at which the text so far, with closed brackets, fulfills ``holds``.
 
     The parser stores no positions, so beginnings of different length are parsed in a bisection.
     """

@@ -2,9 +2,9 @@
 
 If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
 rounded numbers. Therefore, the base frames are expressed in axes that are parallel to the axes of
-one base frame. Relative angles that are close to multiples of 15 degrees become exact. Within the
-rounding of angles and positions, any other number becomes a number of another body or the shortest
-decimal. The rotation of the base itself does not change.
+one base frame. Relative angles that are close to multiples of 15 degrees become exact. Any other
+number becomes a number of another body, or the shortest decimal, within its rounding error. The
+rotation of the base itself does not change.
 """
 
 import math

@@ -59,7 +59,7 @@ class ConventionQuality:
 
     @property
     def verdict(self) -> str:
-        """The convention's properties, or the displacements it cannot represent, as text."""
+        """The convention's properties, or the axis displacements that it misses, as text."""
         if self.value is None:
             return "cannot represent this axis"
         if not self.is_complete:

@@ -1,8 +1,7 @@
 """Modeling conventions: each convention maps the named parameters of a joint to its placements.
 
 :data:`CONVENTIONS` lists all conventions. A convention is one
-:class:`~chasles.derive.model.convention.Convention` object in a file of this folder; robot files
-and articles use only this object, never its name.
+:class:`~chasles.derive.model.convention.Convention` object in a file of this folder.
 
 The list states the link transform of each convention, with the joint variable in brackets.
 

@@ -34,7 +34,7 @@ joint."""
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """Returns the first continuous convention of :data:`SUITED`; the last is always continuous."""
+    """Returns the first continuous convention of :data:`SUITED`, or the last convention."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention

@@ -6,8 +6,8 @@ moving joint. A joint on a link with a word of ``FINGER_WORDS`` in its name is a
 Several prismatic or coupled end joints on one link are fingers too, except joints that carry a tool
 frame.
 
-As in most hands, several branches that start at one link are short branches if each has at most
-``LONGEST_FINGER`` joints and the link follows ``JOINTS_OF_AN_ARM`` joints.
+Several branches that start at one link are end parts if each has at most ``LONGEST_FINGER`` joints
+and the link follows ``JOINTS_OF_AN_ARM`` joints, as in most hands.
 
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.

@@ -35,7 +35,7 @@ def read_xml(path: str | Path) -> str:
 
 
 def nearby_document(path: Path) -> minidom.Document | None:
-    """Returns a file near a description, such as package.xml, or None if it is not valid XML."""
+    """Returns the content of an XML file, such as package.xml, or None if the XML is invalid."""
     try:
         return minidom.parseString(read_bytes(path))
     except (DescriptionError, ExpatError, ValueError):

@@ -4,8 +4,7 @@ The controller stores deviations of six rows of DH parameters (``calibration.con
 delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
 poorly defined and delta_d is often many meters. The ROS driver moves the link frames along their
 axes and writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y,
-z, roll, pitch, yaw). Both file formats are converted to the second form, in which a file states the
-poses of links.
+z, roll, pitch, yaw). The reader converts both file formats to poses of the links.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -100,7 +99,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
     if max(distance, float(mp.norm(apart[:3, :3]))) > CALIBRATED_TOOL:
         expected = f"the calibration of a {arm.title or arm.name}"
         raise DescriptionError(
-            f"{file}: expected {expected}; at zero, the tool differs by {distance:.3f} m"
+            f"{file}: expected {expected}; at q = 0, the tool differs by {distance:.3f} m"
         )
     return measured
 
@@ -232,9 +231,9 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table with text keys; empty for any other node."""
+    """Returns the entries of a YAML table with text keys, or {} for any other node."""
     pairs = node.value if node is not None and node.id == "mapping" else []
-    # Aliases in other keys and values could expand to a text of unlimited length.
+    # Keys with nested aliases could expand to a text of unlimited length.
     return {key.value: value for key, value in pairs if key.id == "scalar"}
 
 

@@ -1,7 +1,7 @@
 """Transmissions of a URDF, which make the joints of a chain linear functions of actuators.
 
-Elements <transmission> of the URDF and of <ros2_control> have the equations of ros2_control, with
-reductions n and offsets of the actuators a and the joints j.
+The elements <transmission> of the URDF and of <ros2_control> follow the equations of ros2_control.
+In these equations, actuators a and joints j have reductions n and offsets.
 
 A simple transmission has the equation ``j = a / n + offset``.
 
@@ -167,7 +167,7 @@ def _kind(element: etree._Element) -> str:
 
 
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
-    """Yields the actuators or joints of a transmission, ordered by their roles if any."""
+    """Yields the actuators or joints of a transmission, ordered by role if all have roles."""
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]
     order = sorted(range(len(parts)), key=lambda k: roles[k]) if all(roles) else range(len(parts))

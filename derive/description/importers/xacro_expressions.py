@@ -76,14 +76,14 @@ class RefusedExpressionError(ValueError):
 
 @contextmanager
 def replaced(module: Any, **values: Any) -> Iterator[None]:
-    """Context manager that replaces attributes of a module for a while."""
+    """Context manager that temporarily replaces attributes of a module."""
     before = dict(vars(module))
     try:
         vars(module).update(values)
         yield
     finally:
         for name in values:
-            # Replacing a built-in function adds a new name to the module.
+            # A built-in function is not an attribute of the module, so its replacement is deleted.
             if name in before:
                 setattr(module, name, before[name])
             else:

@@ -177,7 +177,7 @@ class _Packages:
         )
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:
-        """Returns the packages, with a package.xml, in a folder or its subfolders."""
+        """Returns the packages that have a package.xml in a folder or its subfolders."""
         files = [folder / PACKAGE_FILE, *files_like(folder, f"*/{PACKAGE_FILE}")]
         return {_package_name(file): file.parent for file in files if file.is_file()}
 

@@ -1,8 +1,7 @@
-"""Reads actuators, tendons and springs of an MJCF model, as far as a description needs them.
+"""Reads the actuators, tendons and springs of an MJCF model.
 
-In a robot with loops, the joint actuators define the coordinates q. Tendons, slider-cranks and
-springs are not
-modeled: they are listed in notes, and a tendon equality between joints raises an error.
+In a robot with loops, the joint actuators define the coordinates q. Notes list tendons,
+slider-cranks and springs, which are not modeled. A tendon equality between joints raises an error.
 """
 
 from collections.abc import Collection, Iterable, Iterator

@@ -74,7 +74,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model; its methods read numbers and report wrong ones."""
+    """The frames of a model, with methods that read numbers and report invalid numbers."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
