@@ -48,12 +48,12 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """Returns the rotation about, and the shift along, the first axis."""
+        """Returns the motion of the step about and along the first axis."""
         return along_z(self.turn, self.shift)
 
     @property
     def across(self) -> Placement:
-        """Returns the shift along, and the rotation about, the common normal."""
+        """Returns the motion of the step along and about the common normal."""
         return translation(self.a, sp.S.Zero, sp.S.Zero) + rotation("x", self.alpha)
 
 
@@ -211,7 +211,7 @@ def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, 
 
 
 def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[AxisStep, Any]:
-    """Returns the step to an axis, and the frame with x along the common normal of both axes."""
+    """Returns the step between two axes, and the frame with x along their common normal."""
     found = common_normal(line)
     a, alpha = found.values["a"], found.values["alpha"]
     assert not isinstance(a, tuple)

@@ -146,7 +146,7 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Returns the pose error of the robot that the text describes, and a note if it is relevant."""
+    """Returns the pose error of the robot that the text describes, with a note on a large error."""
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():

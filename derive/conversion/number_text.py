@@ -29,7 +29,7 @@ DIGITS = 17
 _PLACES = 16
 """Decimal places of the lengths in a table (meter)."""
 _LONGEST = 40
-"""Digits of the longest decimal that is written in full."""
+"""Maximum number of digits of a decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
 """Maximum change of a number by the reader (meter, radian or 1), below the rounding error of
 doubles."""

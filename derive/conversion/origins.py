@@ -67,8 +67,8 @@ def origin_of(placement: Placement) -> Origin | None:
 def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobot:
     """Returns the robot with all joints in the convention `urdf`, without parameters.
 
-    A URDF joint has its motion at the origin of its link. If a link frame is not on the joint axis,
-    the frame is moved to the axis.
+    The axis of a URDF joint passes through the origin of its child link. If a link frame is not on
+    the joint axis, the frame is moved to the axis.
 
     Args:
         robot: A serial robot.

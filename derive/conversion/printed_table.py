@@ -111,7 +111,7 @@ def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[s
 
 
 def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
-    """Returns the joint value at the coordinates q, plus a constant."""
+    """Returns a constant plus the joint value, as a LaTeX expression in the coordinates q."""
     k = [other.name for other in robot.moving].index(joint.name)
     own = robot.linear_map
     constant += joint.direction * own.c[k]

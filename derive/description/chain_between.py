@@ -121,7 +121,7 @@ def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
 
 
 def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
-    """Returns the frames at which a chain can begin or end, on their bodies."""
+    """Returns the frames at which a chain can begin or end, keyed by name."""
     tool_body = robot.tool_body if isinstance(robot, Mechanism) else joints[-1].link
     links = {joint.link: Frame(joint.link) for joint in joints}
     base = Frame(robot.base_frame, inverse(robot.base))

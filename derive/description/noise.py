@@ -67,7 +67,7 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
     A single-precision number that is written with the digits of a double, such as
     0.20000000298023224, is first replaced by its shortest single-precision decimal. A decimal d is
     selected if its difference from the value is at most ``tolerance``, and at most the last place
-    of d divided by ``NOISE_GAP``. Three zeros or nines then follow d.
+    of d divided by ``NOISE_GAP``. In the value, three zeros or nines follow d.
 
     Args:
         value: A number, which is returned unchanged unless it is a finite decimal.
@@ -133,7 +133,7 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Returns the multiple of pi if a decimal in a file in degrees looks like radians, or None.
+    """Returns the multiple of pi if an angle looks like radians in a file in degrees, or None.
 
     The angle must be at most one turn. A right angle needs two decimal places (1.57), and any other
     multiple of pi/12 needs four (0.7854).

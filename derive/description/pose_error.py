@@ -109,8 +109,8 @@ def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
     If the joint frames rotate about their z axes, the screws do not change.
 
-    Rotations about two axes differ by the displacement between the axes, which is applied before
-    and after the rotation.
+    A rotation about a displaced axis equals ``D R D^-1``, with the displacement D and the rotation
+    R about the original axis.
     """
     tilt = _angle_between(link.before[:3, 2], same.before[:3, 2])
     shift = _distance(link.home, same.home) + tilt * link.travel

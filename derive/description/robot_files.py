@@ -124,7 +124,8 @@ def read_text(
         text: The text of a robot file or URDF.
         format: The format of the text, "toml" or "urdf". Xacro files and MJCF models must be read
             from a file.
-        file: File name in error messages; a file that the text extends is searched in its folder.
+        file: File name in error messages; its folder is searched for the file that the text
+            extends.
         conventions: The conventions that a robot file may use; by default, all conventions of
             chasles.
         exact: Whether numbers are used as the text states them; see :func:`read`.

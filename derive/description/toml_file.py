@@ -251,7 +251,7 @@ class TomlFile:
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Rejects angles in a file in degrees that look like radians, such as pi/2 or 1.5708."""
+        """Rejects numbers that look like radians, such as 1.5708, if the file uses degrees."""
         if kind != "angle" or self.scale["angle"] == 1:
             return
         for text in map(str, _parts(value)):
@@ -266,7 +266,7 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether an expression is consistent in units if all lengths are scaled by one factor."""
+        """Whether the units of an expression are consistent, tested by scaling all lengths."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True

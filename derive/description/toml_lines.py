@@ -18,10 +18,10 @@ _TOKEN = re.compile(
     re.DOTALL | re.VERBOSE,
 )
 MAX_PARTS = 20
-"""Maximum number of parts in a key with dots.
+"""Maximum number of parts in a dotted key.
 
-The parser copies every beginning of a key with dots, so a key of 200 kB would need more than 10 GB
-of memory.
+The parser copies every prefix of a dotted key, so a key of 200 kB would need more than 10 GB of
+memory.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -29,7 +29,7 @@ _LONG_KEY = re.compile(
 
 
 class LongKeyError(ValueError):
-    """A key with dots has more than `MAX_PARTS` parts."""
+    """A dotted key has more than `MAX_PARTS` parts."""
 
 
 def table_of(text: str) -> dict[str, object]:
@@ -49,7 +49,7 @@ def table_of(text: str) -> dict[str, object]:
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
     """Returns the first line at which the text so far, with closed brackets, fulfills ``holds``.
 
-    The parser stores no positions, so beginnings of different length are parsed in a bisection.
+    The parser stores no positions, so a bisection over the lines finds the first line.
     """
     lines = text.split("\n")
 

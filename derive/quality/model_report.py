@@ -206,8 +206,8 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
     """Returns displacements (d, k) of a joint axis, one column per parameter between both axes.
 
     The previous joint contributes its coordinate offset, and the fields that act after its motion
-    or commute with it. The joint itself contributes the fields that act before its motion. The axis
-    of a previous prismatic joint has an arbitrary position.
+    or commute with this motion. The joint itself contributes the fields that act before its motion.
+    The axis of a previous prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.

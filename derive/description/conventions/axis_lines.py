@@ -51,7 +51,7 @@ def common_normal(line: AxisLine) -> Fitted:
 
 
 def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
-    """Returns rotation and shift to the common normal of nonparallel axes, and its length."""
+    """Returns the rotation and the shift to the common normal, and the length of the normal."""
     (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
     sine = mpmath.hypot(x, y)
     n_x, n_y = -y / sine, x / sine

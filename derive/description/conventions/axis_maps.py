@@ -68,8 +68,8 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
     If a transform starts with a rotation about the preceding axis, a rotation about the joint axis
     and a shift along it are added. If a transform ends with a rotation about the joint axis, a
-    rotation about and a shift along the preceding axis are added. An offset of the preceding joint
-    has the same effect.
+    rotation about and a shift along the preceding axis are added. These
+    added motions have the effect of an offset of the preceding joint.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)

@@ -80,7 +80,7 @@ def _undefined(kind: str, name: str, file: Path) -> str:
 
 
 def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
-    """Returns the missing parts of a robot in expanded XML; empty if the robot may be complete.
+    """Returns a text on the missing parts of a robot in expanded XML, or "" if none are missing.
 
     Args:
         root: The root element of the expanded XML.

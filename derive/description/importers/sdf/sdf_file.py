@@ -342,7 +342,7 @@ class SdfFile:
         return lower, upper
 
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
-        """Yields couplings multiplier * (leader - reference) + offset to the independent leader."""
+        """Yields the coupling of each mimic joint to its independent leader."""
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]
             while seen[-1] is not None and (mimic := seen[-1].find("axis/mimic")) is not None:
