@@ -151,7 +151,7 @@ class InverseMethods(RobotFacts):
                 Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected. For a partial
                 pose, T can also be the input (m, k) of the inverse.
             q_seed: (n,) coordinates [rad or m]: the path starts at the nearest solution within the
-                limits.
+                limits. The motors of a coupled arm may start full turns away from the seed.
             task: The components of each pose: "pose", "position", "position_pitch" (the elevation
                 of the third tool axis above the x-y plane of the base), "position_direction" (of
                 the third axis) or "planar" (x, y and the angle of the first axis in that plane).
