@@ -18,7 +18,8 @@ _OPEN = "the loops do not close at these joints on the branch of the reference c
 _SAMPLES = 200
 """Number of random configurations that show which actuators depend on joints without a value."""
 _ALIKE = 1e-9
-"""Difference [rad or m] above which an actuator depends on the joints without a value."""
+"""If the coordinate of an actuator varies by more than this value [rad or m], the actuator depends
+on the joints without a value."""
 
 
 def add_to(app: typer.Typer) -> None:

@@ -26,7 +26,7 @@ _PIECES_A_TASK = 64
 and a killed worker loses little."""
 _TASKS_A_WORKER = 2
 """Number of tasks that are queued per worker, so that workers do not wait. More tasks would only
-fill memory with finished counts."""
+fill memory with results that wait."""
 _RETRIES = 5
 """Maximum number of repetitions of a task whose worker was killed."""
 

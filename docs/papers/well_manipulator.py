@@ -1,7 +1,7 @@
 """Well manipulator: a working process of 49 s, and the quality of two models.
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-Engineering. The robot `well_manipulator` is the manipulator. The file
+Engineering. The robot file `well_manipulator` describes this manipulator. The file
 `robots/well_first_cylinder.toml` in this folder describes its first cylinder, with pin B as printed
 in equation (64). The motion of the paper fixes
 theta2 and both telescopes; without `fixed=`, `ik` fixes theta7 instead of theta2.
@@ -284,7 +284,7 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 def cylinder_speed_rows(
     printed: dict[str, Printed], found: Process, others: dict[str, Process]
 ) -> list[Row]:
-    """Compares figure 10; no tried assumption gives its values in mm/s."""
+    """Compares the speeds with figure 10; no assumption tried gives its values in mm/s."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]

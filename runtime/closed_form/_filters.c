@@ -210,7 +210,7 @@ typedef struct {
     npy_intp slot;
 } Ranked;
 
-/* Returns a solution with its distance, or with a lower bound that already exceeds `enough`. */
+/* Returns a solution and its distance; a lower bound may replace a distance above `enough`. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {

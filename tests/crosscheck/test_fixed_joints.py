@@ -12,7 +12,8 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Below this singular value, these tests apply damping. Many random configurations have singular
+"""Below this singular value, the solver damps the joint rates in these tests. Many random
+configurations have singular
 values below this bound."""
 AGREES = 1e-9
 """Allowed relative difference from NumPy's joint rates at a condition number of 1 / BORDER."""

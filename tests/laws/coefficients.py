@@ -18,7 +18,7 @@ class _Coefficient:
 
     Attributes:
         closed: The function at nonzero angles.
-        taylor: Taylor coefficient of the function at theta^(2k), for k = 0, 1, ...
+        taylor: Taylor coefficients of the function, for theta^(2k) with k = 0, 1, ...
     """
 
     closed: Callable[[Expr], Expr]

@@ -27,7 +27,7 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""Support files for loops whose geometry is an input."""
+"""The support files for loops whose geometry is an input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
 """Support files for robots whose inverse solves each leg, with a check by forward kinematics."""
 

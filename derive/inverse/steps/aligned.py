@@ -6,8 +6,9 @@ Let ``v`` be the target of a point on the last axis. The first angle and the dis
 prismatic joint solve ``R_1 (w + d u) = v`` if the prismatic joint is between the first and the last
 axis, or ``R_1 w = v - d u`` otherwise.
 
-Three prismatic joints leave the angle arbitrary. If fixed joints move their directions into one
-plane with normal n, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``.
+Three prismatic joints leave the angle arbitrary. If values of fixed joints make the directions of
+the prismatic joints coplanar, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``,
+where n is the normal of the plane.
 
 Here, w is the vector from the first axis to the point, and u is the direction of the prismatic
 joint. Both sides have equal lengths, which gives a quadratic equation for d. Subproblem 1 then

@@ -199,7 +199,8 @@ def function_of(
 ) -> SymbolicFunction:
     """Returns the function of a task for all solution slots, from the entries of a single slot.
 
-    The coordinates with the indices ``given`` are inputs, or depend on all inputs except the first.
+    The coordinates with the indices ``given`` are inputs, or functions of the inputs after the
+    first.
     ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)

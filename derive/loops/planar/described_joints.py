@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """Returns the angle or travel at which a strut points to its far end."""
+        """Returns the angle or travel at which a strut points to the joint at its other end."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

@@ -36,7 +36,8 @@ POSES = 200
 
 
 def case_of(joints, seed):
-    """Returns the inverse for a value of the fixed joint as input; lengths are random."""
+    """Returns an arm with random lengths and its inverse, which takes the value of the fixed
+    joint."""
     axes = [*joints, *(("R", axis) for axis in WRIST)]
     case = solved_with_fixed(axes, seed, meeting=len(joints))
     assert case.inverses.classification.found.family.title == "spherical wrist"

@@ -50,7 +50,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
 
 
 def test_board_installer_translation_matches_crank_formula(board):
-    """The translation is Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), up to its origin."""
+    """The translation is Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3) plus a constant."""
     q2, q3 = board.q[1], board.q[2]
     values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]

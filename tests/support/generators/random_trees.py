@@ -93,7 +93,7 @@ class PinocchioTree:
         return {name: rng.uniform(-2, 2) for name in self.model.names[1:]}
 
     def poses(self, values: dict[str, float]) -> dict[str, np.ndarray]:
-        """Returns the pose (4, 4) of each link in the root."""
+        """Returns the pose (4, 4) of each link in the root frame."""
         q = np.zeros(self.model.nq)
         for name, joint in zip(self.model.names[1:], self.model.joints[1:], strict=True):
             x = values[name]

@@ -215,7 +215,8 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """Returns the loops with equations, that is, without cylinders of unknown length."""
+        """Returns the loops that have equations. A loop with a cylinder of unknown length has
+        none."""
         return [
             loop
             for loop in self.loops

@@ -114,8 +114,8 @@
 
 /* Offset [rad] from a fold point at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03
-/* Curvature [1/rad] at a fold point that the axis deviation alone may cause, as a multiple of this
- * deviation; for a self-motion, the nominal curvature is zero. */
+/* Largest curvature [1/rad] at a fold point that axis deviations cause if the nominal arm has a
+ * self-motion, as a multiple of the deviation. */
 #define POLISH_FLAT 8.0
 /* Curvature limit [1/rad] at fold points without a solution, as a multiple of the axis deviation.
  * If the squared slope is above POLISH_TILTED, the nearest point is far from the fold point, where
