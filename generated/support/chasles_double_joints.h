@@ -107,7 +107,8 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* Computes the zeros (1, cos, sin) of g[0] + g[1] cos + g[2] sin as m + w n, where w^2 = Delta.
+/* Computes the two zeros of g[0] + g[1] cos + g[2] sin. The vectors (1, cos, sin) of the zeros are
+ * m + w n and m - w n, where w^2 = Delta.
  * `square` is the squared norm of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;

@@ -247,8 +247,8 @@ static int chasles_general_by_order(const chasles_general_six *six, const double
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* Returns a slightly rotated and shifted pose; each number gives a different direction of the
- * change. Every offset has an opposite offset, because the pose may be at the boundary of the
+/* Returns a slightly rotated and shifted pose; each number changes the pose in another direction.
+ * Every offset has an opposite offset, because the pose may be at the boundary of the
  * reachable set. */
 static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)

@@ -189,7 +189,7 @@ typedef struct {
 } Seeds;
 
 /* Reads a seed (n,) or seeds (..., n), then the arrays turns (n,) and units (n,); returns -1 on
-   error. */
+ * error. */
 static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
                       Seeds *seeds)
 {
