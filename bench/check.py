@@ -14,7 +14,7 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""Allowed relative decrease of a ratio on the machine of the baseline.
+"""On the machine that measured the baseline, a ratio may decrease by this fraction.
 
 The margin is large because another process on the same core slows chasles more than other
 libraries. Instruction counts (`count.py`) detect small

@@ -31,8 +31,7 @@ _PLACES = 16
 _LONGEST = 40
 """Maximum number of digits of a decimal that is written in full."""
 _SAME = sp.Rational(1, 10**16)
-"""Maximum change of a number by the reader (meter, radian or 1), below the rounding error of
-doubles."""
+"""Maximum change of a number by the parser [m, rad or 1], below the rounding error of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
 """Maximum number of leading zeros of a decimal that is written without an exponent."""

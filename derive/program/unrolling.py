@@ -212,7 +212,7 @@ class _Writer:
         )
 
     def _opposite(self, value: _Signed) -> _Signed:
-        """Returns the negative of a value; differences in a sum are reversed."""
+        """Returns the negative of a value. In a sum, a - b becomes b - a."""
         opposite = None if value.negative else self._turned(value.operand)
         if opposite is None or opposite in self._opposites:
             return value.times(True)

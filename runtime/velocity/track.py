@@ -26,8 +26,8 @@ class Track:
 
     Attributes:
         q: (m, n) coordinates [rad or m], exactly within the limits.
-        qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, exactly within
-            the rate limits.
+        qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`; none exceeds
+            its limit, not even by rounding.
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose. The
             dimensionless value is 0 at a singularity and about 1 far from singularities.

@@ -1,4 +1,4 @@
-"""Functions as SymPy expressions have the values of the compiled functions."""
+"""SymPy expressions of functions have the same values as the compiled functions."""
 
 import numpy as np
 import pytest

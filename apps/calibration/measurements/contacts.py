@@ -175,7 +175,7 @@ class SphereContacts(_OneNumber):
         return self._best(T, lambda target: self._linear(T, target))
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
-        """Return the unknowns for a target (3,), with the sphere from a linear fit."""
+        """Return the unknowns for a target (3,); a linear fit gives the sphere."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)

@@ -279,10 +279,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Return the angles of one turn at which circles cross a circle, or arcs end on it.
-
-    If two arcs are tangent, rounding decides whether they cross.
-    """
+    """Return the ascending angles at which a circle meets other circles or ends of arcs."""
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
     across = _crossings(own.center, own.radius, *others)[0]

@@ -212,7 +212,8 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
     """Returns a start value for the positive root of ``y^3 - k y = size``, above it if k > 0."""
     let = terms.let
-    # The power size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
+    # The power size^(5/16) approximates the cube root, since 5/16 is near 1/3; a Halley step
+    # reduces the error to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)

@@ -131,7 +131,7 @@ def _conditions(circles: int) -> str:
 
 
 def _lines(legs: Triad) -> str:
-    """States which lines of the legs belong to the platform."""
+    """States which straight lines of the legs belong to the platform."""
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []

@@ -69,7 +69,7 @@ class PrintedLoopStep:
     """One step of a solution in printed symbols.
 
     Attributes:
-        step: The solution step that this object prints.
+        step: The solution step to print.
         number: Number of the step in the article.
         unknown: The unknown side of the loop equation, which consists of angles and vectors.
         given: The known side of the loop equation.

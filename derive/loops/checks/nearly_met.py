@@ -22,7 +22,8 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Minimum number of revolute axes, in addition to the closure, for a test of parallel axes."""
+"""Parallel axes are tested if a loop has at least this number of revolute axes besides its
+closure."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:

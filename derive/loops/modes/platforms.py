@@ -76,7 +76,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
-    """Returns the builders of a platform's functions that have handwritten C."""
+    """Returns the builders of those functions of a platform whose C is handwritten."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None

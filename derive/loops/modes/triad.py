@@ -92,7 +92,7 @@ class Elimination:
         w: Symbols of the first rod's components.
         position: x and y of the platform in terms of w.
         scale: The squared length whose third power divides the polynomial.
-        linear: The left-hand sides of the linear pair, in vectors.
+        linear: The left-hand sides of the two linear equations, in vector form.
         solution: The vector w of the first rod that solves the linear pair.
         polynomial: Both sides of the remaining equation in phi.
     """

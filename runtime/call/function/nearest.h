@@ -1,6 +1,7 @@
 /* Nearest, the Python object that implements robot.ik_nearest.
  *
- * C runs the inverse and the compiled selection for calls with poses and seeds only. Python handles
+ * If a call has only poses and seeds, C runs both the inverse and the compiled selection. Python
+ * handles
  * options, and poses that need refinement or an error. */
 #pragma once
 

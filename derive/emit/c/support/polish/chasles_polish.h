@@ -68,7 +68,8 @@
 /* Returns the number of pose lines to search for further solutions near a branch.
  *
  * If the nominal arm barely misses the pose, two branches meet at a fold point. If the Jacobian of
- * the nominal arm is singular (smallest pivots `least`), branches may be anywhere. */
+ * the nominal arm is singular, the branches of the calibrated arm may be far from the nominal
+ * branches. `least` contains the smallest pivots. */
 static int POLISH_NAME(lines)(double nominal, double residual, int is_distinct, const double *least)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION, square = unsure * unsure;
