@@ -8,6 +8,12 @@ import pytest
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
 
+# Both limits measure wall-clock time, which on a busy machine says nothing about a test.
+hypothesis.settings.register_profile(
+    "untimed", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("untimed")
+
 NEW_OBJECTS = 50_000
 """Number of allocations between two collections of young objects; the default of Python is 700.
 

@@ -184,7 +184,7 @@ def test_inverse_pose_has_the_negative_logarithm() -> None:
 component = st.floats(-1.8, 1.8, allow_subnormal=False)
 
 
-@settings(max_examples=8, derandomize=True, database=None, deadline=None)
+@settings(max_examples=8, derandomize=True, database=None)
 @given(st.lists(component, min_size=6, max_size=6))
 def test_exp_and_log_match_expm_at_hypothesis_twists(entries: list[float]) -> None:
     """The length of the rotation vector is at most 1.8 sqrt(3) < pi."""

@@ -273,7 +273,7 @@ def test_is_zero_is_decided_with_many_digits() -> None:
     assert not is_zero(A - B)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, derandomize=True)
 @given(st.text(alphabet="0123456789.eE+-*/()_, piabsqrtcotn'\"[]{}<>:=!%@\\#\n\x00é", max_size=60))
 def test_any_text_is_a_real_expression_or_rejected(text: str) -> None:
     try:
@@ -284,7 +284,7 @@ def test_any_text_is_a_real_expression_or_rejected(text: str) -> None:
     assert not number.atoms(sp.Float)
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100, derandomize=True)
 @given(st.decimals(min_value=-1000, max_value=1000, places=9))
 def test_decimals_are_equal_in_every_notation(number: Decimal) -> None:
     forms = [str(number), f"{number:E}", f"  {number}", f"({number})"]
