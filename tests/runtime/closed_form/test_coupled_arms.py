@@ -10,6 +10,7 @@ import chasles
 from chasles.calibration.calibrated_file import robot_file
 from chasles.derive import read_text, write
 from chasles.drawing import skeleton
+from tests.support.compiling import compiled
 
 WRIST = """\
 name = "bevel_wrist"
@@ -147,18 +148,15 @@ def test_maps_convert_positions_rates_and_accelerations(arm):
 
 
 def test_calibrated_arm_keeps_couplings_and_inverse(tmp_path):
-    nominal = tmp_path / "nominal"
-    functions = ("fk", "fk_p", "chain", "actuators", "actuators_D_chain")
-    write(read_text(WRIST), nominal, parametric=True, functions=functions, languages=("c",))
-    arm = chasles.load(nominal)
+    functions = ["fk", "fk_p", "jacobian_p", "chain", "actuators", "actuators_D_chain"]
+    arm = compiled(read_text(WRIST), tmp_path / "nominal", functions, ["c"])
     p = np.array([g.value for g in arm.geometry])
     varied = np.array([g.part in VARIED for g in arm.geometry])
     rng = np.random.default_rng(5)
     p += np.where(varied, rng.normal(0, 1e-4, len(p)), 0)
     text = robot_file(arm, p, "calibrated", "test")
-    functions = ("fk", "fk_jacobian_mixed", "ik", "coordinates_from_readings")
-    write(read_text(text, exact=True), tmp_path / "own", functions=functions, languages=("c",))
-    own = chasles.load(tmp_path / "own")
+    functions = ["fk", "fk_jacobian_mixed", "ik", "coordinates_from_readings"]
+    own = compiled(read_text(text, exact=True), tmp_path / "own", functions, ["c"])
     readings = rng.uniform(-1.5, 1.5, (50, 6))
     q = own.coordinates_from_readings(readings)
     T = own.fk(q)
