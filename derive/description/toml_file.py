@@ -257,7 +257,10 @@ class TomlFile:
         for text in map(str, _parts(value)):
             if re.search(r"\bpi\b", text):
                 self.fail(keys, 'an angle in degrees, the stated unit; pi requires the unit "rad"')
-            meant = radians_meant(read(text)) if _DECIMAL.fullmatch(text) else None
+            try:
+                meant = radians_meant(read(text)) if _DECIMAL.fullmatch(text) else None
+            except NotExact as error:
+                self.fail(keys, f"{KIND_WORDS[kind]} ({error})")
             if meant is not None:
                 self.fail(
                     keys,

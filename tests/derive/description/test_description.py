@@ -141,6 +141,7 @@ WRONG = [
     (23, 'type = "sliding"', "joints[2].type", "one of revolute, prismatic"),
     (23, 'type = "helical"', "joints[2]", "advance per radian"),
     (25, 'alpha = "a1"', "joints[2].alpha", "a1 is a length"),
+    (25, "alpha = 0.1" + "0" * 70 + "1", "joints[2].alpha", "more than 60 digits"),
     (25, "axis = [0, 0, 1]", "joints[2].axis", "one of the fields"),
     (27, 'link = "link1"', "joints[2].link", "a link other than that of joints[1]"),
     (32, "pitch = 0.5.1", "", "valid TOML"),
