@@ -22,7 +22,7 @@ EXTENSIONS = {
 """Modules written in C, each with its source files under runtime/."""
 
 
-APPS = ("autodiff", "calibration", "cli", "cuda", "drawing", "study", "view")
+APPS = ("autodiff", "calibration", "cli", "cuda", "drawing", "study", "summaries", "view")
 
 
 def packages_under(folder):

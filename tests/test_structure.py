@@ -67,10 +67,12 @@ PLAN = (
 """Folders of the steps that derive a mechanism, in order."""
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward calls to apps."""
-APP_NAMES = {"autodiff", "calibration", "cli", "cuda", "drawing", "study", "view"}
+APP_NAMES = {
+    *("autodiff", "calibration", "cli", "cuda", "drawing", "study", "summaries", "view"),
+}
 PUBLIC = {
     *("arrays", "contract", "contract.isolation", "fixed", "sampling", "screws", "se3"),
-    *("summaries", "tolerances"),
+    "tolerances",
 }
 """Modules of `chasles` that apps may import; the command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}

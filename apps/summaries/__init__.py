@@ -1,4 +1,4 @@
-"""Short `repr` texts of results."""
+"""Short `repr` texts of the results of all applications."""
 
 from __future__ import annotations
 
