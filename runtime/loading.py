@@ -58,7 +58,7 @@ def load_functions(
             solutions=solutions_of(
                 *(manifest.coordinates, manifest.wraps, info.role.labels),
                 _residual_unit(info, unit),
-                joint_limits=joint_limits_of(manifest, functions),
+                joint_limits=joint_limits_of(manifest, functions, info.name),
             )
             if info.role.is_inverse
             else None,

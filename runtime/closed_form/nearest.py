@@ -223,7 +223,8 @@ class NearestMethods(RobotFacts):
         lower, upper = read_limits(self.coordinates, label, limits)
         if kind.joint_limits is not None:
             free = np.full(len(kind.joint_limits.lower), np.inf)
-            ends = (-free, free) if limits is None else kind.joint_limits[1:]
+            own = kind.joint_limits
+            ends = (-free, free) if limits is None else (own.lower, own.upper)
             lower, upper = np.append(lower, ends[0]), np.append(upper, ends[1])
         scale = 1.0 if weights is None else read_weights(self.n, label, weights)
         facts = facts_of(kind)

@@ -151,7 +151,7 @@ class InverseMethods(RobotFacts):
                 Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected. For a partial
                 pose, T can also be the input (m, k) of the inverse.
             q_seed: (n,) coordinates [rad or m]: the path starts at the nearest solution within the
-                limits. The motors of a coupled arm may start full turns away from the seed.
+                limits.
             task: The components of each pose: "pose", "position", "position_pitch" (the elevation
                 of the third tool axis above the x-y plane of the base), "position_direction" (of
                 the third axis) or "planar" (x, y and the angle of the first axis in that plane).
@@ -269,11 +269,11 @@ class InverseMethods(RobotFacts):
             return _Step(q_seed, np.nan, "no solution")
         inside = slots.within_limits()
         allowed = inside if inside.valid.any() else slots
-        moves = allowed.distances_from(q_seed)
-        if allowed is inside:
-            # A full turn of a motor without limits may move a coupled joint beyond its limits.
-            turned = self._inside(q_seed + moves, type(slots)).all(-1, keepdims=True)
-            moves = np.where(turned, moves, allowed.q - q_seed)
+        moves, joints = allowed.distances_from(q_seed), slots.joint_limits
+        if allowed is inside and joints is not None:
+            ends = self.lower, self.upper
+            q, _ = joints.moved_inside(inside.q, inside.valid, q_seed, *ends, type(slots))
+            moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]
         # The index refers to `inside`, where each winding has its own slot, not to `slots`.

@@ -148,7 +148,8 @@ class Solutions(Fields):
         windings lie on both limits, only the winding on the upper limit is listed. Joints without
         limits keep their value. Joints with one limit are moved within this limit by the fewest
         turns. Each winding is then a separate solution. Distances from a seed ignore full turns
-        only for joints without limits.
+        only for joints without limits. Full turns that move several coordinates of a coupled robot
+        yield one winding within the limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
@@ -171,9 +172,12 @@ class Solutions(Fields):
             label = "Solutions.within_limits"
             listing = _listing(type(self), *read_limits(self.coordinates, label, limits), windings)
         kind = cast("type[Self]", listing.kind)
-        q, valid = _filtered(_filters.windings, (self.q, self.valid), listing.limits)
-        if limits is not None and self.joint_limits is not None:
-            valid &= self.joint_limits.inside(q).all(-1)
+        q, valid, joints = self.q, self.valid, self.joint_limits
+        if limits is not None and joints is not None:
+            q, valid = joints.moved_inside(q, valid, q, *listing.limits[:2], type(self))
+        q, valid = _filtered(_filters.windings, (q, valid), listing.limits)
+        if limits is not None and joints is not None:
+            valid &= joints.inside(q).all(-1)
         times = kind.windings // self.windings
         fields = (field if times == 1 else field.repeat(times, -1) for field in self[1:3])
         return tuple.__new__(kind, (q, *fields, valid))

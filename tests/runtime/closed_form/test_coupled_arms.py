@@ -45,6 +45,23 @@ joints = [
 j3 = { j3 = 1, j2 = -1 }
 level = { j3 = -1 }
 """
+BELTS = """\
+name = "belt_scara"
+convention = "dh"
+units = { length = "m", angle = "rad" }
+joints = [
+  { name = "j1", d = "0.4", a = "0.25" },
+  { name = "j2", a = "0.2" },
+  { name = "hand", theta = 0 },
+  { name = "slide", type = "prismatic" },
+]
+[couplings]
+hand = { spindle = 1, j1 = -1, j2 = -1 }
+slide = { nut = "0.0032", spindle = "-0.0032" }
+[motors]
+nut = { limits = [-60, 60] }
+spindle = { limits = [-10, 10] }
+"""
 VARIED = {"joint", "axis", "transmission", "coupling"}
 
 
@@ -221,3 +238,22 @@ def test_path_starts_within_the_limits_of_joints(tmp_path):
         assert path.complete
         assert palletizer.is_within_limits(path.q).all()
         np.testing.assert_allclose(palletizer.fk(path.q), palletizer.fk(row[None]), atol=1e-9)
+
+
+@pytest.mark.parametrize("text", [WRIST, PALLETIZER, BELTS], ids=["wrist", "palletizer", "belts"])
+def test_a_solution_moves_into_limits_by_full_turns_of_coupled_joints(text, tmp_path):
+    write(read_text(text), tmp_path, languages=("c", "python"))
+    arm = chasles.load(tmp_path)
+    T = arm.fk(arm.random_q(2000, rng=3))
+    for windings in (True, False):
+        found = arm.ik(T).within_limits(windings=windings)
+        assert (found.count > 0).all()
+        assert arm.is_within_limits(found.q[found.valid]).all()
+        poses = T[np.nonzero(found.valid)[0]]
+        np.testing.assert_allclose(arm.fk(found.q)[found.valid], poses, atol=1e-9)
+    single = arm.ik(T[7]).within_limits()
+    np.testing.assert_allclose(single.q, arm.ik(T).within_limits().q[7], atol=1e-12)
+    seeds = arm.random_q(30, rng=7)
+    starts = [arm.ik_path(row[None], seed).q[0] for row, seed in zip(T[:30], seeds, strict=True)]
+    nearest = arm.ik_nearest(T[:30], seeds).q
+    np.testing.assert_allclose(*(np.abs(q - seeds).max(-1) for q in (starts, nearest)), atol=1e-9)
