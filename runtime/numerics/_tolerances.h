@@ -110,8 +110,9 @@
  * configurations. */
 #define RATES_DAMPING_THRESHOLD 0.04
 
-/* Threshold e and minimum damping d of path tracking, dimensionless. These values are smaller than
- * RATES_DAMPING_THRESHOLD, because track also limits the rates, and damping causes tool errors. */
+/* Minimum threshold e and minimum damping d of path tracking, dimensionless; e is not less than d.
+ * These values are smaller than RATES_DAMPING_THRESHOLD, because track also limits the rates, and
+ * damping causes tool errors. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02
 
