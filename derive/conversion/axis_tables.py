@@ -1,15 +1,15 @@
-"""A serial robot as a table of Denavit-Hartenberg parameters or of screw axes.
+"""Converts a serial robot to a table of Denavit-Hartenberg parameters or screw axes.
 
-Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. Steps between
-consecutive axes, and a rotation and a translation along the tool axis, define the positions of all
-axes:
+Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool frame. A step leads
+from each axis to the next one. The position of the tool follows from all steps, and from a last
+rotation and translation along the tool axis:
 
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)
 
-Row k of a modified (Craig) table has a and alpha of step k-1, and the rotation and shift of step k.
-Row k of a standard table has all four values of step k. The poses of base and tool contain the
-remaining motions.
+Row k of a modified (Craig) table contains a and alpha of step k-1. Its rotation and shift come from
+step k. Row k of a standard table has all four values of step k. The poses of base and tool contain
+the remaining motions.
 """
 
 import math
@@ -48,17 +48,17 @@ class AxisStep:
 
     @property
     def along(self) -> Placement:
-        """Returns the motion of the step about and along the first axis."""
+        """Returns the rotation about the first axis and the translation along this axis."""
         return along_z(self.turn, self.shift)
 
     @property
     def across(self) -> Placement:
-        """Returns the motion of the step along and about the common normal."""
+        """Returns the translation along the common normal and the rotation about this normal."""
         return translation(self.a, sp.S.Zero, sp.S.Zero) + rotation("x", self.alpha)
 
 
 def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
-    """Returns the robot with all joints in one of the conventions `dh`, `mdh` and `poe`.
+    """Returns the robot with all joints in the convention `dh`, `mdh` or `poe`.
 
     Fixed joints become part of the links, and parameters are replaced by their values. Numbers
     without a short exact form have 17 digits, or more if a length is 10 m or more.
@@ -89,10 +89,10 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 
 
 def screw_form(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot as screw axes, which do not depend on its conventions and link frames.
+    """Returns the robot with its joints as screw axes.
 
-    Each axis is stored as its direction of positive motion, and its point nearest to the origin of
-    the base frame.
+    A screw axis is stored as a direction and a point. The point is the point of the axis that is
+    nearest to the origin of the base frame.
     """
     plain = in_table(replace(robot, load=None, springs=None, transmissions=()), poe)
     return replace(plain, joints=tuple(_at_nearest_point(joint) for joint in plain.joints))
@@ -111,8 +111,6 @@ def _at_nearest_point(joint: Joint) -> Joint:
 
 @dataclass(frozen=True)
 class _Rows:
-    """The convention fields of all joints, with position and angles of base and tool."""
-
     fields: tuple[Mapping[str, sp.Expr | Vector], ...]
     base: tuple[Vector, Vector]
     tool: tuple[Vector, Vector]
@@ -162,7 +160,6 @@ def _rounded(vector: Vector, digits: int) -> Vector:
 
 
 def _screws(pairs: Sequence[Neighbours], home: Any) -> _Rows:
-    """Returns direction and point of each axis in the base frame, and the home pose."""
     frame = mpmath.eye(4)
     fields: list[dict[str, Any]] = []
     for pair in pairs:
@@ -178,7 +175,6 @@ def _screws(pairs: Sequence[Neighbours], home: Any) -> _Rows:
 
 
 def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention) -> _Rows:
-    """Returns the rows of a standard or modified table."""
     steps, rest = axis_steps(pairs, home)
     is_standard = convention is dh
     across = steps[1:] if is_standard else steps[:-1]
@@ -193,7 +189,7 @@ def _steps_table(pairs: Sequence[Neighbours], home: Any, convention: Convention)
 
 
 def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, ...], Placement]:
-    """Returns the steps from base axis to tool axis, and the remaining motion on the tool axis."""
+    """Returns the steps between the axes, and the motion that remains on the tool axis."""
     own = original = mpmath.eye(4)
     steps = []
     for pair in pairs:
@@ -211,32 +207,30 @@ def axis_steps(pairs: Sequence[Neighbours], home: Any) -> tuple[tuple[AxisStep, 
 
 
 def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[AxisStep, Any]:
-    """Returns the step between two axes, and the frame with x along their common normal."""
+    """Returns the step between two axes, and the frame at the end of the step."""
     found = common_normal(line)
     a, alpha = found.values["a"], found.values["alpha"]
     assert not isinstance(a, tuple)
     assert not isinstance(alpha, tuple)
     turn = found.turn
     if abs(float(turn)) > _RIGHT:
-        # The opposite direction of the common normal gives the smaller rotation.
+        # In the opposite direction of the common normal, the rotation is smaller.
         turn = turn - sp.pi if turn > 0 else turn + sp.pi
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)
     own = own * pose_in_digits(step.along + step.across, {})
-    # Accumulated rounding errors of the fields would turn parallel axes into axes that intersect
-    # far away.
+    # Without this correction, rounding errors would add up. Parallel axes would then intersect at a
+    # distant point.
     off = own**-1 * original
     x, y = (off[0, 3], off[1, 3]) if is_line else (0, 0)
     return step, own * _small(off[0, 2], off[1, 2], x, y)
 
 
 def _turned(turn: sp.Expr) -> sp.Expr:
-    """Returns an angle as a multiple of pi/12, or as a decimal."""
     return angle(mpmath.mpf(sp.Float(turn.evalf(EVALUATION_DIGITS), EVALUATION_DIGITS)._mpf_))
 
 
 def _small(tilt_x: Any, tilt_y: Any, x: Any, y: Any) -> Any:
-    """Returns the pose of a small rotation about x and y and a small shift along x and y."""
     T = mpmath.eye(4)
     T[0, 2], T[2, 0], T[1, 2], T[2, 1] = tilt_x, -tilt_x, tilt_y, -tilt_y
     T[0, 3], T[1, 3] = x, y

@@ -1,4 +1,4 @@
-"""Conversion of a robot to another description, with the error of the written numbers."""
+"""Converts a robot to another file format, and measures the error of the written numbers."""
 
 import warnings
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ TABLES: dict[str, Convention] = {"dh": dh, "mdh": mdh, "poe": poe}
 _LONG = 1e3
 """A table is ill-conditioned if its longest length exceeds the robot's size by this factor."""
 _VISIBLE = 1e-12
-"""Above this pose error (meter, radian), a note states the error."""
+"""If the pose error (meter, radian) is larger, a note states it."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,12 @@ class Conversion:
     """A robot in another format.
 
     Attributes:
-        format: The format, see :func:`convert`.
+        format: The file format. :func:`convert` lists the formats.
         text: The robot file or the URDF.
-        robot: The robot with the numbers as written in the text, before the reader replaces some of
-            them by exact values.
-        error: Maximum distance (meter) and maximum angle (radian) between the tool of the original
-            robot and the tool of the robot in the text, at all coordinates within the limits.
-        notes: Sentences on facts that the format cannot express, and on changes by the conversion.
+        robot: The robot with the numbers that the text contains.
+        error: The pair (distance, angle), in meter and radian. It bounds how far the tool of the
+            written robot is from the tool of the original robot, within the joint limits.
+        notes: Sentences about changes, and about facts that the format cannot express.
     """
 
     format: Format
@@ -68,7 +67,7 @@ class Conversion:
         """Writes the text to a file, or the table to a .csv or .tex file.
 
         Each row of a table contains the convention fields of one joint, in meter and radian, with
-        up to 17 digits. The first and last row of a .csv file contain the poses of base and tool; a
+        up to 17 digits. The first and last row of a .csv file contain the poses of base and tool. A
         .tex file states both poses after its `tabular`.
 
         Args:
@@ -97,19 +96,19 @@ class Conversion:
 def convert(robot: Described, to: Format) -> Conversion:
     """Writes a robot as a robot file, as URDF, or as a table of joint parameters.
 
-    Reading the text gives a robot with the same coordinates and the same pose of the tool. The
-    poses of base and tool contain all motions that the joint table cannot express.
+    Reading the text gives a robot with the same coordinates and the same pose of the tool. Motions
+    that do not fit into the joint table become part of the poses of base and tool.
 
     Args:
         robot: A serial robot in any convention, from :func:`~chasles.derive.read`.
         to: The format. The format "toml" preserves conventions and parameters. The format "urdf"
             has origins with 17 digits. The formats "dh" (standard), "mdh" (modified, Craig) and
-            "poe" (screw axes) write a robot file in which all joints have this convention; fixed
+            "poe" (screw axes) write a robot file in which all joints have this convention. Fixed
             joints become part of the links.
 
     Returns:
-        The text in the new format, with the bound of the pose error. Multiples of pi/12 and short
-        decimals stay exact; other computed numbers have 17 digits.
+        The text in the new format, with a bound of the pose error. Multiples of pi/12 and short
+        decimals stay exact. Other computed numbers have 17 digits.
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or masses are positioned in
@@ -131,7 +130,6 @@ def convert(robot: Described, to: Format) -> Conversion:
 
 
 def _written(robot: SerialRobot, to: Format) -> SerialRobot:
-    """Returns the robot in the convention of a format."""
     if to == "urdf":
         return with_origins(with_split_helical_joints(robot))
     is_complete = all(is_described(joint) for joint in robot.joints)
@@ -146,7 +144,7 @@ def _written(robot: SerialRobot, to: Format) -> SerialRobot:
 def _error(
     robot: SerialRobot, text: str, to: Format
 ) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Returns the pose error of the robot that the text describes, with a note on a large error."""
+    """Returns the pose error of the written robot, and a note if the error is large."""
     form = "urdf" if to == "urdf" else "toml"
     try:
         with warnings.catch_warnings():
@@ -182,7 +180,6 @@ def _error(
 
 
 def _notes(robot: SerialRobot, written: SerialRobot, to: Format) -> Iterator[str]:
-    """Yields sentences about changed values, and about facts that the format cannot express."""
     if to == "urdf":
         yield from _urdf_notes(robot, written)
     for joint in robot.joints:
@@ -220,7 +217,7 @@ def _urdf_notes(robot: SerialRobot, written: SerialRobot) -> Iterator[str]:
 
 
 def _long_rows(written: SerialRobot) -> Iterator[str]:
-    """Yields a sentence on each joint whose row has long lengths due to nearly parallel axes."""
+    """Warns about each joint whose row has long lengths due to nearly parallel axes."""
     size = max(robot_size(screw_form(written)), 1e-3)
     values = {parameter.symbol: parameter.value for parameter in written.parameters}
     for joint in written.moving:

@@ -1,8 +1,8 @@
-"""Exact numbers as text of robot files and URDF.
+"""Writes exact numbers for robot files and URDF.
 
-The reader replaces decimals that look rounded or noisy by exact values
-(:mod:`~chasles.derive.description.noise`). Decimals that the reader would replace are written as a
-fraction with denominator 3, which is not a finite decimal and is read unchanged.
+The reader of robot files replaces decimals that look rounded by exact values
+(:mod:`~chasles.derive.description.noise`). The writer therefore writes such decimals as fractions
+with denominator 3, which the reader does not change.
 """
 
 import math
@@ -25,28 +25,29 @@ from ..model.tolerances import EVALUATION_DIGITS, NOISE
 from ..model.values import Values
 
 DIGITS = 17
-"""Significant digits of a number without a short exact form; a double has 17."""
+"""Significant digits of a number that has no short exact form. A double has 17."""
 _PLACES = 16
 """Decimal places of the lengths in a table (meter)."""
 _LONGEST = 40
-"""Maximum number of digits of a decimal that is written in full."""
+"""Longer decimals are rounded."""
 _SAME = sp.Rational(1, 10**16)
 """Maximum change of a number by the parser [m, rad or 1], below the rounding error of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
-"""Maximum number of leading zeros of a decimal that is written without an exponent."""
+"""Decimals with more leading zeros are written with an exponent."""
 
 
 def digits_for(size: float) -> int:
-    """Returns the significant digits of the numbers in a table with lengths up to ``size`` (meter).
+    """Returns the number of significant digits for a table with lengths up to ``size`` (meter).
 
-    Tables with lengths of 10 m or more need more than 17 digits, also for their angles.
+    Lengths of 10 m or more need more than 17 digits. The angles of the table then need more digits
+    too.
     """
     return max(DIGITS, _PLACES + 1 + math.floor(math.log10(max(size, 1.0))))
 
 
 def rounded(value: sp.Expr, digits: int = DIGITS) -> sp.Expr:
-    """Returns a long decimal with fewer significant digits; other numbers are unchanged."""
+    """Returns a decimal, rounded if it has too many digits. Other numbers stay as they are."""
     places = decimal_places(value)
     if not places or _digits(value, places) <= digits:
         return value
@@ -72,7 +73,7 @@ class NumberText:
 
     @classmethod
     def of(cls, robot: SerialRobot) -> "NumberText":
-        """Returns the object that writes the numbers of a robot."""
+        """Returns the writer for the numbers of a robot."""
         return cls(2 * Fraction(NOISE * (robot_size(robot) or 1.0)))
 
     def field(self, value: sp.Expr | Vector, kind: FieldKind) -> str:
@@ -87,13 +88,13 @@ class NumberText:
         """Returns a number that the reader does not change, or an expression in quotes.
 
         Args:
-            value: An exact number, or an expression in parameters.
+            value: An exact number, or an expression with parameters.
             kind: "length", "angle", or another word for numbers that the reader does not change.
         """
         return _guarded(value) if abs(self._read(value, kind) - value) > _SAME else literal(value)
 
     def _read(self, value: sp.Expr, kind: str) -> sp.Expr:
-        """Returns the value that the reader computes from a written number."""
+        """Returns the number that the reader gets from a written number."""
         if value == 0 or value.free_symbols:
             return value
         if kind.startswith("angle"):
@@ -124,7 +125,7 @@ def literals(values: Sequence[sp.Expr]) -> str:
 
 
 def _guarded(value: sp.Expr) -> str:
-    """Writes a decimal as a fraction with denominator 3, which the reader does not change."""
+    """Returns a decimal as a fraction that the reader does not change."""
     count = max(DIGITS, _digits(value, decimal_places(value) or 0))
     triple = Decimal(nearest(3 * value, count))
     digits = triple.scaleb(count - 1 - triple.adjusted()).to_integral_value()
@@ -134,7 +135,6 @@ def _guarded(value: sp.Expr) -> str:
 
 
 def _digits(value: sp.Rational, places: int) -> int:
-    """Returns the number of digits of a decimal."""
     return len(str(abs(value.p * 10**places // value.q)))
 
 
@@ -143,7 +143,6 @@ def _decimal(value: sp.Expr) -> Decimal:
 
 
 def _decimal_text(number: Decimal) -> str:
-    """Returns a decimal without trailing zeros."""
     number = number.normalize(_EXACT)
     if number == 0:
         return "0"

@@ -1,4 +1,4 @@
-"""A serial robot with URDF origins: each joint has a position, roll, pitch and yaw, and an axis."""
+"""Converts a serial robot to joints with URDF origins."""
 
 from dataclasses import replace
 from typing import Any
@@ -25,12 +25,12 @@ from ..model.tolerances import EVALUATION_DIGITS, ZERO_COMPONENT
 from .number_text import rounded
 
 Origin = tuple[Vector, Vector]
-"""Position (meter), and roll, pitch and yaw (radian)."""
+"""The position (meter), and the angles roll, pitch and yaw (radian)."""
 _ZERO: Vector = (sp.S.Zero,) * 3
 
 
 def is_described(joint: Joint) -> bool:
-    """Whether a joint is described exactly by the fields of one of :data:`CONVENTIONS`."""
+    """Whether a joint has a convention whose fields describe it exactly."""
     convention = joint.convention
     if convention not in CONVENTIONS or not joint.given:
         return False
@@ -48,7 +48,7 @@ def fields_of(joint: Joint, convention: Convention) -> dict[str, sp.Expr | Vecto
 
 
 def origin_of(placement: Placement) -> Origin | None:
-    """Returns exact xyz and rpy of a placement, or None if its motions are not T Rz Ry Rx."""
+    """Returns the exact xyz and rpy of a placement, or None if it is not a product T Rz Ry Rx."""
     xyz, angles = _ZERO, dict.fromkeys("zyx", sp.S.Zero)
     order = ["", *angles]
     last = -1
@@ -72,10 +72,10 @@ def with_origins(robot: SerialRobot, *, keeps_links: bool = False) -> SerialRobo
 
     Args:
         robot: A serial robot.
-        keeps_links: Whether the conversion must preserve the link frames.
+        keeps_links: Whether all link frames must stay where they are.
 
     Raises:
-        InputValueError: A link frame would move, although ``keeps_links`` is set.
+        InputValueError: A link frame would move although ``keeps_links`` is True.
     """
     plain = with_values(robot)
     joints: list[Joint] = []
@@ -110,7 +110,7 @@ def with_values(robot: SerialRobot) -> SerialRobot:
 
 
 def placed(placement: Placement) -> Origin:
-    """Returns the origin of a numerical placement, exact if its motions are T Rz Ry Rx."""
+    """Returns the origin of a numerical placement."""
     exact = origin_of(placement)
     if exact is not None:
         return exact
@@ -119,7 +119,7 @@ def placed(placement: Placement) -> Origin:
 
 
 def _at_its_link(joint: Joint, pending: Placement) -> tuple[Joint, Placement]:
-    """Returns a joint with its origin, and the placement that remains after the joint."""
+    """Returns a joint with its origin, and the placement that must be added to the next joint."""
     after = pose_in_digits(joint.after, {})
     rest: Placement = ()
     is_on_axis = mpmath.hypot(after[0, 3], after[1, 3]) <= ZERO_COMPONENT
@@ -143,7 +143,6 @@ def _at_its_link(joint: Joint, pending: Placement) -> tuple[Joint, Placement]:
 
 
 def _axis(after: Any) -> Vector:
-    """Returns the joint axis in the link frame."""
     x, y, z = (length(after[2, k]) for k in range(3))
     return _rounded((x, y, z))
 

@@ -1,4 +1,4 @@
-r"""A table of joint parameters as CSV and LaTeX, in meter and radian, with base and tool.
+r"""Prints a table of joint parameters as CSV or LaTeX, in meter and radian.
 
 All joints have the same convention. Numbers have 17 significant digits, or more if the table
 contains lengths of 10 m or more.
@@ -23,9 +23,9 @@ _POSE = ("xyz_x", "xyz_y", "xyz_z", "rpy_x", "rpy_y", "rpy_z")
 
 
 def csv_table(robot: SerialRobot, convention: Convention) -> str:
-    """Returns one row per joint between a row for the base and a row for the tool.
+    """Returns the table as CSV: the base, one row per joint, and the tool.
 
-    Columns for directions, screw pitches, couplings and limits exist only if some joint needs them.
+    Columns for directions, screw pitches, couplings and limits exist only if a joint needs them.
     """
     digits = digits_for(robot_size(robot))
     rules = {rule.joint: rule for rule in robot.couplings}
@@ -64,7 +64,7 @@ def _pose_row(name: str, kind: str, placement: Placement, digits: int) -> dict[s
 
 
 def latex_table(robot: SerialRobot, convention: Convention) -> str:
-    r"""Returns a `tabular` for \input, with base and tool; it needs the package booktabs."""
+    r"""Returns the table as a LaTeX `tabular`, which needs the package booktabs."""
     columns = [(name, heading) for _, name, heading in convention.columns]
     headings = ["joint", "type", *(f"${tex or _symbol(name)}$" for name, tex in columns)]
     rows = [_latex_row(robot, joint, [name for name, _ in columns]) for joint in robot.joints]
@@ -95,7 +95,6 @@ def _tabular(
 
 
 def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[str]:
-    """Returns a joint's name, type and fields, and its value if no field contains the value."""
     assert joint.convention is not None
     given = dict(joint.given)
     variable = joint.convention.variable(joint.kind)
@@ -111,7 +110,6 @@ def _latex_row(robot: SerialRobot, joint: Joint, names: Sequence[str]) -> list[s
 
 
 def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
-    """Returns a constant plus the joint value, as a LaTeX expression in the coordinates q."""
     k = [other.name for other in robot.moving].index(joint.name)
     own = robot.linear_map
     constant += joint.direction * own.c[k]
@@ -129,7 +127,6 @@ def _with_variable(robot: SerialRobot, joint: Joint, constant: sp.Expr) -> str:
 
 
 def _tex(value: sp.Expr) -> str:
-    """Returns a short exact number or multiple of pi, otherwise a decimal with 17 digits."""
     multiple = value / sp.pi
     if value != 0 and multiple.is_Rational:
         times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))

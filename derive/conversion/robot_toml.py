@@ -20,15 +20,13 @@ def robot_toml(robot: SerialRobot) -> str:
     """Returns the text of a robot file, in meter and radian, with all numbers exact.
 
     Args:
-        robot: The robot; each joint has a convention with its fields.
+        robot: The robot, whose joints all have a convention.
     """
     return "\n".join(_Writer(robot, NumberText.of(robot)).lines()) + "\n"
 
 
 @dataclass(frozen=True)
 class _Writer:
-    """The robot file of one robot."""
-
     robot: SerialRobot
     numbers: NumberText
 
@@ -107,7 +105,7 @@ class _Writer:
             yield f"assumed = {json.dumps(assumed)}"
 
     def _fields(self, joint: Joint, convention: Convention) -> Mapping[str, str]:
-        """Returns the fields that differ from their defaults; an axis is always written."""
+        """Returns the fields that differ from their defaults. The axis is always included."""
         values = fields_of(joint, convention)
         return {
             field.name: self.numbers.field(values[field.name], field.kind)
@@ -122,7 +120,6 @@ def _is_set(value: sp.Expr | Vector) -> bool:
 
 
 def _couplings(robot: SerialRobot) -> Iterator[str]:
-    """Yields the tables of the couplings and motors."""
     if robot.couplings:
         yield from ("", "[couplings]")
     for rule in robot.couplings:

@@ -1,7 +1,7 @@
 """Writes the URDF of a serial robot whose joints have URDF origins.
 
 URDF has no joint directions and no helical joints. If a joint moves opposite to its coordinate, the
-written axis is reversed. A helical joint is a revolute joint, followed by a prismatic joint that
+written axis is reversed. A helical joint is written as a revolute joint and a prismatic joint that
 mimics its angle.
 """
 
@@ -26,7 +26,7 @@ _EFFORT = "1000"
 
 @dataclass(frozen=True)
 class UrdfNames:
-    """The names of the base link, the tool link and the joints that attach both links."""
+    """Names of the base link, of the tool link, and of the two fixed joints that attach them."""
 
     base: str
     tool: str
@@ -38,7 +38,7 @@ def robot_urdf(robot: SerialRobot) -> str:
     """Returns the text of a URDF, with 17 significant digits.
 
     Args:
-        robot: The robot; each joint has the convention `urdf`, without parameters.
+        robot: The robot. Its joints have the convention `urdf` and no parameters.
 
     Raises:
         InputValueError: Mimic joints and transmissions cannot express the couplings.
@@ -92,7 +92,7 @@ def _fixed(name: str, link: str, placement: Placement) -> Joint:
 
 
 def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with each helical joint as a revolute joint and a prismatic follower."""
+    """Returns the robot with each helical joint split into a revolute and a prismatic joint."""
     taken = {joint.name for joint in robot.joints} | set(robot.link_names)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     rules, couplings = {rule.joint: rule for rule in robot.couplings}, [*robot.couplings]
@@ -124,7 +124,6 @@ def with_split_helical_joints(robot: SerialRobot) -> SerialRobot:
 
 
 def _write(root: etree._Element, joint: Joint, parent: str, mimic: Mimic | None) -> None:
-    """Appends the URDF element of a joint."""
     convention: Convention = urdf
     fields = fields_of(joint, convention)
     kind = _urdf_kind(joint)
@@ -162,7 +161,7 @@ def _append_origin(element: etree._Element, xyz: object, rpy: object) -> None:
 
 
 def _limits(joint: Joint) -> dict[str, str]:
-    """Returns the limits of a joint; a range of 20 km represents missing prismatic limits."""
+    """Returns the limits of a joint. A prismatic joint without limits gets a range of 20 km."""
     lower, upper = joint.limits
     bounds = {"lower": str(-UNLIMITED), "upper": str(UNLIMITED)}
     if lower is not None and upper is not None:

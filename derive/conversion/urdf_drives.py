@@ -1,8 +1,8 @@
-"""Couplings of a serial robot as mimic joints and transmissions of ros2_control.
+"""Writes the couplings of a serial robot as mimic joints and transmissions of ros2_control.
 
-The joints and coordinates of a robot form groups that share no coordinate. A group with one
-coordinate is a simple transmission or a joint; a group with two coordinates is a differential or a
-four-bar linkage. All other joints of a group mimic a joint with a transmission.
+Joints that depend on the same coordinates form a group. A group with one coordinate becomes a joint
+or a simple transmission. A group with two coordinates becomes a differential or a four-bar linkage.
+The remaining joints of a group mimic one of its joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ from ..model.robot import SerialRobot
 from .number_text import nearest
 
 Row = tuple[tuple[sp.Expr, ...], sp.Expr]
-"""The equation of a joint: one ratio per coordinate of its group, and the offset."""
+"""The equation of a joint: the ratios of the coordinates, and the offset."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Gears:
 
 
 def urdf_drives(robot: SerialRobot) -> tuple[dict[str, Mimic], tuple[Gears, ...]]:
-    """Returns the mimic joints, keyed by name, and the transmissions of a robot.
+    """Returns the mimic joints by name, and the transmissions of a robot.
 
     Raises:
         InputValueError: A group of coupled joints is neither a differential, nor a four-bar
@@ -71,7 +71,6 @@ def urdf_drives(robot: SerialRobot) -> tuple[dict[str, Mimic], tuple[Gears, ...]
 
 
 def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
-    """Yields the coordinates of each group, and the equations of its joints."""
     own = robot.linear_map
     names = [joint.name for joint in robot.moving]
     left = list(range(len(own.coordinates)))
@@ -91,7 +90,7 @@ def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
 def _group(
     coordinates: Sequence[str], rows: Mapping[str, Row]
 ) -> tuple[dict[str, Mimic], Gears | None] | None:
-    """Returns mimic joints and transmission of a group, or None if URDF cannot express it."""
+    """Returns the mimic joints and the transmission of a group, or None if URDF has neither."""
     own = coordinates[0]
     if len(coordinates) == 1 and rows.get(own) == ((1,), 0):
         return _followers(rows, [own]), None
@@ -106,7 +105,6 @@ def _group(
 
 
 def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mimic]:
-    """Returns the joints that mimic a leader."""
     found = {}
     for joint in (name for name in rows if name not in leaders):
         ratios, offset = rows[joint]
@@ -121,7 +119,7 @@ def _followers(rows: Mapping[str, Row], leaders: Sequence[str]) -> dict[str, Mim
 
 
 def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
-    """Returns the transmission with these joint equations, or None if no transmission fits."""
+    """Returns the transmission with these joint equations, or None if none fits."""
     names, offsets = list(rows), [offset for _, offset in rows.values()]
     ratios = [row for row, _ in rows.values()]
     one = sp.S.One
@@ -142,7 +140,7 @@ def _gears(coordinates: Sequence[str], rows: Mapping[str, Row]) -> Gears | None:
 
 
 def write_gears(root: etree._Element, name: str, gears: Sequence[Gears]) -> None:
-    """Appends an element <ros2_control> with the transmissions, for simulated hardware."""
+    """Appends an element <ros2_control> for simulated hardware with the transmissions."""
     system = etree.SubElement(root, "ros2_control", name=name, type="system")
     hardware = etree.SubElement(system, "hardware")
     etree.SubElement(hardware, "plugin").text = "mock_components/GenericSystem"

@@ -1,1 +1,1 @@
-"""Readers for robot files and URDF, and their modeling conventions."""
+"""Readers of robot files and URDF, and their modeling conventions."""

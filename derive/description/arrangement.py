@@ -1,11 +1,11 @@
-"""Restores symmetric arrangements of points that are rounded in a file.
+"""Restores symmetric arrangements of points whose coordinates are rounded in a file.
 
 For example, a platform may have three equal legs, rotated by 120 degrees. A file then contains
-(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body form a group if
-rotations by multiples of 15 degrees about a frame axis map these points to each other. The point
-with the fewest decimal places is unchanged. The other points become exact copies of this point. A
-rounded distance between two points of a body, such as a rod length in a parallelogram, becomes an
-exact root.
+(200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Two points of a body belong to
+the same group if a rotation by a multiple of 15 degrees about a frame axis maps the first point to
+the second point. The point of a group with the fewest decimal places stays as it is. The other
+points of the group become exact copies. A rounded distance between two points of a body becomes an
+exact root, for example a rod length in a parallelogram.
 """
 
 import math
@@ -23,16 +23,15 @@ _STEP = math.pi / 12
 _RIGHT_ANGLE = 6
 """Number of 15-degree steps in a right angle."""
 _AXES = (2, 0, 1)
-"""Rotation axes of the copies; the z axis comes first, because legs are usually arranged about
-z."""
+"""Rotation axes in the order in which they are tried. Legs are usually arranged about z."""
 _LAST_PLACES = 1.5
-"""Maximum difference between a rounded component and the copy of another rounded point, in units of
-the last decimal place. Both points are rounded by up to half a unit, and a rotation may increase
-one of the errors."""
+"""Maximum difference between a rounded component and its copy, in units of the last decimal
+place. The point and its copy are both rounded by up to half a unit, and the rotation may
+increase the error."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Returns exact points for the points of a body that are rounded copies of other points.
+    """Returns exact points for the rounded copies among the points of each body.
 
     Args:
         bodies: The points of each body as decimals without noise (meter).
@@ -58,7 +57,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """Returns the decimal places of a point, or None for the origin and for inexact components."""
+    """Returns the number of decimal places of a point, or None if it has none."""
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
         return None
@@ -68,7 +67,7 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """Returns the exact copy of an original that agrees best with a point, within rounding."""
+    """Returns the exact copy of an original that is nearest to a point, if it is near enough."""
     copies = [
         (off, original, axis, steps)
         for original in originals
@@ -82,14 +81,14 @@ def _copy(
 
 
 def _is_mirrored(point: Vector, original: Vector) -> bool:
-    """Whether two different points have components that are equal up to signs."""
+    """Whether two points differ only in the signs of their components."""
     return point != original and all(abs(p) == abs(q) for p, q in zip(point, original, strict=True))
 
 
 def _rotations(
     point: Vector, original: Vector, rounding: float, noise: float
 ) -> Iterator[tuple[float, int, int]]:
-    """Yields rotations that map an original to a point, as deviation, axis and 15-degree steps.
+    """Yields the rotations (deviation, axis, steps) that map an original to a point.
 
     Rotations by right angles keep the decimals of the original, so their deviation is at most the
     noise.
@@ -113,7 +112,6 @@ def _rotations(
 
 
 def _turned(point: Vector, axis: int, steps: int) -> Vector:
-    """Returns a point rotated about a frame axis by a number of 15-degree steps."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     c, s = (f(steps * sp.pi / 12) for f in (sp.cos, sp.sin))
     turned = list(point)
@@ -124,7 +122,7 @@ def _turned(point: Vector, axis: int, steps: int) -> Vector:
 
 
 class Distances:
-    """Irrational distances between points of one body, which a file can state only rounded."""
+    """The irrational distances between points of one body. A file can only state them rounded."""
 
     def __init__(self, bodies: Iterable[Iterable[Vector]], noise: float) -> None:
         """Collects the distances.
@@ -138,7 +136,7 @@ class Distances:
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """Returns the exact distance that matches a positive length, or the length itself."""
+        """Returns the exact distance that is nearest to a length, or the length itself."""
         places = decimal_places(length)
         if places is None:
             return length
@@ -151,7 +149,6 @@ class Distances:
 
 
 def _squares(points: Iterable[Vector]) -> Iterator[sp.Rational]:
-    """Yields the squared distances between numeric points whose square roots are irrational."""
     numbers = [point for point in points if not any(c.free_symbols for c in point)]
     for a, b in combinations(dict.fromkeys(numbers), 2):
         square = sp.expand(sum((p - q) ** 2 for p, q in zip(a, b, strict=True)))

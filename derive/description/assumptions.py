@@ -1,4 +1,4 @@
-"""Note on assumed values, which are limits and dimensions that the source does not state."""
+"""Lists the assumed values, which are limits and dimensions that the source does not state."""
 
 from collections.abc import Iterable, Iterator, Sequence
 

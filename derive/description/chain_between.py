@@ -1,11 +1,12 @@
-"""The chain between any two links of a tree.
+"""Finds the chain between any two links of a tree.
 
-On the path from the base link up to the common ancestor, the joints are inverted. For a joint with
-T_parent_link = before * motion(q) * after, the inverted joint connects the link to its parent:
+The path leads from the base link up to the common ancestor, and then down. On the way up, the
+joints are inverted. The inverse of a joint with T_parent_link = before * motion(q) * after has the
+pose
 
     T_link_parent = inverse(after) * motion(-q) * inverse(before).
 
-The name, the value and the limits of the coordinate do not change.
+The name, the value and the limits of the coordinate stay the same.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +25,7 @@ from .toml_file import file_error, listed
 
 @dataclass(frozen=True)
 class _InversePlacements:
-    """The placements of an inverted joint, from its link to its parent, in one convention."""
+    """Placements of an inverted joint in one convention."""
 
     convention: Convention
 
@@ -35,7 +36,7 @@ class _InversePlacements:
 
 @cache
 def inverse_convention(convention: Convention) -> Convention:
-    """Returns a convention with the same fields that describes joints from link to parent."""
+    """Returns the convention for inverted joints. The fields stay the same."""
     if isinstance(convention.place, _InversePlacements):
         return convention.place.convention
     return Convention(
@@ -49,7 +50,7 @@ def inverse_convention(convention: Convention) -> Convention:
 
 
 def inverted(joint: Joint) -> Joint:
-    """Returns the joint that leads from its link to its parent, with the same coordinate."""
+    """Returns the joint from the link to its parent, with the same coordinate."""
     return replace(
         joint,
         before=inverse(joint.after),
@@ -62,10 +63,10 @@ def inverted(joint: Joint) -> Joint:
 
 
 def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
-    """Yields the joints of a path in order; joints that lead towards the base are inverted.
+    """Yields the joints of a path. Joints towards the base are inverted.
 
     Args:
-        path: The joints, each with its link and its parent.
+        path: The joints in the order of the path.
         base: The first body of the path.
     """
     for joint in path:
@@ -75,16 +76,16 @@ def outwards(path: Iterable[Joint], base: str) -> Iterator[Joint]:
 
 
 def between(robot: Described, base: str | None, tip: str | None, file: str) -> Described:
-    """Returns the chain between two frames of a robot, including the loops through its joints.
+    """Returns the chain between two frames of a robot, and the loops that contain its joints.
 
     Args:
-        robot: The description, with the numbers that the file contains.
-        base: A link, the base frame or the tool frame, or None for the base frame.
-        tip: A link, the base frame or the tool frame, or None for the tool frame.
-        file: File name in error messages.
+        robot: The description, with the numbers of the file.
+        base: A link, the base frame or the tool frame. None stands for the base frame.
+        tip: A link, the base frame or the tool frame. None stands for the tool frame.
+        file: File name for error messages.
 
     Returns:
-        A SerialRobot if no loop and no drive moves the chain; otherwise a Mechanism.
+        A SerialRobot if the chain has no loop and no drive, otherwise a Mechanism.
 
     Raises:
         DescriptionError: A link is unknown, both ends are the same link, or a part of the
@@ -111,7 +112,7 @@ def between(robot: Described, base: str | None, tip: str | None, file: str) -> D
 
 
 def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
-    """Returns the joints of a serial robot as a tree; the first parent is the base frame."""
+    """Returns the joints of a serial robot as a tree that starts at the base frame."""
     links = robot.link_names
     parents = (robot.base_frame, *links)
     return tuple(
@@ -121,7 +122,6 @@ def _with_parents(robot: SerialRobot) -> tuple[Joint, ...]:
 
 
 def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
-    """Returns the frames at which a chain can begin or end, keyed by name."""
     tool_body = robot.tool_body if isinstance(robot, Mechanism) else joints[-1].link
     links = {joint.link: Frame(joint.link) for joint in joints}
     base = Frame(robot.base_frame, inverse(robot.base))
@@ -129,7 +129,6 @@ def _frames(robot: Described, joints: Sequence[Joint]) -> Mapping[str, Frame]:
 
 
 def _path(joints: Sequence[Joint], start: str, end: str) -> list[Joint]:
-    """Returns the joints from a body up to the common ancestor, then down to another body."""
     carrying = {joint.link: joint for joint in joints}
     up, down = joints_to_root(carrying, start), joints_to_root(carrying, end)
     while up and down and up[-1] is down[-1]:
@@ -205,7 +204,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
 def _with_loops(
     joints: Sequence[Joint], loop_joints: Sequence[Closure | Strut], tool_body: str
 ) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
-    """Returns the joints of a chain and of its loops, and the members of these loops.
+    """Returns the joints of the chain and of its loops, and the loop joints.
 
     A loop belongs to the robot if it shares a moving joint with the chain, or with a loop of the
     robot.

@@ -1,8 +1,7 @@
 """Reports all errors of a robot description, not only the first.
 
-The reader stops at an error. The check then replaces the wrong value in memory with the suggested
-word or a harmless value, and reads the description again. Therefore, only the
-reader decides which descriptions are valid.
+The reader stops at the first error. The check then replaces the wrong value in memory, and reads
+the description again. Only the reader decides whether a description is valid.
 """
 
 import re
@@ -27,9 +26,9 @@ from .toml_lines import table_of
 MAX_ERRORS = 100
 """Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""Units that accept numbers of any size; they replace an unknown unit."""
+"""Units that allow numbers of any size. They replace an unknown unit."""
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
-"""Values for required fields that a file omits."""
+"""Values for missing required fields."""
 
 Severity = Literal["error", "warning", "note"]
 
@@ -39,10 +38,10 @@ class Finding:
     """An error, a warning or a note about a robot description.
 
     Attributes:
-        severity: The value is "error" if the robot cannot be derived, "warning" for numbers that
-            are probably wrong, or "note" for assumed and snapped values.
+        severity: "error" if the robot cannot be derived, "warning" for numbers that are probably
+            wrong, "note" for assumed and snapped values.
         where: File, line and field of the finding, if known.
-        message: The expected value and the found value, or a remark.
+        message: The expected and the found value, or a remark.
     """
 
     severity: Severity
@@ -50,7 +49,7 @@ class Finding:
     message: str
 
     def __str__(self) -> str:
-        """Returns the finding as one line; an error has the form of an exception's message."""
+        """Returns the finding as one line of text."""
         kind = "" if self.severity == "error" else f"{self.severity}: "
         return f"{self.where}: {kind}{self.message}"
 
@@ -62,7 +61,7 @@ def checked(
     group: str | None,
     arguments: Sequence[str],
 ) -> tuple[tuple[Finding, ...], Described | None]:
-    """Returns the findings from reading a description, and the robot; see :func:`.check`.
+    """Returns the findings for a description, and the robot. See :func:`.check`.
 
     The robot is None if the description has errors.
     """
@@ -73,7 +72,7 @@ def checked(
             if errors:
                 return errors, None
         with warnings.catch_warnings():
-            # A note already states the changed numbers, so the warning is omitted.
+            # A note already states the changed numbers.
             warnings.simplefilter("ignore")
             robot = read(source, base=base, tip=tip, group=group, arguments=arguments)
     except DescriptionError as error:
@@ -84,14 +83,14 @@ def checked(
 
 
 def finding_of(error: DescriptionError, file: str = "") -> Finding:
-    """Returns an error as a finding in the file that the error names, or else in ``file``."""
+    """Returns an error as a finding. If the error names no file, ``file`` is used."""
     line = "" if error.line is None else f":{error.line}"
     where = f"{error.file or file}{line}" + (f": {error.field}" if error.field else "")
     return Finding("error", where, str(error).removeprefix(f"{where}: "))
 
 
 def _errors(text: str, file: str) -> Iterator[Finding]:
-    """Yields the errors of a robot file by line, without errors that a repair causes."""
+    """Yields the errors of a robot file in the order of its lines."""
     repairs = _Repairs(file, text)
     errors: list[DescriptionError] = []
     is_complete = False
@@ -116,14 +115,14 @@ def _errors(text: str, file: str) -> Iterator[Finding]:
 
 @dataclass
 class _Repairs:
-    """Corrections that replace, in memory, the wrong values of a file.
+    """Corrections of wrong values. The file itself does not change.
 
     Attributes:
         file: Name of the file.
-        text: The text of the file; suggested words replace misspelt words.
-        values: Values that replace the values of the file, or None to remove a value.
-        removed: Names of the parameters that were removed.
-        respelled: Paths of the fields in which a word was replaced.
+        text: The text of the file, with misspelt words corrected.
+        values: Replacements for values of the file. None removes a value.
+        removed: Names of the removed parameters.
+        respelled: Paths of the fields in which a word was corrected.
     """
 
     file: str
@@ -133,7 +132,7 @@ class _Repairs:
     respelled: set[Keys] = field(default_factory=set)
 
     def apply(self, reader: RobotFile) -> None:
-        """Puts the corrected values into the table that a reader uses."""
+        """Puts the corrected values into the table of a reader."""
         for keys, value in self.values.items():
             place = reader.at(keys[:-1])
             if isinstance(place, dict) and value is None:
@@ -142,13 +141,13 @@ class _Repairs:
                 place[keys[-1]] = value
 
     def caused(self, error: DescriptionError) -> bool:
-        """Whether an error is a consequence of a repair."""
+        """Whether a repair caused an error."""
         names = set(re.findall(r"\w+", str(error.value)))
         is_repaired = keys_of(error.field) in (self.values.keys() | self.respelled)
         return is_repaired or bool(names & self.removed)
 
     def repair(self, reader: RobotFile, error: DescriptionError) -> bool:
-        """Adds the correction for an error; returns whether a correction exists."""
+        """Adds the correction for an error. The result is False if there is none."""
         keys = keys_of(error.field)
         if not keys or error.file != self.file:
             return False
@@ -160,7 +159,7 @@ class _Repairs:
             keys = keys[:-1]
         value = self._value(keys, error)
         if keys in self.values and value in (None, self.values[keys]):
-            # If no value of the field is harmless, the table that contains the field is removed.
+            # Without a harmless value, the whole table is removed.
             keys, value = keys[:-1], None
             if keys in self.values:
                 return False
@@ -170,7 +169,7 @@ class _Repairs:
         return True
 
     def _value(self, keys: Keys, error: DescriptionError) -> object:
-        """Returns a harmless value for a field, or None to remove the field."""
+        """Returns a harmless value for a field, or None if the field must be removed."""
         last = keys[-1]
         if is_missing(error.expected) or keys in self.values:
             return f"unnamed{len(self.values)}" if last == "name" else _MISSING.get(str(last))
@@ -182,7 +181,7 @@ class _Repairs:
         return 1 if keys[0] == "parameters" and last != "unit" else None
 
     def _has_respelled(self, error: DescriptionError, word: str) -> bool:
-        """Replaces a misspelt word in its line; returns whether this changes the text."""
+        """Corrects a misspelt word in its line. The result is False if the text stays the same."""
         lines = self.text.split("\n")
         if error.line is None or not isinstance(error.value, str):
             return False

@@ -1,10 +1,10 @@
 """Snaps the numbers of a described robot to exact values and lists every change.
 
-Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Noise is
-removed from lengths; rounded angles and rounded directions become exact. Equal numbers become equal
-exact numbers in every joint, so parallel axes stay parallel. In a robot with loops, the points of a
-body are also considered together (:mod:`~chasles.derive.description.arrangement`), as are the
-frames on a rotated base (:mod:`~.turned_base`).
+The rules are in :mod:`~chasles.derive.description.noise`. Noise is removed from lengths; rounded
+angles and rounded directions become exact. Equal numbers of different joints stay equal, so
+parallel axes stay parallel. In a robot with loops, the points of a body are also compared with each
+other (:mod:`~chasles.derive.description.arrangement`). The same holds for the frames on a rotated
+base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -29,16 +29,15 @@ def cleaned(robot: SerialRobot) -> SerialRobot: ...
 @overload
 def cleaned(robot: Mechanism) -> Mechanism: ...
 def cleaned(robot: Described) -> Described:
-    """Returns the robot with exact numbers and a list of all changed numbers.
+    """Returns the robot with exact numbers and a list of the changed numbers.
 
     Args:
-        robot: A robot with the numbers that its file contains.
+        robot: A robot with the numbers of its file.
 
     Returns:
-        The robot with cleaned fields, whose field ``cleaning`` lists the changes. For a serial
-        robot, ``cleaning`` and ``notes`` also state a bound of the pose change that the new numbers
-        cause. A robot with loops also stores a copy with the numbers from its file, for a later
-        comparison.
+        The robot with exact numbers. Its field ``cleaning`` lists the changes. For a serial robot,
+        ``cleaning`` and ``notes`` also state how far the new numbers move the tool. A robot with
+        loops also keeps a copy with the numbers of its file.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 
@@ -63,10 +62,10 @@ def cleaned_with_warning(robot: SerialRobot, file: str) -> SerialRobot: ...
 @overload
 def cleaned_with_warning(robot: Mechanism, file: str) -> Mechanism: ...
 def cleaned_with_warning(robot: Described, file: str) -> Described:
-    """Returns the robot with exact numbers; warns if noise removal moves the tool far.
+    """Returns the robot with exact numbers, and warns if they move the tool far.
 
     Args:
-        robot: A robot with the numbers that its file contains.
+        robot: A robot with the numbers of its file.
         file: The name of the file.
     """
     result = cleaned(robot)
@@ -76,7 +75,6 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
 
 
 def _noise(robot: Described) -> Fraction:
-    """Returns the rounding errors (meter) of the lengths in the description of a robot."""
     return Fraction(NOISE * (robot_size(robot) or 1.0))
 
 
@@ -130,7 +128,7 @@ def _frame(work: ExactNumbers, loop_joint: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """Returns the points of each body to which joints, closures or struts are attached."""
+    """Returns the points of each body at which joints, closures or struts are attached."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

@@ -15,17 +15,16 @@ from .toml_file import Keys, TomlFile, is_name, listed
 
 MOTOR_FIELDS = ("type", "limits", "assumed")
 OFFSET = "offset"
-"""Name of the coupling field that states the joint value if all coordinates of the coupling are
-0."""
+"""Name of the coupling field for the joint value at zero coordinates."""
 
 
 class CoordinateFile(TomlFile):
-    """A robot file whose coordinates are joints, or motors that move joints through couplings."""
+    """A robot file with joint or motor coordinates."""
 
     def couplings(self, joints: Sequence[Joint]) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-        """Reads the couplings and the motors that the couplings name.
+        """Reads the couplings, and the motors that they name.
 
-        A name that is neither a joint nor in ``[motors]`` denotes a revolute motor without limits.
+        A name that is neither a joint nor in ``[motors]`` becomes a revolute motor without limits.
 
         Args:
             joints: The joints of the file.
@@ -52,7 +51,6 @@ class CoordinateFile(TomlFile):
         return tuple(found), tuple(motors.values())
 
     def _mimics(self, joints: Iterable[Joint], kinds: Mapping[str, str]) -> Iterator[Coupling]:
-        """Yields the couplings of joints that follow one leader (``mimic``)."""
         for k, joint in enumerate(joints):
             keys: Keys = ("joints", k, "mimic")
             if self.at(keys) is None:
@@ -99,7 +97,7 @@ class CoordinateFile(TomlFile):
         return Motor(name, kind, limits, self.assumed(keys, ("limits",)))
 
     def limits(self, keys: Keys, kind: JointKind) -> Limits:
-        """Reads the limits of a coordinate, which are a list of two numbers."""
+        """Reads the limits of a coordinate, a list of two numbers."""
         value = self.at(keys)
         if value is None:
             return None, None

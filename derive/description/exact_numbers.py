@@ -1,4 +1,4 @@
-"""Replaces the numbers of a description by exact values and lists the changes."""
+"""Replaces the numbers of a description by exact values."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,12 +21,12 @@ _ABOUT = {"x": "roll", "y": "pitch", "z": "yaw"}
 
 @dataclass
 class ExactNumbers:
-    """Exact values for the numbers of a description.
+    """Finds the exact values for the numbers of a description.
 
     Attributes:
         tolerance: Length noise (meter).
-        points: Exact points of the arrangements, keyed by the points without noise.
-        numbers: The numbers that have been replaced so far.
+        points: Exact points for points without noise.
+        numbers: The numbers that were replaced so far.
     """
 
     tolerance: Fraction
@@ -34,14 +34,14 @@ class ExactNumbers:
     numbers: list[CleanedNumber] = field(default_factory=list)
 
     def parameter(self, parameter: Parameter) -> Parameter:
-        """Returns a parameter with an exact value; the value of a ratio does not change."""
+        """Returns a parameter with an exact value. Ratios stay as they are."""
         if parameter.kind == "ratio":
             return parameter
         at = f"parameter {parameter.name}"
         return replace(parameter, value=self.scalar(at, "", parameter.kind, parameter.value))
 
     def joint(self, joint: Joint) -> Joint:
-        """Returns a joint with exact numbers in its convention fields or placements."""
+        """Returns a joint with exact numbers."""
         convention = joint.convention
         if convention is None or not joint.given:
             before = self.placement(joint.name, joint.before)
@@ -60,7 +60,7 @@ class ExactNumbers:
         return replace(joint, before=before, after=after, given=convention.scalars(given))
 
     def of_field(self, at: str, each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-        """Returns the exact value of a convention field from the values of its components."""
+        """Returns the exact value of a convention field."""
         kind = each.kind.removesuffix("s")
         if kind == "direction":
             x, y, z = values
@@ -74,7 +74,7 @@ class ExactNumbers:
         return _grouped(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """Returns a point without noise, or the exact point of an arrangement of points."""
+        """Returns a point without noise, or the exact point of its arrangement."""
         without = self.without_noise(vector)
         x, y, z = (
             self.noted(at, name, "length", found, taken)
@@ -85,7 +85,7 @@ class ExactNumbers:
         return x, y, z
 
     def without_noise(self, vector: Vector) -> Vector:
-        """Returns a length vector without noise; symbolic components stay the same."""
+        """Returns a vector of lengths without noise. Symbolic components stay as they are."""
         x, y, z = (
             length if length == 0 or length.free_symbols else without_noise(length, self.tolerance)
             for length in vector
@@ -104,7 +104,7 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """Returns a strut length without noise, or the exact distance between two points."""
+        """Returns a strut length without noise, or the exact distance that it rounds."""
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))
@@ -119,19 +119,17 @@ class ExactNumbers:
         return self.noted(at, name, kind, value, taken)
 
     def noted(self, at: str, name: str, kind: str, found: sp.Expr, taken: sp.Expr) -> sp.Expr:
-        """Returns the exact number for a value, and records the change."""
+        """Returns the exact number and records the change."""
         if found != taken:
             self.numbers.append(CleanedNumber(at, name, found, taken, _UNITS[kind]))
         return taken
 
 
 def _called(each: Field) -> tuple[str, ...]:
-    """Returns printable names for the components of a field, such as roll, x or e_x."""
     return tuple(_UPRIGHT.sub(r"\1", name) for name in each.headings or each.components)
 
 
 def _grouped(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-    """Returns component values as the scalar or the vector that the convention expects."""
     if not each.is_vector:
         return values[0]
     x, y, z = values

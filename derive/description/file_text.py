@@ -1,4 +1,4 @@
-"""Reads the text of description files, with a size limit and a declared encoding."""
+"""Reads the text of description files. The size is limited."""
 
 import errno
 from collections.abc import Iterable
@@ -41,7 +41,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def check_length(file: str, text: str) -> None:
-    """Raises an error for a text that is longer than the limit for files.
+    """Raises an error if a text is too long.
 
     Raises:
         DescriptionError: The text is longer than the limit.
@@ -55,11 +55,11 @@ def _too_long(file: str) -> DescriptionError:
 
 
 def included_bytes(path: Path, folders: Iterable[Path], by: Path) -> bytes:
-    """Returns the content of a file that a description includes.
+    """Returns the content of an included file.
 
     Args:
         path: The included file.
-        folders: The folders that may contain the included files.
+        folders: The folders in which included files may be.
         by: The description.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Reads robots with loops from robot files: a joint tree, and the members that close the loops."""
+"""Reads robots with loops from robot files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -57,12 +57,11 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""For each type of platform joint, the series of one-DOF joints (name, kind, axis) that replaces
-it."""
+"""The one-DOF joints (name, kind, axis) that replace each type of platform joint."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:
-    """Whether a file table describes a robot with loops instead of a serial robot."""
+    """Whether a file describes a robot with loops."""
     joints = table.get("joints")
     listed_joints = joints if isinstance(joints, list) else []
     has_parent = any(isinstance(joint, Mapping) and "parent" in joint for joint in listed_joints)
@@ -76,7 +75,7 @@ class MechanismFile(RobotFile):
     of_lines: ClassVar = {}
 
     def described(self) -> Mechanism:
-        """The robot; its type depends on what the file describes."""
+        """The robot. Its type depends on the file."""
         return self.mechanism()
 
     def mechanism(self) -> Mechanism:
@@ -147,7 +146,7 @@ class MechanismFile(RobotFile):
         return tuple(joints)
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """Yields the chain of one-DOF joints that represents an unconstrained joint."""
+        """Yields the one-DOF joints of a platform that moves freely."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -177,7 +176,7 @@ class MechanismFile(RobotFile):
         if value is not None and (not isinstance(value, list) or len(value) != count):
             self.fail(keys, f"a list of {count} {what}")
 
-    # --- members that close the loops ---
+    # --- closures, rods and cylinders ---
 
     def _closure(self, keys: Keys, bodies: Sequence[str]) -> Closure:
         self.check_fields(keys, self.table_at(keys), ("name", "kind", "a", "b"))
@@ -242,7 +241,7 @@ class MechanismFile(RobotFile):
     def _advance(
         self, keys: Keys, table: Mapping[str, object], joint: str, slides: bool
     ) -> sp.Expr:
-        """Returns the joint motion per radian of the motor that moves the joint."""
+        """Returns the motion of the joint per radian of its motor."""
         field, others = (
             ("radius", ("ratio",)) if slides else ("ratio", ("radius", "teeth", "pitch"))
         )
@@ -262,7 +261,7 @@ class MechanismFile(RobotFile):
         return ratio
 
     def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
-        """Returns the effective radius of a wheel that drives a belt, chain or rack."""
+        """Returns the effective radius of a wheel for a belt, a chain or a rack."""
         if "radius" in table:
             self.fail((*keys, "radius"), "either a radius, or teeth and pitch")
         teeth = self.number((*keys, "teeth"), "ratio")
@@ -310,6 +309,6 @@ class MechanismFile(RobotFile):
 
 
 def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
-    """Returns the types of movable joints and cylinders, keyed by name."""
+    """Returns the types of movable joints and cylinders by name."""
     kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
     return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

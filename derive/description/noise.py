@@ -1,11 +1,11 @@
-"""Recognizes exact values behind rounded or noisy numbers in files.
+"""Recognizes exact values behind rounded or noisy numbers.
 
-The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits,
-such as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple
-of 15 degrees that is rounded to the written decimal places, such as 1.5708. A rounded angle may
-also be a fraction of a rounded pi, such as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a
-unit vector of cosines of multiples of 15 degrees, such as (0.7071068, 0.7071068, 0), or a diagonal
-of a cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
+Three cases are distinguished. A *noisy* number is a short decimal with stray distant digits, such
+as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple of 15
+degrees that is rounded to the written decimal places, such as 1.5708. For example, 1.570796325 is
+half of the rounded pi 3.14159265. A *rounded direction* is a unit vector, such as (0.7071068,
+0.7071068, 0). Its exact components are cosines of multiples of 15 degrees, or it is a diagonal of a
+cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math
@@ -27,13 +27,12 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Angle steps of rounded angles, with the finer step first."""
+"""Steps of rounded angles. The smaller step comes first."""
 _PLACES_OF_PI = 4
-"""Minimum number of decimal places of a rounded pi that is divided; 3.14 is too inaccurate for a
-real joint."""
+"""Minimum number of decimal places of a rounded pi. 3.14 is too inaccurate for a real joint."""
 _MIN_PLACES = 3
-"""Minimum number of decimal places that distinguishes a rounded direction from an approximate
-direction."""
+"""Minimum number of decimal places of a rounded direction. Directions with fewer places are
+approximate."""
 _PI_AS_WRITTEN = (
     _PI,
     *(
@@ -42,7 +41,7 @@ _PI_AS_WRITTEN = (
         for to_whole in (round, math.floor)
     ),
 )
-"""The number pi, then pi rounded and truncated to an increasing number of decimal places."""
+"""The number pi, exact and then rounded and truncated to more and more decimal places."""
 _QUARTER = 6
 """Number of 15-degree steps in a right angle."""
 _FIRST_SINES = (
@@ -52,26 +51,26 @@ _FIRST_SINES = (
 _FALLING = (1.0, *_FIRST_SINES[:0:-1])
 _HALF = (*_FIRST_SINES, *_FALLING)
 _SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
-"""Sines of the multiples of 15 degrees, starting at 0 degrees, with exact zeros."""
+"""Sines of 0, 15, 30, ... degrees. Zeros are exact."""
 _THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
-"""Minimum number of digits of a written single-precision number; exact binary fractions have fewer
+"""Minimum number of digits of a single-precision number. Exact binary fractions have fewer
 digits."""
 _SINGLE_PLACES = 7
 """Number of decimal places of a unit-vector component in single precision."""
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal that a noisy decimal represents, or else the decimal itself.
+    """Returns the short decimal behind a noisy decimal, or the decimal itself.
 
-    A single-precision number that is written with the digits of a double, such as
-    0.20000000298023224, is first replaced by its shortest single-precision decimal. A decimal d is
-    selected if its difference from the value is at most ``tolerance``, and at most the last place
-    of d divided by ``NOISE_GAP``. In the value, three zeros or nines follow d.
+    A single-precision number with the digits of a double, such as 0.20000000298023224, is first
+    shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
+    at most its last place divided by ``NOISE_GAP``. The next three digits of the value are then 000
+    or 999.
 
     Args:
-        value: A number, which is returned unchanged unless it is a finite decimal.
-        tolerance: Maximum noise, in the same unit as the value.
+        value: A number. If it is not a finite decimal, it is returned unchanged.
+        tolerance: Maximum noise, in the unit of the value.
     """
     places = decimal_places(value)
     if not places:
@@ -87,7 +86,7 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 def single_precision(number: Fraction) -> Fraction:
     """Returns the shortest decimal for a single-precision number in meters or millimeters.
 
-    Other numbers, and numbers with few written digits, do not change.
+    Other numbers, and numbers with few digits, stay as they are.
     """
     places = decimal_places(sp.Rational(number.numerator, number.denominator)) or 0
     if abs(number) * 10**places < 10**_FEWEST_DIGITS:
@@ -100,15 +99,14 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """Returns the exact value (radian) of a rounded angle, or any other angle without noise.
+    """Returns the exact value (radian) of a rounded angle. Noise of other angles is removed.
 
-    A decimal is replaced by a multiple of pi/12 if it equals this multiple, rounded or truncated to
-    the places of the decimal. The decimal must have enough places that at most the fraction
-    ``CHANCE`` of all angles match by chance; three places are enough, or two for right angles.
-    Before the division, pi may have been rounded or truncated. The rounded pi has at least four
-    places, and at most as many places as the decimal; for example, 0.7853975 is 3.14159 / 4. A
-    trailing zero does not count as a place, so the decimal 2.880 does not change. The angle zero
-    must be written as zero.
+    A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
+    The decimal must have so many places that an arbitrary angle matches with a probability of at
+    most ``CHANCE``. Three places suffice, or two for right angles. The file may also contain a
+    fraction of a rounded pi. The rounded pi has at least four places, and at most as many places as
+    the decimal. For example, 0.7853975 is 3.14159 / 4. Trailing zeros do not count as places, so
+    the decimal 2.880 stays as it is. Zero must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -133,9 +131,9 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """Returns the multiple of pi if an angle looks like radians in a file in degrees, or None.
+    """Returns the multiple of pi if an angle in degrees looks like radians, else None.
 
-    The angle must be at most one turn. A right angle needs two decimal places (1.57), and any other
+    The angle must be at most one turn. A right angle needs two decimal places (1.57). Any other
     multiple of pi/12 needs four (0.7854).
     """
     places = decimal_places(value) or 0
@@ -147,7 +145,7 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
 
 
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
-    """Whether a decimal is a rounded or truncated fraction of pi, which itself may be rounded."""
+    """Whether a decimal is a rounded or truncated fraction of pi or of a rounded pi."""
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
     last_place = Fraction(1, 10**places)
     if last_place > Fraction(CHANCE) * step:
@@ -160,15 +158,14 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """Returns the exact value of a rounded direction in a file, or any other vector without noise.
+    """Returns the exact value of a rounded direction. Noise of other vectors is removed.
 
-    A decimal vector of any length is scaled and compared with the unit vectors of
-    :func:`exact_directions`. A unit vector replaces the decimal vector if each component agrees
-    within one unit of the last written place, or within ``NOISE`` of the length. A zero component
-    must be exactly zero in the file.
+    A decimal vector is normalized and compared with the vectors of :func:`exact_directions`. Each
+    component must agree within one unit of the last written place, or within ``NOISE`` times the
+    length of the vector. A zero component must be exactly zero.
 
     Returns:
-        A unit vector of exact roots, or the decimals of the file.
+        A unit vector with exact roots, or the decimals of the file.
     """
     if any(decimal_places(component) is None for component in vector):
         return vector
@@ -193,7 +190,7 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """The image of a frame axis after two rotations about frame axes by multiples of 15 degrees."""
+    """A frame axis after two rotations about frame axes by multiples of 15 degrees."""
 
     azimuth: int
     tilt: int
@@ -214,7 +211,7 @@ class _Turned:
 
 @dataclass(frozen=True)
 class _Diagonal:
-    """The direction of a cube diagonal as a unit vector."""
+    """The unit vector along a diagonal of a cube."""
 
     signs: tuple[int, ...]
 
@@ -231,7 +228,7 @@ class _Diagonal:
 
 @cache
 def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, float]], ...]:
-    """Returns candidate unit vectors with numeric values and an exact form computed on demand."""
+    """Returns the exact unit vectors with their numerical values."""
     found: dict[tuple[float, ...], tuple[_Turned | _Diagonal, tuple[float, float, float]]] = {}
     directions: list[_Turned | _Diagonal] = []
     directions += [_Turned(*at) for at in product(range(24), range(13), range(3))]
@@ -243,6 +240,5 @@ def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, f
 
 
 def _shifted(vector: tuple[Number, Number, Number], by: int) -> tuple[Number, Number, Number]:
-    """Returns the cyclic permutations of the components of a vector."""
     x, y, z = (vector[(k - by) % 3] for k in range(3))
     return x, y, z

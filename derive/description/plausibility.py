@@ -1,7 +1,8 @@
-"""Unit checks, which find numbers that fit another unit better than the assumed unit.
+"""Finds numbers that fit another unit better than the assumed unit.
 
-If a file format has units, an implausible number without a stated unit is an error. If a format has
-no units, such as URDF, an implausible number gives only a note. A stated unit is always accepted.
+In a format with units, an implausible number without a unit is an error. In a format without units
+such as URDF, an implausible number only gives a note. A number with a stated unit is always
+accepted.
 """
 
 from collections.abc import Mapping
@@ -14,16 +15,16 @@ from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MAX_TURNED, SHORTE
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
-"""Largest magnitude (meter, radian) of a number that needs no stated unit."""
+"""Largest number (meter, radian) that needs no stated unit."""
 _DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
 
 
 LARGEST_LIMIT: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": MAX_TURNED}
-"""Largest magnitude (meter, radian) of a joint limit that needs no stated unit."""
+"""Largest joint limit (meter, radian) that needs no stated unit."""
 
 
 def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = LARGEST) -> str:
-    """Returns the error text that asks to state the unit of a large length or angle."""
+    """Returns the text of an error that asks for the unit of a large number."""
     default, other = _DEFAULTS[kind]
     return (
         f"{'a length' if kind == 'length' else 'an angle'} of at most {largest[kind]:g} {default}, "
@@ -33,7 +34,7 @@ def statement_of(kind: ParameterKind, largest: Mapping[ParameterKind, float] = L
 
 
 def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns notes on the numbers of a robot whose units are doubtful."""
+    """Returns notes on numbers with doubtful units."""
     questions = [question for joint in robot.joints for question in _implausible_angles(joint)]
     questions += filter(None, map(_implausible_limits, robot.joints))
     longest = robot_size(robot)
@@ -46,7 +47,7 @@ def implausible_values(robot: SerialRobot) -> tuple[str, ...]:
 
 
 def _implausible_limits(joint: Joint) -> str:
-    """Returns a note on doubtful limits of a revolute joint, or an empty text."""
+    """Returns a note on doubtful limits of a revolute joint, or ""."""
     limits = [limit for limit in joint.limits if limit is not None]
     if joint.kind != "revolute" or not any(abs(float(limit)) >= MAX_TURNED for limit in limits):
         return ""

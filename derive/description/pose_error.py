@@ -1,9 +1,9 @@
-"""Bound for the pose difference between two robots that have the same joints.
+"""Bounds the pose difference between two robots with the same joints.
 
-The pose of a link is ``T = before * motion(q) * after``, or ``T = exp([S] q) M`` with the screw
-axis S of its joint and its pose M at zero. Both forms give bounds for the translation and the
-rotation between corresponding links; the smaller bound is added to the sum. Each rotation bound is
-multiplied by the largest distance from its link to the tool. The sums are valid for all joint
+The pose of a link is ``T = before * motion(q) * after``. It is also ``T = exp([S] q) M`` with the
+screw axis S of its joint and its pose M at zero. Both forms give bounds for the translation and
+rotation of a link, and the smaller bound is used. The bounds of all links are added. A rotation
+bound is multiplied by the largest distance from the link to the tool. The sums hold for all joint
 values within the limits.
 """
 
@@ -20,7 +20,7 @@ from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
-"""Displacement range (meter) that is assumed for prismatic joints without limits."""
+"""Assumed range (meter) of a prismatic joint without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
 """A matrix of mpmath, which has no type hints."""
@@ -29,12 +29,12 @@ _Values = Mapping[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class _Link:
-    """Motion of a link relative to the preceding link.
+    """The motion of a link relative to the preceding link.
 
     Attributes:
-        before: Pose (4, 4) of the joint frame; its z axis is the joint axis.
-        after: Pose (4, 4) of the link frame in the joint frame after its motion.
-        turns: Whether the joint rotates the link.
+        before: Pose (4, 4) of the joint frame. Its z axis is the joint axis.
+        after: Pose (4, 4) of the link in the moved joint frame.
+        turns: Whether the joint is revolute or helical.
         travel: Maximum displacement along the joint axis (meter).
     """
 
@@ -45,29 +45,28 @@ class _Link:
 
     @property
     def home(self) -> _Matrix:
-        """Pose (4, 4) of the link if its joint value is 0."""
+        """Pose (4, 4) of the link at joint value 0."""
         return self.before * self.after
 
     @property
     def reach(self) -> mpmath.mpf:
-        """Maximum distance between the frames of this link and the preceding link (meter)."""
+        """Maximum distance from the preceding link frame to this link frame (meter)."""
         if not self.turns:
             return mpmath.norm(self.home[:3, 3]) + self.travel
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
 
 
 def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
-    """Returns bounds for the distance (meter) and angle (radian) between two robots' tools.
+    """Returns the maximum distance (meter) and angle (radian) between the tools of two robots.
 
     Args:
         one: A robot.
-        other: A robot with the same joints, limits and parameter names, but other placements. Both
-            robots have the default values of their parameters.
+        other: A robot with the same joints, limits and parameter names. Both robots have their
+            default parameter values.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # The links are visited from the tool to the base; the distance of each link to the tool is
-        # then known.
+        # In the order from tool to base, the distance to the tool is known for each link.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond
@@ -77,12 +76,12 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
 
 def robot_size(robot: Described) -> float:
-    """Returns the longest dimension (meter) of a robot at default parameter values, or 0."""
+    """Returns the longest dimension (meter) of a robot, or 0."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
 def lengths(robot: Described) -> Iterator[sp.Expr]:
-    """Yields the magnitudes (meter) of all components of translations at default values."""
+    """Yields the absolute values (meter) of all translations at default parameters."""
     values = _values(robot)
     for placement in robot.placements:
         for motion in placement:
@@ -91,13 +90,13 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns bounds for the translation and the rotation between two link motions."""
+    """Returns bounds for the translation and rotation between two link motions."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
 
 def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds that follow from the frames before and after the motion."""
+    """Returns the bounds from the frames before and after the motion."""
     tilt = _angle(link.before, same.before)
     arm = mpmath.norm(link.after[:3, 3]) + link.travel
     shift = _distance(link.before, same.before) + tilt * arm + _distance(link.after, same.after)
@@ -105,12 +104,11 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds that follow from the screws of two links and their poses at zero.
+    """Returns the bounds from the screws and the poses at zero.
 
-    If the joint frames rotate about their z axes, the screws do not change.
+    Rotations of the joint frames about their z axes do not change the screws.
 
-    A rotation about a displaced axis equals ``D R D^-1``, with the displacement D and the rotation
-    R about the original axis.
+    A rotation R about a displaced axis is ``D R D^-1`` with the displacement D.
     """
     tilt = _angle_between(link.before[:3, 2], same.before[:3, 2])
     shift = _distance(link.home, same.home) + tilt * link.travel
@@ -152,7 +150,7 @@ def _travel(joint: Joint, values: _Values) -> mpmath.mpf:
 
 
 def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
-    """Returns a placement as an mpmath matrix at the current precision."""
+    """Returns a placement as a matrix in the current precision of mpmath."""
     T = mpmath.eye(4)
     for motion in placement:
         step = mpmath.eye(4)
@@ -169,12 +167,12 @@ def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
 
 
 def _angle_between(a: _Matrix, b: _Matrix) -> mpmath.mpf:
-    """Returns the angle between two unit vectors; small angles are accurate too."""
+    """Returns the angle between two unit vectors. Small angles are accurate."""
     return 2 * mpmath.asin(min(mpmath.mpf(1), mpmath.norm(a - b) / 2))
 
 
 def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """Returns the rotation angle between two poses; small angles are accurate too."""
+    """Returns the rotation angle between two poses. Small angles are accurate."""
     distance = mpmath.sqrt(sum(abs(x) ** 2 for x in one[:3, :3] - other[:3, :3]))
     return 2 * mpmath.asin(min(mpmath.mpf(1), distance / mpmath.sqrt(8)))
 
@@ -191,5 +189,5 @@ def _number(expression: sp.Expr, values: _Values) -> mpmath.mpf:
 
 
 def _rounded(bound: mpmath.mpf) -> float:
-    """Returns a bound as a float, or 0 if the bound is only rounding error."""
+    """Returns a bound as a float. Rounding errors become 0."""
     return float(bound) if bound > ROUNDING else 0.0

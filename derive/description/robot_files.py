@@ -1,4 +1,4 @@
-"""Reads robot files; an error states the line in the file.
+"""Reads robot files. Errors state the line in the file.
 
 A robot file contains the numbers of a data sheet::
 
@@ -20,11 +20,11 @@ A robot file contains the numbers of a data sheet::
 Every number is exact: an integer, a decimal, or an expression for
 :mod:`chasles.derive.model.exact`.
 
-The file of a robot with loops lists a joint tree (``parent``) and the members that close the loops:
+The file of a robot with loops lists a joint tree (``parent``) and the parts that close the loops:
 ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
-extend a parent file and change its parameter values. The file of a robot as built may specify the
-robot as designed (``nominal``), by file or by the name of an installed robot; Newton's method then
-refines the inverse of the nominal robot.
+extend another file and change its parameter values. The file of a measured robot may name the
+designed robot (``nominal``), by file or by the name of an installed robot. Newton's method then
+refines the solutions of the designed robot.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,8 @@ __all__ = ["DescriptionError", "read", "read_text"]
 
 SUFFIX = ".toml"
 Ends = tuple[str | None, str | None]
-"""Names of the base and tip links, or None for the base frame or the tool frame of the file."""
+"""Names of the base link and the tip link. None stands for the base frame or the tool frame of
+the file."""
 
 
 def read(
@@ -65,33 +66,33 @@ def read(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Reads a robot from any supported file; the suffix determines the format.
+    """Reads a robot from a file. The suffix determines the format.
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
-            (.sdf), the name of a robot installed with chasles, or ``robot:NAME`` for a robot in the
-            package robot_descriptions.
-        base: The link whose frame is the base frame; by default, the root or the base of a robot
+            (.sdf). Also the name of a robot installed with chasles, or ``robot:NAME`` for a robot
+            in the package robot_descriptions.
+        base: The link of the base frame. By default, the root of the tree, or the base of a robot
             file.
-        tip: The link whose frame is the tool frame, anywhere in the tree; by default, the end of
-            the longest chain or the tool of a robot file.
-        group: A group in an SRDF file next to the file, which replaces base and tip.
-        name: Name of the robot; by default, the name in the file.
+        tip: The link of the tool frame. By default, the end of the longest chain, or the tool of a
+            robot file.
+        group: A group of the SRDF file in the same folder. It replaces base and tip.
+        name: Name of the robot. By default, the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        conventions: The conventions that a robot file may use; by default, all conventions of
+        conventions: The conventions that a robot file may use. By default, all conventions of
             chasles.
-        exact: Whether numbers are used exactly as the file states them. Otherwise, noise is
-            removed, and rounded angles, directions and arrangements become exact; the robot lists
-            these changes in ``cleaning``.
+        exact: Whether the numbers of the file are used exactly. Otherwise, noise is removed, and
+            rounded angles, directions and arrangements become exact. The field ``cleaning`` of the
+            robot lists these changes.
 
     Returns:
         The robot, in meters and radians. The result is a Mechanism if the file has closed loops,
-        actuated joints or parent bodies; otherwise, it is a SerialRobot. The field ``notes`` states
-        the selected tip if the file has several tips.
+        actuated joints or parent bodies. Otherwise, the result is a SerialRobot. If several tips
+        are possible, ``notes`` states the selected tip.
 
     Raises:
-        DescriptionError: The file or its parent file cannot be read or is invalid, has an
-            unsupported suffix, does not contain the chain, or contains several arms.
+        DescriptionError: The file or its parent file cannot be read or is invalid. Or its suffix is
+            not supported, the chain does not exist, or there are several arms.
         UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
@@ -124,18 +125,18 @@ def read_text(
         text: The text of a robot file or URDF.
         format: The format of the text, "toml" or "urdf". Xacro files and MJCF models must be read
             from a file.
-        file: File name in error messages; its folder is searched for the file that the text
-            extends.
-        conventions: The conventions that a robot file may use; by default, all conventions of
+        file: File name for error messages. The folder of this file is searched for the extended
+            file.
+        conventions: The conventions that a robot file may use. By default, all conventions of
             chasles.
-        exact: Whether numbers are used as the text states them; see :func:`read`.
+        exact: Whether the numbers of the text are used exactly. See :func:`read`.
 
     Returns:
-        The robot in meters and radians; see :func:`read`.
+        The robot in meters and radians. See :func:`read`.
 
     Raises:
-        DescriptionError: The text or its parent file is invalid, the text is longer than the limit
-            for files, or the format is unknown.
+        DescriptionError: The text or its parent file is invalid, the text is too long, or the
+            format is unknown.
     """
     if not isinstance(text, str):
         raise InputTypeError(f"text: expected a str, got {text!r}")
@@ -158,7 +159,6 @@ def _chain(
     *,
     exact: bool,
 ) -> Described:
-    """Reads the chain between two links, or the chain of a group, from a file with a link tree."""
     if group:
         if base or tip:
             expected = "either a group, or base and tip"
@@ -182,7 +182,7 @@ def _of_toml(
     *,
     is_nominal: bool = False,
 ) -> Described:
-    """Reads a robot file from text; a nominal robot itself must not specify a nominal robot."""
+    """Reads a robot file from text. The file of a nominal robot must not name a nominal robot."""
     reader = reader_of(text, file, conventions)
     if is_nominal and "nominal" in reader.table:
         reader.fail(("nominal",), "none: a nominal robot names no nominal robot itself")
@@ -196,10 +196,10 @@ def _of_toml(
 
 
 def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotFile:
-    """Returns the reader that fits the text of a robot file.
+    """Returns the reader for the text of a robot file.
 
     Raises:
-        DescriptionError: The text is not TOML, or the file that it extends cannot be read.
+        DescriptionError: The text is not TOML, or the extended file cannot be read.
     """
     written = TomlFile(file, text)
     extending = written if "extends" in written.table else None
@@ -211,7 +211,7 @@ def reader_of(text: str, file: str, conventions: Sequence[Convention]) -> RobotF
 def _with_nominal(
     file: TomlFile, robot: Mechanism, conventions: Sequence[Convention], ends: Ends
 ) -> Mechanism:
-    """Adds the nominal robot that the file specifies."""
+    """Adds the nominal robot that the file names."""
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
@@ -234,7 +234,7 @@ def _with_nominal(
 
 
 def _extended(extending: TomlFile) -> TomlFile:
-    """Returns the parent file that a robot file extends."""
+    """Returns the file that a robot file extends."""
     keys = ("extends",)
     path = Path(extending.file).parent / extending.string(keys, "")
     if path.suffix.lower() != SUFFIX:

@@ -1,4 +1,4 @@
-"""Reads serial robots from robot files, with their joints in order from base to tool."""
+"""Reads serial robots from robot files."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar, NoReturn
@@ -26,8 +26,7 @@ from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MAX_JOINTS = 256
 AUTO = "auto"
-"""Name of the convention in a file that states joint axes as lines; chasles then selects a
-convention for each joint."""
+"""Convention name for joint axes as lines. chasles then selects a convention for each joint."""
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -54,7 +53,7 @@ IN_SERIES: Mapping[str, str] = {
     "ball": f"three {_TURNS}",
     "cylindrical": "a prismatic and a revolute joint in series, on one axis",
 }
-"""Multi-DOF joint types, each with the one-DOF joints that a file must state instead."""
+"""Joint types with several degrees of freedom, and the joints that a file must state instead."""
 
 
 class RobotFile(CoordinateFile):
@@ -62,7 +61,7 @@ class RobotFile(CoordinateFile):
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
-    """Special convention names, each with the convention in which the joints are read."""
+    """Special convention names, and the convention in which the joints are read."""
 
     def __init__(
         self,
@@ -71,10 +70,10 @@ class RobotFile(CoordinateFile):
         extending: TomlFile | None = None,
         conventions: Sequence[Convention] = CONVENTIONS,
     ) -> None:
-        """Reads the text of a file; see :class:`TomlFile`.
+        """Reads the text of a file. See :class:`TomlFile`.
 
         Args:
-            file: File name in error messages.
+            file: File name for error messages.
             text: TOML text.
             extending: A file that extends this file.
             conventions: The conventions that the file may use.
@@ -84,7 +83,7 @@ class RobotFile(CoordinateFile):
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def described(self) -> Described:
-        """The robot; its type depends on what the file describes."""
+        """The robot. Its type depends on the file."""
         return self.robot()
 
     def robot(self) -> SerialRobot:
@@ -128,7 +127,7 @@ class RobotFile(CoordinateFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _each(self, field: str) -> list[Keys]:
-        """Returns the keys of all tables in a list of the file, or [] if the list is missing."""
+        """Returns the keys of all tables in a list, or [] if the list is missing."""
         value = self.table.get(field, [])
         if not isinstance(value, list) or len(value) > MAX_JOINTS:
             self.fail((field,), f"a list of at most {MAX_JOINTS} {field}")
@@ -155,12 +154,12 @@ class RobotFile(CoordinateFile):
         return Load(masses, *self._gravity()) if masses else None
 
     def _springs(self) -> Springs | None:
-        """Reads the joint springs, and the masses that load these springs."""
+        """Reads the springs of joints, and the masses that load them."""
         springs = tuple(map(self._spring, self._each("springs")))
         return Springs(springs, *self._gravity()) if springs else None
 
     def _gravity(self) -> tuple[Vector, ...]:
-        """Reads the gravity vector, or returns the default vector if the file has none."""
+        """Reads the gravity vector. The default vector is used if the file has none."""
         return (self.vector(("gravity",), "ratio"),) if "gravity" in self.table else ()
 
     def _spring(self, keys: Keys) -> Spring:
@@ -211,7 +210,7 @@ class RobotFile(CoordinateFile):
         return read
 
     def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
-        """Reads the type of a joint, which must be one of ``kinds``."""
+        """Reads the type of a joint."""
         series = IN_SERIES.get(str(self.at(keys)))
         if series is not None:
             self.fail(keys, f"one of {listed(kinds)} (this joint is {series})")
@@ -244,7 +243,7 @@ class RobotFile(CoordinateFile):
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """Reads a name, which must be unique in the file."""
+        """Reads a name. Each name must be unique in the file."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
@@ -252,7 +251,7 @@ class RobotFile(CoordinateFile):
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
-        """Returns the convention of a joint, which by default is the convention of the file."""
+        """Returns the convention of a joint. By default, this is the convention of the file."""
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
         words = self.of_lines if len(at) == 1 else {}
         chosen = self.option(at, (*self._conventions, *words), "")
@@ -261,7 +260,7 @@ class RobotFile(CoordinateFile):
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
     ) -> dict[str, sp.Expr | Vector]:
-        """Reads the convention fields of a joint; a missing field has its default value."""
+        """Reads the convention fields of a joint. A missing field has its default value."""
         given = {
             field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
         }
@@ -275,7 +274,7 @@ class RobotFile(CoordinateFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: DescriptionError
     ) -> NoReturn:
-        """Raises DescriptionError for field values that do not define a placement."""
+        """Raises an error for field values without a placement."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")

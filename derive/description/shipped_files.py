@@ -1,4 +1,4 @@
-"""Finds robot files by path, or by the name of a robot installed with chasles."""
+"""Finds robot files by their path or by the name of an installed robot."""
 
 import os
 import re
@@ -11,7 +11,7 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of additional arms, whose code is derived when needed and is not committed."""
+"""Folder of more arms. Their code is not installed, and is derived when needed."""
 NAMED = "robot:"
 """Prefix of the names of robots in the package robot_descriptions."""
 
@@ -22,7 +22,7 @@ def robot_names(folder: Path) -> list[str]:
 
 
 def shipped_file(name: str) -> Path | None:
-    """Returns the file of a robot installed with chasles, or None if the name is unknown."""
+    """Returns the file of an installed robot, or None if the name is unknown."""
     for folder in (ROBOTS, SHELF):
         if name in robot_names(folder):
             return folder / f"{name}.toml"
@@ -30,7 +30,7 @@ def shipped_file(name: str) -> Path | None:
 
 
 def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """Returns the file of a robot, and the arguments of a xacro file.
+    """Returns the file of a robot, and the arguments for a xacro file.
 
     Args:
         source: A path, the name of a robot installed with chasles, or ``robot:NAME`` for a robot in
@@ -56,12 +56,12 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
 
 
 def _nearest(name: str, known: list[str]) -> str:
-    """Returns the known name whose letters and digits are most similar, or an empty text."""
+    """Returns the most similar known name, or ""."""
     plain = {re.sub(r"[^a-z0-9]", "", other): other for other in known}
     close = get_close_matches(re.sub(r"[^a-z0-9]", "", name.lower()), plain, n=1)
     return plain[close[0]] if close else ""
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """Returns the file of a nominal robot, which is installed or in the same folder."""
+    """Returns the file of a nominal robot. It is an installed robot or in the same folder."""
     return shipped_file(nominal) or file.parent / nominal

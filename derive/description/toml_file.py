@@ -1,6 +1,6 @@
-"""Reads TOML with exact numbers, units and parameters; an error states the file and the line.
+"""Reads TOML files with exact numbers, units and parameters. Errors state file and line.
 
-:class:`TomlFile` handles values and lines, but does not know robots.
+:class:`TomlFile` handles values and lines, not robots.
 """
 
 import keyword
@@ -26,10 +26,10 @@ from .suggestions import hint
 from .toml_lines import MAX_PARTS, LongKeyError, first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
-"""Path to a value in the file: names of tables and fields, and list indices."""
+"""Path to a value in the file. It consists of table names, field names and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields, in addition to parameters, that replace the fields of the extended file."""
+"""Fields of the extended file that a file may replace, besides parameters."""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -61,7 +61,7 @@ _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
 def file_error(
     file: str, line: int | None, field: str, value: object, expected: str
 ) -> DescriptionError:
-    """Returns the error for a value in a robot file; its message contains all arguments."""
+    """Returns the error for a value in a robot file."""
     position = file if line is None else f"{file}:{line}"
     about = f"{field}: " if field else ""
     found = "" if value is None else f", found {shown_value(value)}"
@@ -72,21 +72,20 @@ def file_error(
 
 
 class TomlFile:
-    """A robot file, with its table, units and parameters; an error states the line."""
+    """A robot file with its table, units and parameters. Errors state the line."""
 
     def __init__(self, file: str, text: str, extending: "TomlFile | None" = None) -> None:
         """Parses the text.
 
         Args:
-            file: File name in error messages.
+            file: File name for error messages.
             text: TOML text.
-            extending: A file that extends this file, and replaces its name, title, source and
-                parameter values. An error in a line of the extending file states the name of
-                that file.
+            extending: A file that extends this file. It replaces the name, title, source and
+                parameter values. An error in the extending file states the name of that file.
 
         Raises:
             DescriptionError: The text is empty or not valid TOML, or the extending file has fields
-                that it must not replace.
+                that it must not have.
         """
         self.file, self.text = file, text
         self.extending: TomlFile | None = None
@@ -133,7 +132,7 @@ class TomlFile:
         self.extending = extending
 
     def _new_value(self, keys: Keys) -> object:
-        """Returns the parameter value that an extending file sets, which is a number or a table."""
+        """Returns the parameter value of an extending file, a number or a table."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -151,7 +150,7 @@ class TomlFile:
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
     def declare_parameters(self) -> None:
-        """Reads parameter names and units; without a unit, the first use determines the kind."""
+        """Reads parameter names and units. Without a unit, the first use determines the kind."""
         for name, value in self.table_at(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
             if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
@@ -168,7 +167,7 @@ class TomlFile:
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
-        """Returns a declared parameter, with its value in meter, in radian or as a ratio."""
+        """Returns a parameter with its value in meter, in radian or as a ratio."""
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
@@ -184,7 +183,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """Returns the fields of a table that the file marks as assumed."""
+        """Returns the fields of a table that are marked as assumed."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -197,13 +196,13 @@ class TomlFile:
         return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
-        """Converts a number to meter or radian; a large number must have a stated unit."""
+        """Converts a number to meter or radian. A large number needs a stated unit."""
         if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
             self.fail(keys, statement_of(kind))
         return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """Reads a list of three numbers; a missing field means three zeros."""
+        """Reads a list of three numbers. A missing field gives three zeros."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -211,7 +210,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in meter or radian; a missing field means zero."""
+        """Reads an expression with parameters, in meter or radian. A missing field gives zero."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -246,12 +245,12 @@ class TomlFile:
         return sp.expand_mul(expression)
 
     def at_defaults(self, expression: sp.Expr) -> sp.Expr:
-        """Evaluates an expression at the default parameter values."""
+        """Evaluates an expression at default parameters."""
         symbols = sorted(expression.free_symbols, key=str)
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Rejects numbers that look like radians, such as 1.5708, if the file uses degrees."""
+        """Rejects numbers in degrees that look like radians, such as 1.5708."""
         if kind != "angle" or self.scale["angle"] == 1:
             return
         for text in map(str, _parts(value)):
@@ -269,7 +268,7 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether the units of an expression are consistent, tested by scaling all lengths."""
+        """Whether the units of an expression are consistent. The test scales all lengths."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
@@ -288,7 +287,7 @@ class TomlFile:
         return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
-        """Reads a number without parameters, which is in the units of the file."""
+        """Reads a number without parameters in the units of the file."""
         value = self.at(keys)
         if value is None and default is not None:
             return sp.Integer(default)
@@ -307,7 +306,7 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """Reads the name of the robot, which is the prefix of all generated names."""
+        """Reads the name of the robot. All generated names start with it."""
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -325,7 +324,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """Reads a word, which must be one of several options."""
+        """Reads one of several words."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)
@@ -362,12 +361,12 @@ class TomlFile:
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        """Raises DescriptionError for a value, or for the table if the value is missing.
+        """Raises an error for a value, or for the table of a missing value.
 
         Args:
             keys: The path to the value.
-            expected: Description of a valid value for the message.
-            shown: The value to print in the message, if it differs from the value at the path.
+            expected: A valid value, in words.
+            shown: The value in the message. By default, the value at the path.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:
@@ -376,7 +375,7 @@ class TomlFile:
         raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """Returns the file that contains a value: this file, or a file that extends it."""
+        """Returns the file with a value: this file or an extending file."""
         if self.extending is None or keys[2:] not in ((), ("value",)):
             return self
         return (
@@ -384,7 +383,7 @@ class TomlFile:
         )
 
     def _line(self, keys: Keys) -> int | None:
-        """Returns the line of a value or, if the value is missing, the line of its table."""
+        """Returns the line of a value, or of its table if the value is missing."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -404,7 +403,7 @@ def _follow(value: object, keys: Keys) -> object:
 
 
 def dotted(keys: Keys) -> str:
-    """Returns a path with dots, such as ``joints[2].alpha``; list indices start at 1."""
+    """Returns a path with dots, such as ``joints[2].alpha``. List indices start at 1."""
     text = ""
     for key in keys:
         text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
@@ -417,7 +416,7 @@ def is_name(text: str) -> bool:
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """Returns a parameter with another value; its unit and its meaning do not change."""
+    """Returns a parameter with another value. Unit and meaning stay the same."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 
@@ -426,7 +425,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """Returns the kind of a parameter (length, angle or ratio) from its use in an expression."""
+    """Returns the kind of a parameter (length, angle or ratio) from an expression that uses it."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -441,12 +440,12 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 
 def is_missing(expected: str) -> bool:
-    """Whether an error concerns a value that is missing in the file."""
+    """Whether an error reports a missing value."""
     return expected.endswith(_MISSING)
 
 
 def keys_of(field: str) -> Keys:
-    """Returns the path to a value from the text of :func:`dotted`."""
+    """Returns the path to a value. Inverse of :func:`dotted`."""
     parts = re.findall(r"\[(\d+)\]|([^.\[]+)", field)
     return tuple(int(index) - 1 if index else name for index, name in parts)
 
@@ -457,10 +456,10 @@ def listed(words: Iterable[str]) -> str:
 
 
 def shown_value(value: object) -> str:
-    """Formats a value as the file states it; a long value is truncated."""
+    """Formats a value as in the file. A long value is truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
-    except ValueError:  # Python refuses to print integers with thousands of digits.
+    except ValueError:  # Python refuses to print integers with several thousand digits.
         return "a very large integer"
     if isinstance(value, bool):
         text = text.lower()

@@ -1,4 +1,4 @@
-"""Finds the lines of values in a TOML text, because Python's TOML parser stores no positions."""
+"""Finds the lines of values in a TOML text. Python's TOML parser stores no positions."""
 
 import bisect
 import re
@@ -20,8 +20,8 @@ _TOKEN = re.compile(
 MAX_PARTS = 20
 """Maximum number of parts in a dotted key.
 
-The parser copies every prefix of a dotted key, so a key of 200 kB would need more than 10 GB of
-memory.
+The parser copies every prefix of a dotted key. Without a limit, a key of 200 kB would need more
+than 10 GB of memory.
 """
 _LONG_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MAX_PARTS}}}"""
@@ -33,13 +33,13 @@ class LongKeyError(ValueError):
 
 
 def table_of(text: str) -> dict[str, object]:
-    """Parses a TOML text to a table whose decimals are exact.
+    """Parses a TOML text. Decimals are exact.
 
     Raises:
         TOMLDecodeError: The text is not TOML.
-        LongKeyError: A key of the text has too many parts. ValueError, ArithmeticError: A number of
-        the text has too many digits.
-        RecursionError: Brackets in the text are nested too deeply.
+        LongKeyError: A key has too many parts. ValueError, ArithmeticError: A number has too many
+            digits.
+        RecursionError: Brackets are nested too deeply.
     """
     if _LONG_KEY.search(text):
         raise LongKeyError
@@ -47,9 +47,9 @@ def table_of(text: str) -> dict[str, object]:
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """Returns the first line at which the text so far, with closed brackets, fulfills ``holds``.
+    """Returns the first line for which the text up to this line fulfills ``holds``.
 
-    The parser stores no positions, so a bisection over the lines finds the first line.
+    A bisection over the lines finds it. Open brackets are closed before each test.
     """
     lines = text.split("\n")
 
@@ -79,7 +79,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether parsing fails because of a number, a long key or nested brackets, not the syntax."""
+    """Whether parsing fails for another reason than the syntax, such as nested brackets."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

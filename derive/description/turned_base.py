@@ -1,10 +1,10 @@
-"""Restores exact angles of a robot whose base frames are rotated together and then rounded.
+"""Restores the exact angles of a robot whose base is rotated.
 
-If the whole robot is rotated, the angles of parallel and perpendicular axes become arbitrary
-rounded numbers. Therefore, the base frames are expressed in axes that are parallel to the axes of
-one base frame. Relative angles that are close to multiples of 15 degrees become exact. Any other
-number becomes a number of another body, or the shortest decimal, within its rounding error. The
-rotation of the base itself does not change.
+If the whole robot is rotated in its file, the angles of parallel and perpendicular axes become
+arbitrary rounded numbers. Therefore, the base frames are expressed relative to one of the base
+frames. Relative angles near multiples of 15 degrees become exact. Any other number is replaced by
+an equal number of another body, or by the shortest decimal within its rounding error. The rotation
+of the whole base does not change.
 """
 
 import math
@@ -26,31 +26,28 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding error of a relative rotation in units of the last place: half a unit for each of six
-angles."""
+"""Rounding error of a relative rotation in units of the last place. Each of six angles has an
+error of half a unit."""
 _FINE = 10**20
-"""Number of steps per radian to which an angle in rotated axes is rounded before its
-simplification."""
+"""Steps per radian. An angle in rotated axes is rounded to a step before it is simplified."""
 _UPRIGHT = 1e-3
-"""If the cosine of the pitch is below this value, roll and yaw count as rotations about the same
-axis."""
+"""If the cosine of the pitch is smaller, roll and yaw count as rotations about the same axis."""
 _GUARD = 2
-"""Number of additional decimal places that the list of changes states for a coordinate in rotated
-axes."""
+"""Number of additional decimal places of coordinates in the list of changes."""
 
 
 @dataclass(frozen=True)
 class TurnedBase:
-    """The axes in which a rotated base has exact angles.
+    """The rotated axes in which a base has exact angles.
 
     Attributes:
-        owner: The joint or closure whose frame defines the rotation.
-        turn: The rotation of the base axes.
+        owner: The joint or closure whose frame has the orientation of the axes.
+        turn: The rotation of the axes.
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding error of relative angles (radian).
         length: Rounding error of coordinates in the rotated axes (meter).
-        lengths: Lengths of other bodies and of rods; a coordinate may equal one of these lengths.
-        angles: Angles of other bodies; a base angle may equal one of these angles.
+        lengths: Lengths of other bodies and of rods. A coordinate may have one of these values.
+        angles: Angles of other bodies. A base angle may have one of these values.
     """
 
     owner: str
@@ -63,14 +60,14 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """Returns the axes in which the most base frames have exact angles.
+    """Returns the axes in which the largest number of base frames have exact angles.
 
     Args:
         mechanism: A robot with the numbers of its file.
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        The axes, or None if the axes of the base frame already give as many exact angles.
+        The axes, or None if the base frame itself gives as many exact angles.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -91,21 +88,20 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
 
 def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
-    """Returns the axes that have the orientation of a frame."""
     turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
     with mpmath.workdps(EVALUATION_DIGITS):
         return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
 
 
 def _rough(base: TurnedBase, placement: Placement) -> int:
-    """Counts the angles of frames that are not multiples of 15 degrees in the rotated axes."""
+    """Counts the angles that are not multiples of 15 degrees in the rotated axes."""
     with mpmath.workdps(EVALUATION_DIGITS):
         T = _turned_back(base, placement)
         return sum(not (angle * 12 / sp.pi).is_Integer for angle in _angles(T, base))
 
 
 def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -> Mechanism:
-    """Returns the robot after its base frames are expressed in the rotated axes.
+    """Returns the robot with its base frames in the rotated axes.
 
     Args:
         mechanism: A robot with the numbers of its file.
@@ -148,7 +144,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
 def _listed(
     work: ExactNumbers, at: str, name: str, coordinate: mpmath.mpf, base: TurnedBase
 ) -> sp.Expr:
-    """Returns the exact coordinate, and adds the rounded coordinate to the list of changes."""
+    """Returns the exact coordinate and lists the change."""
     places = _GUARD - round(float(mpmath.log10(base.length)))
     found = Fraction(int(mpmath.nint(coordinate * 10**places)), 10**places)
     taken = _meant(found, base.lengths, base.length)
@@ -156,7 +152,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Returns zero, a known number with either sign, or the shortest decimal within rounding."""
+    """Returns zero, a known number (with either sign), or the shortest decimal within rounding."""
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other
@@ -167,7 +163,7 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Yields the joint and closure frames on the base that affect the robot, with their names."""
+    """Yields name and placement of each frame on the base whose orientation matters."""
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before
@@ -178,7 +174,7 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
 
 
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
-    """Returns the magnitudes of lengths (including rod lengths) and angles of the other bodies."""
+    """Returns the absolute values of lengths and angles of the other bodies."""
     placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]
@@ -201,7 +197,7 @@ def _numbers(placement: Placement) -> Iterator[sp.Expr]:
 
 
 def _places(placements: Iterable[Placement]) -> int:
-    """Returns the largest number of decimal places of the coordinates."""
+    """Returns the largest number of decimal places among the coordinates."""
     return max(
         (decimal_places(x) or 0 for placement in placements for x in _lengths(placement)),
         default=0,
@@ -209,7 +205,6 @@ def _places(placements: Iterable[Placement]) -> int:
 
 
 def _is_exact(motion: Rotation) -> bool:
-    """Whether an angle is a multiple of 15 degrees."""
     return bool((exact_angle(motion.angle) * 12 / sp.pi).is_Integer)
 
 
@@ -223,7 +218,7 @@ def _turned_back(base: TurnedBase, placement: Placement) -> mpmath.matrix:
 
 
 def _angles(T: mpmath.matrix, base: TurnedBase) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Returns roll, pitch and yaw of a pose, snapped if close to multiples of 15 degrees."""
+    """Returns roll, pitch and yaw of a pose, rounded to near multiples of 15 degrees."""
     level = mpmath.hypot(T[0, 0], T[1, 0])
     pitch = mpmath.atan2(-T[2, 0], level)
     roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])

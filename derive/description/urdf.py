@@ -1,6 +1,6 @@
-"""URDF import, which reads the chain between two links with exact numbers.
+"""Reads the chain between two links of a URDF with exact numbers.
 
-Decimals are first read as the file states them, and then snapped
+Decimals are first read as written, and then replaced by exact values
 (:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
@@ -34,10 +34,9 @@ from .toml_file import file_error
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
-"""Joint types for which a URDF requires limits."""
+"""Joint types that require limits."""
 FREE_KINDS = ("floating", "planar")
-"""Joint types with several degrees of freedom; a chain can only start after a joint of these
-types."""
+"""Joint types with several degrees of freedom. A chain can only start after such a joint."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -47,7 +46,7 @@ KINDS: dict[str, JointKind] = {
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
-    """Whether the limits are missing or both 0; exporters write 0 for unknown limits."""
+    """Whether the limits are missing or both 0. Some programs write 0 for unknown limits."""
     if limit is None:
         return True
     bounds = [limit.get(name, "0") for name in ("lower", "upper")]
@@ -58,18 +57,17 @@ def _states_no_range(limit: etree._Element | None) -> bool:
 
 
 class UrdfFile:
-    """A parsed URDF, with its joints keyed by child link."""
+    """A parsed URDF. Its joints are stored by child link."""
 
     def __init__(self, file: str, text: str) -> None:
-        """Reads the tree of the links and joints.
+        """Reads the tree of links and joints.
 
         Args:
-            file: File name in error messages.
+            file: File name for error messages.
             text: URDF text.
 
         Raises:
-            DescriptionError: The text is not a valid URDF, or joints refer to links that do not
-                exist.
+            DescriptionError: The text is not a valid URDF, or a joint refers to an unknown link.
         """
         self.file = file
         self.root = parsed(file, text)
@@ -86,7 +84,7 @@ class UrdfFile:
         self._refuse_circles()
 
     def _refuse_circles(self) -> None:
-        """Raises an error for joints that form a cycle, which is not connected to the base."""
+        """Raises an error if joints form a cycle."""
         based: set[str] = set()
         for child in self.joint_to:
             path: list[str] = []
@@ -99,7 +97,6 @@ class UrdfFile:
             based.update(path)
 
     def _circle(self, links: list[str]) -> NoReturn:
-        """Raises the error for a cycle that the parent joints of the listed links form."""
         joints = [self.joint_to[link] for link in links]
         names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
         expected = f"a link that is not a descendant of the joint; cyclic joints: {names}"
@@ -109,20 +106,18 @@ class UrdfFile:
         """Returns the chain between two links.
 
         Args:
-            base: The link whose frame is the base frame; by default, the root (see
+            base: The link of the base frame. By default, the root (see
                 :mod:`~chasles.derive.description.importers.tool_links`).
-            tip: The link whose frame is the tool frame, anywhere in the tree; by default, the end
-                of the longest chain.
-            name: Name of the robot; by default, the name in the URDF.
+            tip: The link of the tool frame. By default, the end of the longest chain.
+            name: Name of the robot. By default, the name in the URDF.
 
         Returns:
-            The robot with the frames, joints and links of the URDF; the character "_" replaces
-            characters that C names do not allow. The field ``notes`` lists doubtful units, and the
-            selected tip if there are several tips.
+            The robot with the frames, joints and links of the URDF. In names, "_" replaces
+            characters that C does not allow. The field ``notes`` lists doubtful units. It also
+            states the selected tip if there are several tips.
 
         Raises:
-            DescriptionError: The chain does not exist, or several chains have the largest number of
-                joints.
+            DescriptionError: The chain does not exist, or several chains have the same length.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -168,7 +163,7 @@ class UrdfFile:
 
     @cached_property
     def tree(self) -> KinematicTree:
-        """Returns the tree of the links and joints."""
+        """Returns the tree of links and joints."""
         joints = (
             TreeJoint(
                 str(joint.get("name")),
@@ -195,7 +190,7 @@ class UrdfFile:
         return "moving" if joint.find("mimic") is None else "follower"
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; a missing end is inferred.
+        """Returns the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -206,7 +201,10 @@ class UrdfFile:
             self._no_chain(error)
 
     def _no_chain(self, error: NoChain) -> NoReturn:
-        """Raises the error for links without a chain; suggests xacro if macros are not expanded."""
+        """Raises the error for a missing chain.
+
+        If macros are not expanded, the error suggests xacro.
+        """
         elements = self.root.iterchildren(tag=etree.Element)
         macro = next((element for element in elements if element.prefix == "xacro"), None)
         name = f"<xacro:{local_name(macro)}>" if macro is not None else ""
@@ -254,7 +252,7 @@ class UrdfFile:
         return lower, upper
 
     def _driven(self, elements: Iterable[etree._Element]) -> DrivenJoints:
-        """Returns the joints of a chain that transmissions move."""
+        """Returns the joints of a chain with transmissions."""
         names = [
             self._attribute(element, "name")
             for element in elements
@@ -265,7 +263,7 @@ class UrdfFile:
     def _couplings(
         self, elements: Iterable[etree._Element], driven: DrivenJoints
     ) -> Iterator[Coupling]:
-        """Yields the couplings of joints, either to actuators or to the last of their leaders."""
+        """Yields the couplings of joints to actuators or to their leaders."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             multiplier, offset = sp.Integer(1), sp.Integer(0)
             laws, leader = self._followed(element)
@@ -280,7 +278,7 @@ class UrdfFile:
                 yield Coupling(own, scaled, offset + multiplier * shift)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """Returns the <mimic> elements from a joint to its last leader, and the last leader."""
+        """Returns the <mimic> elements from a joint to its last leader, and this leader."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")

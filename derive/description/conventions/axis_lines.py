@@ -1,9 +1,9 @@
-"""Fits convention fields to a joint axis that is expressed relative to the preceding axis.
+"""Fits the fields of a convention to a joint axis.
 
-The z axis of the reference frame is along the preceding joint axis. In most conventions, the x axis
-of the link points along the common normal of both axes. With Hayati's tilts, a plane normal to the
-preceding axis intersects the joint axis instead. The x axis of the link then points to the
-intersection.
+The reference frame has its z axis along the preceding joint axis. In most conventions, the x axis
+of the link points along the common normal of both axes. Hayati's convention uses the plane through
+the origin that is normal to the preceding axis. The x axis of the link then points to the
+intersection of this plane with the joint axis.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ def angle_between(line: AxisLine) -> mpmath.mpf:
 
 
 def is_parallel(line: AxisLine) -> bool:
-    """Whether the two axes are parallel up to rounding error."""
+    """Whether the two axes are parallel, up to rounding errors."""
     x, y, _ = line.direction
     return bool(mpmath.hypot(x, y) <= ZERO_COMPONENT)
 
@@ -34,9 +34,9 @@ def distance_between(line: AxisLine) -> mpmath.mpf:
 
 
 def common_normal(line: AxisLine) -> Fitted:
-    """Returns rotation and shift to the common normal, and the fields a and alpha along the normal.
+    """Fits rotation, shift, a and alpha to the common normal of the two axes.
 
-    For parallel axes, the normal through the origin is used; for coinciding axes, the x axis is
+    For parallel axes, the normal through the origin is used. For coinciding axes, the x axis is
     used.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
@@ -51,7 +51,7 @@ def common_normal(line: AxisLine) -> Fitted:
 
 
 def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
-    """Returns the rotation and the shift to the common normal, and the length of the normal."""
+    """Returns the rotation and the shift to the common normal, and its length."""
     (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
     sine = mpmath.hypot(x, y)
     n_x, n_y = -y / sine, x / sine
@@ -60,9 +60,9 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 
 
 def tilts(line: AxisLine) -> Fitted | None:
-    """Returns the rotation to an axis in the plane z = 0, with the fields a, alpha and beta.
+    """Fits a rotation and the fields a, alpha and beta to a joint axis.
 
-    The fields define Tx(a) Rx(alpha) Ry(beta). The result is None if the two axes are
+    The fields define the transform Tx(a) Rx(alpha) Ry(beta). The result is None if the two axes are
     perpendicular.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
@@ -83,7 +83,7 @@ def tilts(line: AxisLine) -> Fitted | None:
 
 
 def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
-    """Returns the axis point, and beta and alpha that align Ry(beta) Rx(alpha) z with the axis."""
+    """Returns a tuple (point, beta, alpha) for an axis with the direction Ry(beta) Rx(alpha) z."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = line.direction
         p_x, p_y, p_z = (length(component) for component in line.point)
@@ -106,7 +106,7 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns a fit whose rotation and shift are 0."""
+    """Returns a fit without rotation and shift."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 
@@ -116,14 +116,14 @@ def into_fields(found: Fitted) -> Fitted:
 
 
 def angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle (radian) as a multiple of pi/12, or rounded to ``AXIS_DIGITS`` digits."""
+    """Returns an angle (radian) as a multiple of pi/12, or as a rounded decimal."""
     twelfths = 12 * value / mpmath.pi
     nearest = int(mpmath.nint(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else length(value)
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """Returns a length (meter) rounded to ``AXIS_DIGITS`` digits; rounding errors become 0."""
+    """Returns a length (meter) as a rounded decimal, without rounding errors near 0."""
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

@@ -1,8 +1,8 @@
-"""Displacements of a joint axis due to changes of its convention parameters.
+"""Measures how a joint axis moves if the parameters of its convention change.
 
-A revolute axis is a line with four possible displacements; shifts along the line and rotations
-about it have no effect. A prismatic axis is a direction, which two tilts can change. A convention
-can represent every nearby axis if its parameters produce all displacements of the axis.
+A revolute axis is a line, which can move in four ways. Shifts along the line and rotations about it
+have no effect. A prismatic axis is a direction, which two tilts can change. A convention is
+complete if its parameters can move the axis in all these ways.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -22,9 +22,9 @@ from ...model.kinds import JointKind
 from ...model.placements import Placement, Rotation, Translation, rotation, translation
 
 FREE = {"prismatic": (3, 4)}
-"""Components of the twist (v, omega) that displace the axis, keyed by joint type."""
+"""Components of the twist (v, omega) that move the axis, by joint type."""
 OF_A_LINE = (0, 1, 3, 4)
-"""Default components: shifts along x and y, and rotations about x and y, of the joint frame."""
+"""Components for other joint types: shifts along x and y, and rotations about x and y."""
 POSE = 6
 """Number of parameters of a full pose."""
 _BEFORE = sp.symbols("theta_before d_before", real=True)
@@ -33,16 +33,15 @@ _AFTER = sp.symbols("theta_after d_after", real=True)
 
 @dataclass(frozen=True)
 class AxisMap:
-    """The transform between two axes in a convention, with six pose parameters in total.
+    """The transform between two axes, as a product of motions with six parameters.
 
     Attributes:
         product: Pose of the joint frame relative to the preceding axis, as elementary motions.
         own: Symbols of the convention parameters.
-        added: Symbols of the added rotations about both axes and of the added shifts along both
-            axes.
-        columns: Twists (v; omega) of the joint frame per unit change of each parameter, as an array
-            (6, number of parameters) in the joint frame.
-        free: Components of the twist that displace the axis.
+        added: Symbols of the rotations and shifts along both axes that were added.
+        columns: Twists (v; omega) of the joint frame per unit change of each parameter, shape (6,
+            number of parameters), in the joint frame.
+        free: Components of the twist that move the axis.
     """
 
     product: Placement
@@ -58,7 +57,7 @@ class AxisMap:
 
 
 def free_of(kind: JointKind) -> tuple[int, ...]:
-    """Returns the components of the twist (v, omega) of a joint frame that displace its axis."""
+    """Returns the components of the twist (v, omega) of a joint that move its axis."""
     return FREE.get(kind, OF_A_LINE)
 
 
@@ -66,10 +65,10 @@ def free_of(kind: JointKind) -> tuple[int, ...]:
 def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
     """Returns the transform between two axes in a convention.
 
-    If a transform starts with a rotation about the preceding axis, a rotation about the joint axis
-    and a shift along it are added. If a transform ends with a rotation about the joint axis, a
-    rotation about and a shift along the preceding axis are added. These
-    added motions have the effect of an offset of the preceding joint.
+    If a transform starts with a rotation about the preceding axis, a rotation and a shift along the
+    joint axis are added. If a transform ends with a rotation about the joint axis, a rotation and a
+    shift along the preceding axis are added. The added motions act like an offset of the preceding
+    joint.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)
@@ -86,19 +85,19 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
 
 def numbers_of(convention: Convention, kind: JointKind) -> Placement:
-    """Returns the elementary motions as functions of the convention parameters."""
+    """Returns the motions of a convention as functions of its parameters."""
     return convention.numbers(kind) if convention.numbers else convention.transform
 
 
 def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
-    """Returns the symbols of elementary motions, in order."""
+    """Returns the symbols of motions in order."""
     arguments = (argument for motion in product for _, _, argument in _steps(motion))
     found = (symbol for a in arguments for symbol in sorted(a.free_symbols, key=str))
     return tuple(dict.fromkeys(found))
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """Returns twists (6, k) of the last frame, in its axes, per unit change of each symbol."""
+    """Returns twists (6, k) of the last frame, in this frame, per unit change of each symbol."""
     found = {symbol: sp.zeros(6, 1) for symbol in symbols}
     R, p = sp.eye(3), sp.zeros(3, 1)
     for motion in reversed(product):
@@ -114,15 +113,15 @@ def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatr
 
 
 class Motions:
-    """Numeric functions for the orientation and the twists of a product of elementary motions.
+    """Numeric functions for a product of motions. They return its orientation and its twists.
 
     Args:
-        product: The product of motions, whose arguments are expressions in the symbols.
+        product: The product. Its arguments are expressions in the symbols.
         symbols: The symbols.
     """
 
     def __init__(self, product: Placement, symbols: Sequence[sp.Symbol]) -> None:
-        """Prepares numeric functions for the arguments and for their derivatives."""
+        """Compiles the functions."""
         steps = [step for motion in product for step in _steps(motion)]
         self._axes = [(turns, axis) for turns, axis, _ in steps]
         arguments = [argument for _, _, argument in steps]
@@ -133,13 +132,13 @@ class Motions:
             for symbol in argument.free_symbols & places.keys()
         ]
         self._places = [(k, i) for k, i, _ in rates]
-        # Without a limit, SymPy would print all expressions again for the docstring.
+        # Without the limit, SymPy would print all expressions into the docstring.
         results = [arguments, [rate for _, _, rate in rates]]
         self._evaluated = sp.lambdify([symbols], results, docstring_limit=0)
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns twists (6, k) of the last frame, in its axes, and its orientation (3, 3).
+        """Returns the twists (6, k) of the last frame in its own axes, and the orientation (3, 3).
 
         Args:
             values: One value for each symbol, in the order of the symbols.
@@ -166,7 +165,7 @@ class Motions:
 
 
 def _steps(motion: Rotation | Translation) -> list[tuple[bool, int, sp.Expr]]:
-    """Returns a triple (is rotation, axis index, amount) for each nonzero step of a motion."""
+    """Returns a triple (is rotation, axis index, amount) for each nonzero part of a motion."""
     if isinstance(motion, Rotation):
         return [(True, "xyz".index(motion.axis), motion.angle)]
     return [(False, k, part) for k, part in enumerate(motion.vector) if part != 0]
@@ -182,7 +181,7 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 
 def field_values(found: Fitted) -> dict[str, sp.Expr]:
-    """Returns the field values, keyed by symbol name; a vector gives one value per component."""
+    """Returns the field values by symbol name. A vector has one value per component."""
     values: dict[str, sp.Expr] = {}
     for name, value in found.values.items():
         if isinstance(value, tuple):
@@ -193,7 +192,7 @@ def field_values(found: Fitted) -> dict[str, sp.Expr]:
 
 
 def _coordinates(motion: Rotation | Translation) -> list[tuple[sp.Symbol, sp.Matrix]]:
-    """Returns the symbols of an elementary motion, with the twists that they cause."""
+    """Returns each symbol of a motion with the twist that it causes."""
     if isinstance(motion, Rotation):
         arguments = [(motion.angle, 3 + "xyz".index(motion.axis))]
     else:
@@ -214,7 +213,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether the last motion, apart from shifts along z, is a rotation about z."""
+    """Whether the product ends with a rotation about z. Shifts along z may follow."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

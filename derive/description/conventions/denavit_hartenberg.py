@@ -23,7 +23,7 @@ _FIELDS = (
 
 
 def _standard(line: AxisLine) -> Fitted:
-    """Assigns all four fields to the joint that moves the preceding link."""
+
     return into_fields(common_normal(line))
 
 

@@ -1,4 +1,4 @@
-"""Converts poses in high precision to convention fields: axis lines, positions and angles."""
+"""Converts accurate poses to convention fields."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,9 +17,9 @@ _ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def axis_line(relative: Any, joint: Joint) -> AxisLine:
-    """Returns the axis of a joint from its frame (4, 4); a prismatic axis is placed at the origin.
+    """Returns the axis of a joint from its frame (4, 4).
 
-    The position of a prismatic axis has no effect.
+    The position of a prismatic axis has no effect, so the origin is used.
     """
     point = _ORIGIN if joint.kind == "prismatic" else tuple(relative[:3, 3])
     return AxisLine(tuple(relative[:3, 2]), point)
@@ -36,16 +36,16 @@ def home_pose(robot: SerialRobot, values: Mapping[sp.Symbol, sp.Expr]) -> Any:
 
 
 def placement_of(T: Any) -> Placement:
-    """Returns a pose (4, 4) as position, roll, pitch and yaw."""
+    """Returns the placement of a pose (4, 4), with position, roll, pitch and yaw."""
     return from_xyz_rpy(*xyz_rpy_of(T))
 
 
 def xyz_rpy_of(T: Any) -> tuple[Vector, Vector]:
-    """Returns the position, and roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns position and (roll, pitch, yaw), with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     pitch = mpmath.atan2(-T[2, 0], mpmath.hypot(T[0, 0], T[1, 0]))
     is_locked = mpmath.hypot(T[0, 0], T[1, 0]) <= ZERO_COMPONENT
     yaw = mpmath.mpf(0) if is_locked else mpmath.atan2(T[1, 0], T[0, 0])
-    # If the x axis is vertical, roll and yaw rotate about the same axis, so yaw is set to 0.
+    # If the x axis is vertical, yaw is set to 0, because roll and yaw rotate about the same axis.
     c, s = mpmath.cos(yaw), mpmath.sin(yaw)
     roll = mpmath.atan2(s * T[0, 2] - c * T[1, 2], c * T[1, 1] - s * T[0, 1])
     x, y, z = (length(T[k, 3]) for k in range(3))

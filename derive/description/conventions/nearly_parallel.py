@@ -18,7 +18,6 @@ a, alpha, beta, theta = sp.symbols("a alpha beta theta", real=True)
 
 
 def _standard(line: AxisLine) -> Fitted | None:
-    """Assigns the fitted fields to the joint of the preceding link; d is not needed."""
     found = tilts(line)
     return found and fitted({"theta": found.turn, **found.values})
 
@@ -40,5 +39,5 @@ hayati = of_transform(
     turning="theta",
     fit=_standard,
 )
-"""The link transform is Rz(theta) Tx(a) Rx(alpha) Ry(beta); a prismatic joint moves along z after
-Rz(theta)."""
+"""The link transform is Rz(theta) Tx(a) Rx(alpha) Ry(beta).
+A prismatic joint moves along z after Rz(theta)."""

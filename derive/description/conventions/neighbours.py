@@ -1,4 +1,4 @@
-"""Consecutive axes of a chain at zero joint values, each relative to the preceding axis."""
+"""Consecutive joint axes of a chain at the zero configuration."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from .axis_lines import angle_between, distance_between, is_parallel
 from .axis_maps import Motions, axis_map, field_values
 
 _PLACE: tuple[sp.Symbol, sp.Symbol] = sp.symbols("place_x place_y", real=True)
-"""Shifts of a prismatic joint frame that are perpendicular to the joint direction."""
+"""Shifts perpendicular to the direction of a prismatic joint."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +28,12 @@ class Neighbours:
 
     Attributes:
         joint: The joint.
-        before: The preceding moving joint, or None for the z axis of the base frame.
+        before: The preceding moving joint. None stands for the z axis of the base frame.
         line: The joint axis in the frame of the preceding joint.
         frame: Pose (4, 4) of the joint frame in the frame of the preceding joint, in high
             precision.
-        size: Arm length: the sum of the distances between consecutive revolute axes (meter), or 1
-            if this sum is zero.
+        size: The sum of the distances between consecutive revolute axes (meter), or 1 if the sum is
+            zero.
     """
 
     joint: Joint
@@ -44,7 +44,7 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines: neither axis is prismatic, and a preceding axis exists."""
+        """Whether both axes are lines. Prismatic axes and the base frame are not lines."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
@@ -63,17 +63,16 @@ class Neighbours:
         return is_parallel(self.line)
 
     def fit(self, convention: Convention) -> Fitted | None:
-        """Returns the convention parameters that fit the axis, or None if none fit."""
+        """Returns the convention parameters for the axis, or None if there are none."""
         return convention.fit(self.line) if convention.fit else None
 
     def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
-        """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
+        """Returns the displacements of the axis per convention parameter, shape (4, k) or (2, k).
 
-        The rows are the shifts along the common normal and its perpendicular, relative to the arm
-        length, and the rotations about both directions. For a prismatic axis, only the rotations
-        are displacements. The position of a preceding prismatic axis is arbitrary, so shifts
-        perpendicular to this axis count as parameters. The result is None if the convention cannot
-        represent the axis.
+        The first rows are shifts along the common normal and its perpendicular, divided by the arm
+        length. The last two rows are rotations about the same directions. A prismatic axis has only
+        the rotations. The position of a preceding prismatic axis is arbitrary, so its perpendicular
+        shifts count as parameters. The result is None if the convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:
@@ -86,7 +85,7 @@ class Neighbours:
     def by_numbers(
         self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
     ) -> NDArray[np.float64]:
-        """Returns the axis displacements for any product of motions between the two axes."""
+        """Returns the displacements of the axis for a product of motions between the two axes."""
         if self.before is not None and self.before.kind == "prismatic":
             product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product
             symbols, values = (*symbols, *_PLACE), (*values, 0.0, 0.0)
@@ -114,7 +113,7 @@ class Neighbours:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Names of the displacements in the rows of :meth:`displacements`."""
+        """Names of the rows of :meth:`displacements`."""
         along, across = "the common normal", "the perpendicular of axis and common normal"
         if not self.normal.any():
             along, across = "the link's x axis", "the link's y axis"
@@ -125,14 +124,14 @@ class Neighbours:
 
 
 def least_singular_value(rows: NDArray[np.float64] | None) -> float:
-    """Returns the smallest displacement per unit parameter change over all directions, or 0."""
+    """Returns the smallest singular value, or 0 without rows."""
     if rows is None or rows.shape[1] < rows.shape[0]:
         return 0.0
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
 def neighbours(robot: SerialRobot) -> tuple[Neighbours, ...]:
-    """Returns all moving joints of a robot, each with its axis relative to the preceding axis."""
+    """Returns all moving joints of a robot with their axes."""
     with mpmath.workdps(EVALUATION_DIGITS):
         found = list(_pairs(robot))
         size = sum(pair.distance for pair in found if pair.is_of_lines)

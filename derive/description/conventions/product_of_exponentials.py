@@ -1,4 +1,4 @@
-"""Convention of the product of exponentials: each joint has a screw axis.
+"""The convention of the product of exponentials, in which each joint has a screw axis.
 
 Source:
     R. W. Brockett, Robotic manipulators and the product of exponentials formula, MTNS 1983 (1984).
@@ -14,7 +14,7 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """Returns the displacement to the screw axis and the inverse displacement.
+    """Returns the displacement to the screw axis and its inverse.
 
     Therefore, all link frames equal the base frame at the zero configuration.
     """
@@ -23,14 +23,14 @@ def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placem
 
 
 def _corrections(kind: JointKind) -> Placement:
-    """Returns the correction parameters: two tilts and, for non-prismatic axes, two shifts."""
+    """Returns the corrections: two tilts, and two shifts unless the joint is prismatic."""
     x, y, tilt_x, tilt_y = sp.symbols("shift_x shift_y tilt_x tilt_y", real=True)
     shifts = () if kind == "prismatic" else translation(x, y, sp.S.Zero)
     return shifts + rotation("x", tilt_x) + rotation("y", tilt_y)
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Fits every axis; all corrections are zero."""
+    """Fits the axis without corrections."""
     return fitted({})
 
 
@@ -43,9 +43,8 @@ poe = Convention(
     numbers=_corrections,
     fit=_uncorrected,
 )
-"""The joint moves along the screw whose line has the direction ``axis`` and passes through
-``point``.
+"""The joint moves along a screw with the direction ``axis`` through ``point``.
 
-Axis and point are expressed in the frame of the previous link when all joints are at zero. In a
-chain with only `poe` joints, the frame of each link is then the base frame.
+Both are expressed in the frame of the previous link at the zero configuration. If all joints of a
+chain are `poe` joints, each link frame is then the base frame.
 """

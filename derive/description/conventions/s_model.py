@@ -1,4 +1,4 @@
-"""The S-model, which has six parameters (a full pose) for each link.
+"""The S-model, which describes each link by a full pose.
 
 Source:
     Xie, Miao, Wang and Zhang, Kinematic Model Analysis of an 8-DOF Photographic Robot, 2018,
@@ -16,7 +16,6 @@ x, y, z = sp.symbols("x y z", real=True)
 
 
 def _turned_then_moved(line: AxisLine) -> Fitted:
-    """Fits beta and alpha to the axis direction, and the shift to the rotated axis point."""
     _, beta, alpha = origin_and_turns(line)
     p_x, p_y, p_z = in_turned_frame(line)
     return fitted({"beta": beta, "alpha": alpha, "x": p_x, "y": p_y, "z": p_z})
@@ -39,5 +38,5 @@ s_model = of_transform(
     sliding="z",
     fit=_turned_then_moved,
 )
-"""The link transform is Rz(theta) Ry(beta) Rx(alpha) T(x, y, z), where theta or z is the joint
-variable."""
+"""The link transform is Rz(theta) Ry(beta) Rx(alpha) T(x, y, z).
+The joint variable is theta or z."""

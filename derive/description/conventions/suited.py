@@ -1,9 +1,9 @@
-"""Selects a calibration convention for each joint: complete, continuous, and with few parameters.
+"""Selects a convention for the calibration of each joint.
 
-For nonparallel consecutive axes, the modified Denavit-Hartenberg parameters are complete and
-minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts with one
-more parameter are used. For nearly coinciding axes, modified Denavit-Hartenberg parameters and
-Hayati's tilts both fail, so a full pose describes the joint.
+If consecutive axes are not parallel, the modified Denavit-Hartenberg parameters are complete and
+minimal. If consecutive axes are nearly parallel, the common normal is discontinuous, so Hayati's
+parameters are used. If consecutive axes nearly coincide, both conventions fail, so a full pose
+describes the joint.
 """
 
 from collections.abc import Sequence
@@ -29,12 +29,11 @@ from .neighbours import Neighbours, least_singular_value, neighbours
 from .urdf_origin import urdf
 
 SUITED = (mdh, hayati5, urdf)
-"""Conventions that can be mixed in one chain, because their fields define the axis of the same
-joint."""
+"""Conventions that can be mixed in one chain."""
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """Returns the first continuous convention of :data:`SUITED`, or the last convention."""
+    """Returns the first continuous convention of :data:`SUITED`, or else the last convention."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention
@@ -42,10 +41,9 @@ def suitable_convention(pair: Neighbours) -> Convention:
 
 
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
-    """Returns each moving joint with the convention that suits it.
+    """Returns each moving joint with a suitable convention.
 
-    A prismatic axis is moved to the origin of the preceding link, because its position is
-    arbitrary.
+    A prismatic axis is moved to the origin of the preceding link.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         placed, _ = _placed(neighbours(robot))
@@ -53,14 +51,14 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot after converting each joint to a suitable convention.
+    """Returns the robot with each joint in a suitable convention.
 
     The tool pose, coordinates, limits and couplings do not change. The link frames follow the new
-    conventions, and fixed joints become parts of the links. Multiples of 15 degrees and numbers
-    with fewer than 25 digits stay exact.
+    conventions. Fixed joints become part of the links. Multiples of 15 degrees and numbers with
+    fewer than 25 digits stay exact.
 
     Args:
-        robot: A serial robot whose joints have any convention; values replace the named parameters.
+        robot: A serial robot. Its named parameters are replaced by their values.
 
     Raises:
         DescriptionError: The robot has masses whose positions depend on the link frames.
@@ -88,19 +86,6 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
 
 @dataclass
 class _Placed:
-    """A joint that is being converted to a convention.
-
-    Attributes:
-        pair: The described joint and the preceding joint.
-        convention: The suitable convention.
-        fitted: The values of the convention fields that fit the joint.
-        before: Frame (4, 4) of the preceding axis, with the rotation and shift of the fit.
-        turn: Rotation of the joint frame about its axis (radian), as the convention of the next
-            joint requires.
-        shift: Shift (meter) of the joint frame along its axis, as the convention of the next joint
-            requires.
-    """
-
     pair: Neighbours
     convention: Convention
     fitted: Fitted
@@ -109,15 +94,14 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """Returns the values of all fields, which include rotation and shift."""
+        """Returns all field values with the rotation and the shift."""
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
                 self.convention.turning: self.turn,
                 self.convention.sliding: self.shift,
             }
-        # In a full pose, the fields position, roll, pitch and yaw include the rotation and the
-        # shift.
+        # In a full pose, the fields already contain the rotation and the shift.
         T = pose_in_digits(self._own() + along_z(self.turn, self.shift), {})
         xyz, rpy = xyz_rpy_of(T)
         return fields | {"xyz": xyz, "rpy": rpy}
@@ -126,7 +110,7 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """Returns the joint frame (4, 4) before the rotation and the shift are applied."""
+        """Returns the joint frame (4, 4) without the rotation and the shift."""
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:
@@ -148,7 +132,7 @@ class _Placed:
 def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
     """Returns the joints in their conventions, and the frame after the last joint."""
     first = pairs[0]
-    # The six parameters of the base frame define the position and direction of the first axis.
+    # The pose of the base frame defines the first axis.
     placed = [_Placed(first, SUITED[0], fitted({}), first.frame)]
     frame = original = first.frame
     for pair in pairs[1:]:
@@ -166,6 +150,5 @@ def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
 
 
 def _used(robot: SerialRobot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:
-    """Returns the parameters that occur in screw pitches."""
     used = {symbol for joint in joints for symbol in joint.pitch.free_symbols}
     return tuple(parameter for parameter in robot.parameters if parameter.symbol in used)

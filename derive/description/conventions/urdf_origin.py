@@ -1,4 +1,4 @@
-"""The URDF convention of a joint: an origin (position and roll, pitch, yaw) and an axis.
+"""The URDF convention, in which a joint has an origin and an axis.
 
 Source:
     The URDF specification of <joint>: <origin xyz rpy> and <axis xyz>.
@@ -36,7 +36,6 @@ def _origin(kind: JointKind) -> Placement:  # noqa: ARG001
 
 
 def _at_the_axis(line: AxisLine) -> Fitted:
-    """Fits an origin on the joint axis, with z along this axis."""
     xyz, beta, alpha = origin_and_turns(line)
     return fitted({"xyz": xyz, "rpy": (alpha, beta, sp.S.Zero), "axis": AXIS.default or xyz})
 

@@ -1,1 +1,1 @@
-"""Importers for the files of other programs, which are URDF, xacro, SRDF, MJCF and calibrations."""
+"""Importers for the files of other programs."""

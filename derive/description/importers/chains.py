@@ -1,4 +1,4 @@
-"""Opens files with a link tree according to their suffix, and finds the chains in the tree."""
+"""Opens URDF, xacro and MJCF files and finds their chains."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -26,21 +26,22 @@ READING = Limits()
 """Limits on the time and memory for reading one file."""
 Result = TypeVar("Result")
 Chain = tuple[str | None, str | None, str]
-"""Base link, tip link (None: the link is inferred) and suffix of the robot name."""
+"""The base link, the tip link and the suffix of the robot name.
+If the tip is None, it is inferred."""
 
 
 class LinkedBodies(Protocol):
-    """A file that contains a link tree, which is a URDF or an MJCF model."""
+    """A file that contains a tree of links."""
 
     @property
     def tree(self) -> KinematicTree:
         """The tree of links and joints."""
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; a missing end is inferred."""
+        """Returns the chains between base and tip. An end that is None is inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """Returns the chain between two links, including the loops through its joints."""
+        """Returns the chain between two links, and the loops that contain its joints."""
 
 
 def is_imported(file: Path) -> bool:
@@ -55,13 +56,13 @@ def imported(
     tip: str | None = None,
     name: str | None = None,
 ) -> Described:
-    """Returns the chain between two links of a file, with the numbers that the file contains.
+    """Returns the chain between two links of a file.
 
     Args:
         file: A URDF, a xacro file or an MJCF model.
         arguments: Values of the arguments of a xacro file, each as ``name:=value``.
-        base: The link whose frame is the base frame; by default the root.
-        tip: The link whose frame is the tool frame; by default the end of the longest chain.
+        base: The link of the base frame. By default, the root of the tree.
+        tip: The link of the tool frame. By default, the end of the longest chain.
         name: The robot's name; by default the name in the file.
 
     Raises:
@@ -77,7 +78,7 @@ def _robot(
 
 
 def within_limits(file: Path, work: Callable[[], Result]) -> Result:
-    """Reads a file in a separate process, with limits on its time and memory."""
+    """Runs a function in a separate process, with limits on time and memory."""
     try:
         return isolated(work, READING)
     except NotExact as error:
@@ -89,15 +90,14 @@ def within_limits(file: Path, work: Callable[[], Result]) -> Result:
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
-    """Reads a link-tree file.
+    """Reads a file that contains a tree of links.
 
     Args:
         file: A URDF, a xacro file that expands to URDF, an MJCF model, or an SDF.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file is invalid, or arguments are given although the file is not a
-            xacro file.
+        DescriptionError: The file is invalid, or a file other than a xacro file has arguments.
     """
     if is_xacro(file):
         return UrdfFile(f"{file} (expanded)", expanded(file, arguments))
@@ -118,18 +118,18 @@ def chains(
     groups: Sequence[str],
     srdf: Path | None,
 ) -> tuple[Chain, ...]:
-    """Returns the chains of a file, either from SRDF groups or inferred from the tree.
+    """Returns the chains of a file. They come from SRDF groups or from the tree.
 
     Args:
         file: A link-tree file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        base: The base link; by default, the root of the tree.
+        base: The base link. By default, the root of the tree.
         groups: Names of the SRDF groups.
-        srdf: The SRDF file; by default, the SRDF file in the folder of the description.
+        srdf: The SRDF file. By default, an SRDF file in the folder of the description.
 
     Returns:
-        Base link, tip link and suffix of the robot name for each chain; if there is only one chain,
-        its suffix is empty.
+        The tuple (base, tip, suffix) for each chain. The suffix is added to the robot name, and is
+        empty if there is only one chain.
 
     Raises:
         DescriptionError: A file is invalid, or a group is unknown.
@@ -151,7 +151,7 @@ def _chains(
     if not groups:
         found = [(base, end.tip, end.tip) for end in source.ends(base, None)]
         if len(found) == 1:
-            # The file reader selects the tip, and lists the other possible ends in a note.
+            # The file reader selects the tip. Its note lists the other possible tips.
             return ((base, None, ""),)
     if len(found) == 1:
         return ((*found[0][:2], ""),)
@@ -159,7 +159,7 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Returns the chains of a group; each chain is named after the group or after its tip."""
+    """Returns the chains of a group with the suffixes of their names."""
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -1,18 +1,18 @@
-"""Finds end parts that do not belong to an arm: fingers, wheels, branches and ball joints.
+"""Finds the end parts of an arm: fingers, wheels, short branches and ball joints.
 
-A finger is a joint with one of ``FINGER_WORDS`` in its name. After ``JOINTS_OF_AN_ARM`` joints, all
-branches that start at the link of a finger also count as fingers. Two more rules apply after a
-moving joint. A joint on a link with a word of ``FINGER_WORDS`` in its name is also a finger.
-Several prismatic or coupled end joints on one link are fingers too, except joints that carry a tool
-frame.
+A finger is a joint with one of ``FINGER_WORDS`` in its name. If a finger follows
+``JOINTS_OF_AN_ARM`` joints, all branches on its parent link are fingers too. Two more rules apply
+after a moving joint. A joint is also a finger if the name of its parent link contains a word of
+``FINGER_WORDS``. If several prismatic or coupled joints end on one link, they are fingers too,
+unless they carry a tool frame.
 
-Several branches that start at one link are end parts if each has at most ``LONGEST_FINGER`` joints
-and the link follows ``JOINTS_OF_AN_ARM`` joints, as in most hands.
+Most hands have several branches that start at one link. These branches are end parts if each has at
+most ``LONGEST_FINGER`` joints and the link follows ``JOINTS_OF_AN_ARM`` joints.
 
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.
 
-A ball joint that no other joint follows is the end of a rod or rope.
+A ball joint without a following joint is the end of a rod or a rope.
 """
 
 import re
@@ -24,7 +24,7 @@ from typing import Literal
 from .kinematic_tree import KinematicTree, TreeJoint
 
 FINGER_WORDS = ("finger", "thumb", "knuckle", "gripper", "jaw", "claw")
-"""Words that occur in the names of hand joints."""
+"""Words in the names of hand joints."""
 WHEEL = re.compile(r"wheel(?!chair|[ _-]?base)|cast[eo]r", re.IGNORECASE)
 """Pattern for the names of wheel joints and wheel links."""
 TOOL_NAMES = (
@@ -48,7 +48,8 @@ TOOL_NAMES = (
     "hand",
     "palm",
 )
-"""Names of tool frames, most common first; a name may have a prefix such as ``left_``."""
+"""Names of tool frames. The most common names come first. Prefixes such as ``left_`` are
+allowed."""
 LONGEST_FINGER = 4
 JOINTS_OF_AN_ARM = 4
 FREEDOMS_OF_A_BALL = 3
@@ -58,7 +59,10 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 @dataclass(frozen=True)
 class EndPart:
-    """A joint that is excluded from the arm, together with all links after this joint."""
+    """A joint that does not belong to the arm.
+
+    The links after the joint do not belong to the arm either.
+    """
 
     kind: EndPartKind
     joint: TreeJoint
@@ -66,7 +70,7 @@ class EndPart:
 
 @dataclass(frozen=True)
 class Arms:
-    """Chains of moving joints that start at a base link, and the excluded end parts."""
+    """Chains of moving joints that start at a base link, and the end parts."""
 
     paths: tuple[TreePath, ...]
     left_out: tuple[EndPart, ...]
@@ -92,7 +96,7 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(path: Sequence[TreeJoint]) -> int:
-    """Returns the number of coordinates in a chain after its last floating or planar joint."""
+    """Returns the number of coordinates after the last floating or planar joint of a chain."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(path))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
@@ -119,7 +123,7 @@ def _end_part(
     path: TreePath,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
-    """Returns the kind of end part that starts at a joint, or None for an arm joint."""
+    """Returns the kind of end part that starts at a joint, or None for a joint of the arm."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
     if _is_wheel(joint) or (not freedom(path) and _steers_wheels(tree, joint)):
@@ -138,7 +142,7 @@ def _end_part(
 def _is_jaw(
     tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
 ) -> bool:
-    """Whether an end joint is one of several prismatic or coupled end joints on one link."""
+    """Whether a joint is one of several prismatic or coupled joints that end on one link."""
     ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
     return joint in ends and any(
         (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)
@@ -152,12 +156,11 @@ def _has_a_tool(tree: KinematicTree, joint: TreeJoint) -> bool:
 
 
 def _leader(joint: TreeJoint) -> str:
-    """Returns the leader of a mimic joint; for any other joint, its own name."""
     return joint.leader or joint.name
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
-    """Returns, for each link, the largest number of moving joints that follow it in series."""
+    """Returns how many moving joints follow each link on the longest branch."""
     found: dict[str, int] = {}
     for link in reversed(list(tree.outwards(base))):
         lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
@@ -174,13 +177,13 @@ def _is_wheel(joint: TreeJoint) -> bool:
 
 
 def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
-    """Whether a joint with one degree of freedom carries only wheels."""
+    """Whether a joint carries only wheels."""
     carried = tree.moved(joint.child)
     return joint.kind == "moving" and bool(carried) and all(map(_is_wheel, carried))
 
 
 def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:
-    """Yields each kind of end part with the names of its joints; mimic joints are excluded."""
+    """Yields each kind of end part with the names of its joints. Mimic joints are omitted."""
     names: dict[EndPartKind, list[str]] = {}
     for part in left_out:
         if part.joint.kind != "follower":

@@ -7,10 +7,9 @@ LONGEST_NAME = 60
 
 
 def identifier(name: str) -> str:
-    """Returns a valid name for C and Python that is short enough for a file name.
+    """Returns a valid name for C and Python. It is short enough for a file name.
 
-    The character "_" replaces invalid characters; a name that starts with a digit gets the prefix
-    "x".
+    Invalid characters become "_". A name that starts with a digit gets the prefix "x".
     """
     allowed = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(allowed):

@@ -1,4 +1,4 @@
-"""Tree of the named links and joints in a file, in which the path from base to tip is found."""
+"""A tree of named links and joints, which finds the path from base to tip."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from itertools import takewhile
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""Kinds of joints. A joint has its own coordinate, follows another joint (mimic), or is fixed. A
-chain starts after a floating or planar joint, and it cannot contain a ball joint."""
+"""Kinds of joints. A joint has its own coordinate, mimics another joint, or is fixed. A chain
+starts after a floating or planar joint, and contains no ball joint."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class KinematicTree:
 
     Attributes:
         links: Names of all links.
-        joints: The joints; each link is the child of at most one of these joints.
+        joints: The joints. A link has at most one parent joint.
     """
 
     links: tuple[str, ...]
@@ -63,7 +63,7 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def path_down(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant, or None if it is not a descendant."""
+        """Returns the joints from a link to a descendant. None if the tip is not a descendant."""
         joints: list[TreeJoint] = []
         link = tip
         while link != base:
@@ -76,7 +76,7 @@ class KinematicTree:
     def path(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
         """Returns the joints from a link up to the common ancestor, then down to another link.
 
-        The result is None if no joints connect the two links.
+        The result is None if the links are not connected.
         """
         root = self.root_of(base)
         up, down = self.path_down(root, base), self.path_down(root, tip)
@@ -99,7 +99,7 @@ class KinematicTree:
         )
 
     def root_of(self, link: str) -> str:
-        """Returns the root above a link; if joints form a cycle, returns the link itself."""
+        """Returns the root above a link. In a cycle, the link itself is returned."""
         start = link
         for _ in self.links:
             if link not in self.joint_to:
@@ -108,7 +108,7 @@ class KinematicTree:
         return start
 
     def outwards(self, link: str) -> Iterator[str]:
-        """Yields a link and all its descendants; parents come first."""
+        """Yields a link and then all its descendants. Parents come first."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -116,7 +116,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(self.below[reached])]
 
     def rigid(self, link: str) -> Iterator[str]:
-        """Yields a link and all descendants that are rigidly connected to it."""
+        """Yields a link and all descendants that are fixed to it."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -125,7 +125,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(fixed)]
 
     def moved(self, link: str) -> tuple[TreeJoint, ...]:
-        """Returns the moving joints that start at a link or at a rigidly connected link."""
+        """Returns the moving joints on a link, and on the links that are fixed to it."""
         return tuple(
             joint
             for part in self.rigid(link)

@@ -1,4 +1,4 @@
-"""Note that lists the joints without limits in a file."""
+"""Lists the joints of a file that have no limits."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from ..toml_file import listed
 
 
 def without_limits(joints: Sequence[str]) -> tuple[str, ...]:
-    """Returns a note on joints whose limits are missing or both 0, or () if there are none.
+    """Returns a note on joints without limits, or () if all joints have limits.
 
     Args:
         joints: Names of the joints that have no limits.

@@ -14,14 +14,14 @@ MAX_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
-    """Returns the file of a robot in robot_descriptions; git downloads it at the first use.
+    """Returns the file of a robot in robot_descriptions. The first use downloads it with git.
 
     Args:
-        name: Name of a description in the package, such as ``ur5e_description``. If the name has no
-            suffix, a URDF or xacro file is preferred to an MJCF model.
+        name: Name of a description in the package, such as ``ur5e_description``. Without a suffix,
+            a URDF or xacro file is preferred to an MJCF model.
 
     Returns:
-        The file, and the arguments of a xacro file, each as ``name:=value``.
+        The file, and the arguments of a xacro file as ``name:=value``.
 
     Raises:
         NotInstalledError: The package is not installed.

@@ -1,4 +1,4 @@
-"""Safe XML parser; it rejects entities, so that a file cannot read other files or fill memory."""
+"""A safe XML parser. It rejects entities, so a file cannot read other files or fill the memory."""
 
 import re
 from pathlib import Path
@@ -16,11 +16,11 @@ ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
 _DECLARED = re.compile(rb"""<\?xml[^>]*\bencoding\s*=\s*["']([\w.:-]+)["']""")
 _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
-"""Encodings of XML files, keyed by their first two bytes (byte order mark or first character)."""
+"""Encodings of XML files by their first two bytes."""
 
 
 def read_xml(path: str | Path) -> str:
-    """Reads an XML file, with the encoding that its byte order mark or its declaration states.
+    """Reads an XML file in its encoding, which its byte order mark or its declaration states.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or does not have the stated
@@ -35,7 +35,7 @@ def read_xml(path: str | Path) -> str:
 
 
 def nearby_document(path: Path) -> minidom.Document | None:
-    """Returns the content of an XML file, such as package.xml, or None if the XML is invalid."""
+    """Returns the content of an XML file such as package.xml, or None if it is invalid."""
     try:
         return minidom.parseString(read_bytes(path))
     except (DescriptionError, ExpatError, ValueError):
@@ -60,7 +60,7 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
 
 
 def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
-    """Parses an XML text and returns its root element without the namespace.
+    """Parses an XML text and returns its root element. The namespace is removed.
 
     Args:
         file: File name in error messages.
@@ -79,8 +79,8 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
     try:
         element = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        # Some exporters write prefixes that are not declared, such as drake:. The log of the
-        # exception may include errors of other files, so the log of the parser is read instead.
+        # Some exporters write undeclared prefixes such as drake:. The log of the exception may
+        # contain errors of other files, so the log of the parser is used.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise file_error(file, error.lineno, "", None, reason) from error
@@ -99,13 +99,12 @@ def parsed(file: str, text: str, root: str | None = ROOT) -> etree._Element:
 def local_name(element: etree._Element) -> str:
     """Returns the name of an element without its namespace or prefix.
 
-    Unlike `etree.QName`, the function accepts prefixes that are not declared.
+    The prefix need not be declared.
     """
     return str(element.tag).rpartition("}")[2].rpartition(":")[2]
 
 
 def _drop_namespace(root: etree._Element) -> None:
-    """Removes the namespace of the root from all element names."""
     namespace = str(root.tag).rpartition("}")[0]
     for element in root.iter(f"{namespace}}}*") if namespace else ():
         element.tag = local_name(element)

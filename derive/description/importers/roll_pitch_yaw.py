@@ -1,9 +1,9 @@
-"""Roll, pitch and yaw of a rotation, accurate even near gimbal lock.
+"""Computes roll, pitch and yaw of a rotation. The result is accurate near gimbal lock.
 
-Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are cosine
-and sine of (roll - yaw)/2 times cos(pitch/2) + sin(pitch/2). Likewise, w - y and x + z are cosine
-and sine of (roll + yaw)/2 times cos(pitch/2) - sin(pitch/2). The formulas contain no square root of
-a small difference.
+Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are the
+cosine and the sine of (roll - yaw)/2, multiplied by cos(pitch/2) + sin(pitch/2). Likewise, w - y
+and x + z are the cosine and the sine of (roll + yaw)/2, multiplied by cos(pitch/2) - sin(pitch/2).
+The formulas need no square root of a small difference.
 """
 
 from typing import Any
@@ -13,13 +13,13 @@ import mpmath as mp
 from ...model.tolerances import GIMBAL_LOCK
 
 Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
-"""Roll, pitch and yaw (radian); roll and yaw are in (-pi, pi], and pitch is in [-pi/2, pi/2]."""
+"""Roll, pitch and yaw (radian). Roll and yaw are in (-pi, pi], and pitch is in [-pi/2, pi/2]."""
 
 
 def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
-    """Returns the angles of a quaternion of any length, whose scalar comes first.
+    """Returns the angles of a quaternion (w, x, y, z) of any length.
 
-    At gimbal lock, only the sum or difference of roll and yaw is determined, and yaw is set to 0.
+    At gimbal lock, only the sum or difference of roll and yaw is determined. Yaw is then 0.
     """
     up, down = mp.hypot(w + y, x - z), mp.hypot(w - y, x + z)
     difference, total = 2 * mp.atan2(x - z, w + y), 2 * mp.atan2(x + z, w - y)
@@ -33,12 +33,15 @@ def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
 
 
 def of_matrix(pose: mp.matrix) -> Angles:
-    """Returns the angles of the rotation in the upper-left 3x3 block of a matrix."""
+    """Returns the angles of the upper-left 3x3 block of a matrix."""
     return of_quaternion(*_quaternion(pose))
 
 
 def _quaternion(R: mp.matrix) -> list[mp.mpf]:
-    """Returns a quaternion that is not normalized: the largest of four parallel candidates."""
+    """Returns a quaternion with any length.
+
+    The longest of four equivalent quaternions is the most accurate.
+    """
     xx, yy, zz = R[0, 0], R[1, 1], R[2, 2]
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     xy, yz, zx = R[1, 0] + R[0, 1], R[2, 1] + R[1, 2], R[0, 2] + R[2, 0]

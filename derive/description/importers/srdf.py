@@ -1,7 +1,6 @@
-"""Reads the joint groups of SRDF files, as base links and tip links.
+"""Reads the joint groups of SRDF files.
 
-Source:
-    The SRDF specification of <group>, which contains <chain>, <link>, <joint> and <group>.
+Source: The SRDF specification of <group>. A group contains <chain>, <link>, <joint> and <group>.
 """
 
 from collections.abc import Iterator
@@ -20,7 +19,7 @@ MAX_NESTED = 16
 
 
 def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
-    """Returns the base and tip links of each chain in a group.
+    """Returns base link and tip link of each chain in a group.
 
     Args:
         file: An SRDF file, or a xacro file that expands to SRDF.
@@ -28,17 +27,20 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
         group: Name of the group.
 
     Returns:
-        One pair of links for a chain; for a group of groups, one pair for each subgroup.
+        One pair (base, tip) for each chain. A group of groups has one pair for each subgroup.
 
     Raises:
-        DescriptionError: The file is not a valid SRDF, or the group is unknown or does not form a
+        DescriptionError: The file is not a valid SRDF, the group is unknown, or its links form no
             chain.
     """
     return tuple(_Srdf(file, tree).ends(group, 0))
 
 
 def srdf_in_folder(file: Path) -> Path | None:
-    """Returns the SRDF file in the same folder: the one with the same name, or the only one."""
+    """Returns the SRDF file in the folder of a file.
+
+    A file with the same name is preferred, otherwise there must be only one.
+    """
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())
     of_the_name = [path for path in there if path.name.split(".")[0] == stem]
@@ -68,7 +70,6 @@ class _Srdf:
             yield self._own(element)
 
     def _own(self, element: etree._Element) -> tuple[str, str]:
-        """Returns base and tip of a group that consists of a chain, joints or links."""
         chains = element.findall("chain")
         if len(chains) == 1:
             base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
@@ -83,7 +84,7 @@ class _Srdf:
         return self._base(tips[0], links), tips[0]
 
     def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
-        """Raises an error for moving joints of a group that are outside its chains."""
+        """Raises an error if the group lists a moving joint outside its chains."""
         joints = [joint for base, tip in pairs for joint in self.tree.path_down(base, tip) or ()]
         kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in joints}
         for joint in element.findall("joint"):
@@ -92,7 +93,7 @@ class _Srdf:
                 self._fail(joint, joint.get("name"), expected)
 
     def _links(self, element: etree._Element) -> list[str]:
-        """Returns the child links of the group's joints, and its links with a parent joint."""
+        """Returns the links of a group without the root, and the child links of its joints."""
         carried = {joint.name: joint.child for joint in self.tree.joints}
         for joint in element.findall("joint"):
             if joint.get("name") not in carried:

@@ -1,13 +1,13 @@
-"""Rules that infer the chain if the base or the tip is not specified.
+"""Infers the chain of an arm if the base or the tip is not specified.
 
-The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
-ball joints that no other joint follows.
+The arm ends before fingers, wheels and final ball joints
+(:mod:`~chasles.derive.description.importers.end_parts`).
 
-The arm is the chain with the most joints that have their own coordinate. Arms of equal length with
-different last joints are separate robots.
+The arm is the chain with the largest number of coordinates. If two arms have the same length and
+different last joints, each arm is a separate robot.
 
-The tip is rigidly connected to the last joint. The tip is the first link with a name in
-``TOOL_NAMES``, otherwise the only end link except sensors, otherwise the child link of the last
+The tip is attached to the last joint. It is the first link with a name in ``TOOL_NAMES``. If there
+is none, it is the only end link that is not a sensor. Otherwise, it is the child link of the last
 joint. The base is the root of the tree, or the child link of the last floating or planar joint.
 """
 
@@ -23,19 +23,18 @@ from .kinematic_tree import KinematicTree, TreeJoint
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
 """Words in the names of links that cannot be tools."""
 MAX_LINKS = 500
-"""Maximum number of links for which the tip is inferred, to limit the computing time."""
+"""Maximum number of links. The tip of a larger tree is not inferred."""
 MAX_OTHERS = 6
-"""Maximum number of alternative chain ends that a note lists."""
+"""Maximum number of other chain ends in a note."""
 
 
 class NoChain(DescriptionError):
-    """Error for links that no chain connects; the caller adds the name of the file.
+    """Error for two links without a chain. The caller adds the name of the file.
 
     Attributes:
-        field: The wrong argument: The name of the wrong argument, which is ``base``, ``tip`` or
-            ``link``.
-        value: The value that was found, or None if there is no value.
-        expected: Description of a valid value, for the message.
+        field: The wrong argument: ``base``, ``tip`` or ``link``.
+        value: The found value, or None if there is no value.
+        expected: A valid value, in words.
     """
 
     def __init__(self, field: str, value: str | None, expected: str) -> None:
@@ -45,14 +44,14 @@ class NoChain(DescriptionError):
 
 @dataclass(frozen=True)
 class Ends:
-    """The ends of a chain, with alternative ends and excluded parts.
+    """The ends of a chain, with other possible ends and excluded parts.
 
     Attributes:
         base: The base link.
         tip: The tip link.
-        others: The alternative tip links.
-        before: The joints before an inferred base; the last of these joints is floating or planar.
-        left_out: Fingers and other end parts that are excluded from the arm.
+        others: The other possible tip links.
+        before: The joints before an inferred base. The last of them is floating or planar.
+        left_out: Fingers and other end parts.
     """
 
     base: str
@@ -63,7 +62,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the ends that were inferred, or () if the caller specified both ends."""
+        """Notes on the inferred ends, or () if nothing was inferred."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property
@@ -92,13 +91,12 @@ class Ends:
 
 
 def _few(names: Sequence[str]) -> str:
-    """Joins names by commas; a long list is truncated."""
     more = len(names) - MAX_OTHERS
     return f"{', '.join(names[:MAX_OTHERS])}{f' and {more} more' if more > 0 else ''}"
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-    """Returns the ends of the chain between two links; a missing end is inferred.
+    """Returns the ends of the chain between two links. An end that is None is inferred.
 
     Args:
         tree: The tree of links and joints.
@@ -106,8 +104,8 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
         tip: The tip link.
 
     Returns:
-        The ends of a chain or, if several arms have equal length, of each arm, in the order of the
-        file.
+        The ends of the chain. If several arms have equal length, the ends of each arm in the order
+        of the file.
 
     Raises:
         NoChain: A link is unknown, no chain exists, or the tree has several roots.
@@ -128,10 +126,10 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
-    """Returns the ends of the only chain between two links; see :func:`chosen_ends`.
+    """Returns the ends of the only chain between two links. See :func:`chosen_ends`.
 
     Raises:
-        NoChain: No chain or more than one chain exists.
+        NoChain: There is no chain, or more than one.
     """
     found = chosen_ends(tree, base, tip)
     if len(found) > 1:
@@ -144,10 +142,11 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
 
 
 def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
-    """Raises an error for joints with several degrees of freedom between base and tip.
+    """Raises an error if a joint between base and tip has several degrees of freedom.
 
     Raises:
-        NoChain: The chain has a multi-DOF joint; the message suggests other ends.
+        NoChain: The chain has a joint with several degrees of freedom. The message suggests other
+            ends.
     """
     before = base
     for joint in path:
@@ -164,7 +163,7 @@ def _check_joints(path: Sequence[TreeJoint], base: str) -> None:
 
 
 def leader_between(follower: str, ends: Ends) -> str:
-    """Returns the error text for a mimic joint whose leader is not in the chain."""
+    """Returns the error text for a mimic joint without its leader."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
         f"coupling, {follower} has its own coordinate"
@@ -181,7 +180,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns the inferred chains below a link: the longest arm, or all arms of equal length."""
+    """Returns the longest arm below a link, or all arms of this length."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(
@@ -204,7 +203,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """Returns the only end of a tree without moving arm joints, or raises an error."""
+    """Returns the only end of a tree without arm joints, or raises an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:
@@ -216,7 +215,7 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """Returns the ends of a chain, which by default starts after a floating or planar joint."""
+    """Returns the ends of a chain. By default, it starts after a floating or planar joint."""
     free = [k for k, joint in enumerate(path) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)
@@ -225,9 +224,9 @@ def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> E
 
 
 def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
-    """Returns the chains with the most coordinates, one for each last joint with a coordinate.
+    """Returns the chains with the most coordinates, one chain for each last joint.
 
-    A chain also includes the mimic joints after its last joint, unless they branch.
+    A chain includes the mimic joints after its last joint, unless they branch.
     """
     most = max(map(freedom, paths), default=0)
     by_last: dict[str, list[TreePath]] = {}
@@ -242,7 +241,7 @@ def _longest(paths: Sequence[TreePath]) -> list[TreePath]:
 
 
 def _tip(tree: KinematicTree, link: str) -> str:
-    """Returns the tool frame among the links that are rigidly connected to the last link."""
+    """Returns the tool frame among the links that are fixed to the last link."""
     links = list(tree.rigid(link))
     named = [part for part in links if tool_rank(part) is not None]
     if named:

@@ -1,10 +1,11 @@
 """Applies the factory calibration of a UR arm to its description.
 
-The controller stores deviations of six rows of DH parameters (``calibration.conf``: delta_theta,
-delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
-poorly defined and delta_d is often many meters. The ROS driver moves the link frames along their
-axes and writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y,
-z, roll, pitch, yaw). The reader converts both file formats to poses of the links.
+The controller stores deviations of the DH parameters of six rows (``calibration.conf``:
+delta_theta, delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common
+normals are inaccurate. Therefore, delta_d is often many meters. The ROS driver writes the pose of
+each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll, pitch, yaw). It
+moves the link frames along their axes to avoid large numbers. The reader converts both file formats
+to poses of links.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -40,29 +41,28 @@ if TYPE_CHECKING:
     from yaml import Node
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-"""Link names in the YAML file; the entry of a link is its joint pose in the frame of the preceding
-link."""
+"""Names of the links in the YAML file. Each entry is a pose in the preceding link."""
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
-"""Row indices of the upper arm and the forearm, whose axes are nearly parallel to the next axis."""
+"""Rows of the upper arm and the forearm. Their axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Number of digits of the computed placements, which exceeds double precision."""
+"""Number of digits of the computed placements. Double precision has fewer."""
 
 
 @dataclass(frozen=True)
 class LinkPose:
-    """Pose of a joint in the preceding link, as position (meter) and roll, pitch, yaw (radian)."""
+    """Pose of a joint in the preceding link: position (meter), and roll, pitch, yaw (radian)."""
 
     xyz: Vector
     rpy: Vector
 
 
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
-    """Returns a UR arm whose nominal geometry is replaced by the measured geometry of one robot.
+    """Returns a UR arm with the measured geometry of one robot.
 
-    The names, the limits, the base frame and the tool frame do not change. The joints of the result
-    use the URDF convention.
+    Names, limits, base frame and tool frame stay the same. The joints of the result have the URDF
+    convention.
 
     Args:
         description: A UR arm with six revolute joints, described by DH parameters or by URDF
@@ -72,8 +72,8 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
 
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to another arm type (the tools at zero differ by more than
-            ``CALIBRATED_TOOL``).
+            calibration belongs to another type of arm. For another type, the tools at zero differ
+            by more than ``CALIBRATED_TOOL``.
     """
     check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)
@@ -105,7 +105,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
 
 
 def _arm(robot: Described, file: Path) -> SerialRobot:
-    """Returns the robot if it is a chain of exactly six consecutive revolute joints."""
+    """Returns the robot if it is a chain of six revolute joints."""
     if isinstance(robot, SerialRobot):
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
@@ -134,7 +134,7 @@ def _placed(joint: Joint, pose: LinkPose) -> Joint:
 
 
 class _File:
-    """A calibration file that contains link poses or deviations of DH parameters."""
+    """A calibration file with link poses or with deviations of DH parameters."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -185,7 +185,7 @@ class _File:
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
     def _rows(self, robot: SerialRobot) -> list[list[mp.mpf]]:
-        """Returns the rows (theta, d, a, alpha) of the arm, including the deviations."""
+        """Returns the rows (theta, d, a, alpha) with the deviations."""
         deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
         defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
         rows = []
@@ -231,9 +231,9 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """Returns the entries of a YAML table with text keys, or {} for any other node."""
+    """Returns the entries of a YAML table, or {} for any other node."""
     pairs = node.value if node is not None and node.id == "mapping" else []
-    # Keys with nested aliases could expand to a text of unlimited length.
+    # With nested aliases, the text of a key could have any length.
     return {key.value: value for key, value in pairs if key.id == "scalar"}
 
 
@@ -241,12 +241,11 @@ def _entries(node: "Node | None") -> dict[str, "Node"]:
 
 
 def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, ...]:
-    """Converts DH rows (theta, d, a, alpha) to the pose of each joint in the preceding link.
+    """Converts DH rows (theta, d, a, alpha) to poses of the joints.
 
-    The origin of a joint may be anywhere on the joint axis. After a row of ``NEARLY_PARALLEL``, the
-    origin is moved to the intersection of the axis with the plane that is normal to the preceding
-    axis. The x axis of the preceding frame is rotated towards the new origin. The tool poses do not
-    change.
+    The origin of a joint may be any point of the joint axis. After a row of ``NEARLY_PARALLEL``,
+    the origin moves into the plane that is normal to the preceding axis. The x axis of the
+    preceding frame turns towards the new origin. The tool pose stays the same.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]

@@ -1,7 +1,7 @@
-"""Transmissions of a URDF, which make the joints of a chain linear functions of actuators.
+"""Reads the transmissions of a URDF. They make joints linear functions of actuators.
 
 The elements <transmission> of the URDF and of <ros2_control> follow the equations of ros2_control.
-In these equations, actuators a and joints j have reductions n and offsets.
+In the equations, actuators a and joints j have reductions n and offsets.
 
 A simple transmission has the equation ``j = a / n + offset``.
 
@@ -27,19 +27,19 @@ SIMPLE, DIFFERENTIAL, FOUR_BAR = (
     "FourBarLinkageTransmission",
 )
 ACTUATORS: Mapping[str, int] = {SIMPLE: 1, DIFFERENTIAL: 2, FOUR_BAR: 2}
-"""Number of actuators for each type of transmission, which equals its number of joints."""
+"""Number of actuators for each type of transmission. The number of joints is the same."""
 REDUCTION_TAGS = ("mechanical_reduction", "mechanicalReduction")
-"""Names of the XML element for the reduction, in <ros2_control> and in <robot>."""
+"""Names of the XML element with the reduction, in <ros2_control> and in <robot>."""
 Ratios = tuple[tuple[str, sp.Expr], ...]
 
 
 @dataclass(frozen=True)
 class DrivenJoints:
-    """The joints of a chain that transmissions move.
+    """The joints that are moved by transmissions.
 
     Attributes:
-        rows: The actuator ratios and the offset of each joint, keyed by the joint name in the file.
-        motors: The actuators that are not themselves joints of the chain.
+        rows: Actuator ratios and offset of each joint, by the joint name in the file.
+        motors: The actuators that are not joints of the chain.
         notes: Sentences that describe the transmissions.
     """
 
@@ -54,8 +54,8 @@ class TransmissionReader:
 
     Attributes:
         root: The element <robot>.
-        number: Reads a number from an element; an error names the field.
-        fail: Raises the error for a field of an element, with its value and the expected value.
+        number: Reads a number of an element. An error names the field.
+        fail: Raises the error for a field of an element.
     """
 
     root: etree._Element
@@ -63,16 +63,16 @@ class TransmissionReader:
     fail: Callable[[etree._Element, str, object, str], NoReturn]
 
     def driven(self, joints: Sequence[str]) -> DrivenJoints:
-        """Returns the joints of a chain that transmissions move.
+        """Returns the joints of a chain with transmissions.
 
         A simple transmission with reduction 1 and offset 0 has no effect.
 
         Args:
-            joints: Names of the moving joints in the chain, without mimic joints.
+            joints: Names of the moving joints without mimic joints.
 
         Raises:
-            DescriptionError: A reduction is 0 or is not a number, or two transmissions have the
-                same joint or actuator.
+            DescriptionError: A reduction is 0 or not a number, or two transmissions share a joint
+                or an actuator.
         """
         rows: dict[str, tuple[Ratios, sp.Expr]] = {}
         motors: list[str] = []
@@ -106,7 +106,7 @@ class TransmissionReader:
         return DrivenJoints(rows, free, tuple(notes))
 
     def _check(self, parts: Sequence[etree._Element], taken: Container[str], expected: str) -> None:
-        """Raises an error if the name of a part is already used, or occurs twice."""
+        """Raises an error if the name of a part occurs twice."""
         seen: set[str] = set()
         for part in parts:
             name = identifier(str(part.get("name")))
@@ -117,9 +117,9 @@ class TransmissionReader:
     def _rows(
         self, kind: str, parts: Sequence[etree._Element], joints: Sequence[etree._Element]
     ) -> list[tuple[Ratios, sp.Expr]] | None:
-        """Returns the equation for each joint of a transmission.
+        """Returns the equation of each joint of a transmission.
 
-        The result is None for an unknown type of transmission, and empty if the actuator is the
+        The result is None for an unknown type of transmission. It is empty if the actuator is the
         joint.
         """
         if not len(parts) == len(joints) == ACTUATORS.get(kind):
@@ -161,13 +161,15 @@ class TransmissionReader:
 
 
 def _kind(element: etree._Element) -> str:
-    """Returns the type of a transmission without the package name."""
     texts = element.findtext("plugin"), element.findtext("type"), element.get("type")
     return next((text.strip().rpartition("/")[2] for text in texts if text), "")
 
 
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
-    """Yields the actuators or joints of a transmission, ordered by role if all have roles."""
+    """Yields the actuators or joints of a transmission.
+
+    If all have roles, the roles define the order.
+    """
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]
     order = sorted(range(len(parts)), key=lambda k: roles[k]) if all(roles) else range(len(parts))

@@ -1,11 +1,11 @@
-"""Evaluates xacro expressions without Python's ``eval``, so that a file cannot run commands.
+"""Evaluates xacro expressions without Python's ``eval``. A file can therefore not run commands.
 
-Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``, by which a file can call any Python
-function. This module uses Python only to parse an expression. The evaluator supports numbers,
-strings, lists, tuples, dictionaries, operators, comprehensions and the documented functions of
-xacro. The evaluator rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start
-with an underscore. No accepted symbol may give access to a rejected function. For example, ``map``
-calls any function that it receives.
+Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``. A file could then call any Python
+function. Here, Python only parses the expression. The evaluator supports numbers, strings, lists,
+tuples, dictionaries, operators, comprehensions and the documented functions of xacro. The evaluator
+rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start with an underscore. No
+accepted symbol may lead to a rejected function. For example, ``map`` is rejected because it can
+call any function.
 """
 
 import ast
@@ -16,12 +16,11 @@ from contextlib import contextmanager
 from typing import Any
 
 MAX_STEPS = 1_000_000
-"""Maximum number of nodes that are evaluated per expression."""
+"""Maximum number of evaluated nodes per expression."""
 MAX_SIZE = 1_000_000
-"""Maximum length of a repeated sequence, and maximum number of bits of a power or a shifted
-number."""
+"""Maximum length of a repeated sequence, and maximum number of bits of a power or shift."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
-"""Functions of xacro that serve only to inspect Python objects."""
+"""Functions of xacro that only inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
     str: (
         *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit"),
@@ -35,7 +34,7 @@ METHODS: Mapping[type, Collection[str]] = {
     set: ("add", "union", "intersection", "difference", "issubset"),
     frozenset: ("union", "intersection", "difference", "issubset"),
 }
-"""Methods that an expression may call, keyed by the type of the value."""
+"""Methods that an expression may call, by the type of the object."""
 BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -71,7 +70,7 @@ COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 
 
 class RefusedExpressionError(ValueError):
-    """An expression is outside the documented subset of xacro, or is too large."""
+    """An expression is outside the subset of xacro, or is too large."""
 
 
 @contextmanager
@@ -83,7 +82,7 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # A built-in function is not an attribute of the module, so its replacement is deleted.
+            # A built-in function was not an attribute of the module, so the replacement is deleted.
             if name in before:
                 setattr(module, name, before[name])
             else:
@@ -91,22 +90,21 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
 
 
 def allowed_symbols(symbols: Mapping[str, Any]) -> Any:
-    """Returns a copy of the symbols of xacro without ``REFUSED_FUNCTIONS``, also in namespaces."""
+    """Returns a copy of the symbols of xacro without ``REFUSED_FUNCTIONS``."""
     copy: Any = type(symbols)()
     for name, value in symbols.items():
         if name not in REFUSED_FUNCTIONS:
             own = allowed_symbols(value) if isinstance(value, Mapping) else value
-            # Namespaces of xacro evaluate strings that are assigned to them.
+            # Namespaces of xacro evaluate the strings that are assigned to them.
             dict.__setitem__(copy, name, own)
     return copy
 
 
 def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
-    """Returns the function that replaces xacro's evaluator of ``${...}``.
+    """Returns the function that evaluates ``${...}``.
 
     Args:
-        symbols: The result of :func:`allowed_symbols`: functions, constants, and mappings that
-            contain them.
+        symbols: The result of :func:`allowed_symbols`.
     """
     functions = set(_functions(symbols))
 
@@ -117,7 +115,7 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
 
 
 def substitution_evaluator(substitution_args: Any) -> Callable[..., str]:
-    """Returns the function that replaces xacro's evaluator of ``$(eval ...)``."""
+    """Returns the function that evaluates ``$(eval ...)``."""
     convert, read_argument = substitution_args.convert_value, substitution_args._eval_arg
 
     def evaluated(text: str, context: dict[str, Any]) -> str:
@@ -150,8 +148,8 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
 
     Args:
         text: A Python expression in the documented subset.
-        symbols: Values keyed by name, given as a mapping or as an object with ``__getitem__``.
-        functions: The functions that the expression may call.
+        symbols: Values by name.
+        functions: The functions that may be called.
 
     Raises:
         RefusedExpressionError: The expression is outside the subset, or is too large.
@@ -162,7 +160,7 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
 
 
 class _Evaluator:
-    """Evaluates the nodes of one expression; comprehension variables are in ``scopes``."""
+    """Evaluates the nodes of one expression. The variables of comprehensions are in ``scopes``."""
 
     def __init__(self, symbols: Any, functions: Collection[Callable[..., Any]]) -> None:
         self.symbols = symbols
@@ -178,8 +176,7 @@ class _Evaluator:
         if evaluator is None:
             raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
         found = evaluator(node)
-        # The function `_attribute` checks its values itself, because methods of strings and lists
-        # are not symbols.
+        # Methods of strings and lists are not symbols, so `_attribute` has checked them.
         return found if isinstance(node, ast.Attribute) else self._checked(node, found)
 
     def _expression(self, node: ast.Expression) -> Any:
@@ -201,7 +198,7 @@ class _Evaluator:
             raise NameError(f"name {node.id!r} is not defined") from None
 
     def _checked(self, node: ast.AST, found: Any) -> Any:
-        """Returns a value; a function must be among the allowed functions."""
+        """Returns a value. A function must be allowed."""
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             name = ast.unparse(node)
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
@@ -326,7 +323,6 @@ class _Evaluator:
 
 
 def _assigned(target: ast.expr, element: Any) -> dict[str, Any]:
-    """Returns the variables of a comprehension target."""
     if isinstance(target, ast.Name):
         _check_name(target.id)
         return {target.id: element}
@@ -346,7 +342,7 @@ def _is_hashable(found: Any) -> bool:
 
 
 def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
-    """Rejects a power, shift, repetition or format if its result would exhaust memory."""
+    """Rejects an operation whose result would fill the memory."""
     if isinstance(kind, ast.Mod) and isinstance(left, str):
         _check_widths(left, right if isinstance(right, tuple) else (right,))
     size = 0
@@ -363,10 +359,6 @@ def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
 
 
 def _check_widths(text: str, values: Iterable[Any] = ()) -> None:
-    """Rejects a format with a large width or precision.
-
-    A ``*`` in the format takes its width from the values, so integer values count as widths too.
-    """
     widths = [int(digits) for digits in re.findall(r"\d+", text)]
     if "*" in text:
         widths += [abs(value) for value in values if isinstance(value, int)]

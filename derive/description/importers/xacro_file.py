@@ -25,9 +25,9 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""A text that occurs twice in succession; nested xacro errors repeat the message."""
+"""A text that occurs twice in succession. Nested errors of xacro repeat their message."""
 MAX_REASON = 2000
-"""Maximum number of characters of a reason that xacro states."""
+"""Maximum length of a reason from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
@@ -38,27 +38,26 @@ def is_xacro(file: Path) -> bool:
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """Returns the XML text of a xacro file; see :func:`expanded_with_files`."""
+    """Returns the XML text of a xacro file. See :func:`expanded_with_files`."""
     return expanded_with_files(file, arguments)[0]
 
 
 def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list[Path]]:
-    """Expands a xacro file to XML, and lists the files that it includes.
+    """Expands a xacro file to XML, and lists its included files.
 
-    ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
-    an installed ROS. The folder of a package contains a package.xml with the name of the package,
-    or is named after the package. The suffixes of ``PACKAGE_ENDINGS`` are removed from package
-    names. Included files and YAML files are read only from the package of the file and from
-    packages of ``$(find package)``. Without a package.xml, the folder that contains the file is its
-    package.
+    ``$(find package)`` is searched in the parent folders of the file and their subfolders, and then
+    in an installed ROS. The folder of a package has the name of the package, or contains a
+    package.xml with this name. Package names are compared without the suffixes of
+    ``PACKAGE_ENDINGS``. Included files and YAML files must belong to the package of the file or to
+    packages of ``$(find package)``. Without a package.xml, the package is the folder of the file.
 
     Args:
         file: A xacro file.
         arguments: Argument values, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file cannot be expanded, or the robot in the file is incomplete. The
-            error states the reason that xacro gives, and the missing part.
+        DescriptionError: The file cannot be expanded, or the robot is incomplete. The error states
+            the reason from xacro, and the missing part.
     """
     try:
         import xacro  # noqa: PLC0415
@@ -84,7 +83,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     except DescriptionError:
         raise
     except Exception as error:
-        # Expressions in the file may raise any error, not only errors of xacro.
+        # Expressions in the file may raise errors of any type.
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
@@ -111,13 +110,13 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> DescriptionError:
-    """Returns the error with the file name and the line (if known) where the expansion stopped."""
+    """Returns the error with the file and the line where the expansion stopped."""
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
     hint = missing(reason, Path(inner))
     reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason[:MAX_REASON]).split()))
-    # A surrogate character in a text could not be printed.
+    # Surrogate characters cannot be printed.
     reason = reason.encode(errors="replace").decode()
     expected = f"xacro that can be expanded ({reason}{within}{hint})"
     return file_error(inner, int(line[1]) if line else None, "", None, expected)
@@ -125,9 +124,9 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 
 @contextmanager
 def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[None]:
-    """Resolves ``$(find package)`` in the folders near a file while xacro expands the file.
+    """Lets xacro find packages in the folders near a file.
 
-    Xacro itself finds packages only in the package index of an installed ROS.
+    Xacro itself only searches an installed ROS.
     """
     of_ros = substitution_args._eval_find
 
@@ -137,7 +136,7 @@ def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[N
             try:
                 folder = Path(of_ros(name))
             except Exception as error:
-                # ROS is missing, or another package has replaced the package finder of ROS.
+                # ROS is missing, or another package has replaced its package finder.
                 raise substitution_args.SubstitutionException(packages.missed(name)) from error
         packages.readable.append(folder)
         return str(folder)
@@ -148,7 +147,7 @@ def _packages_found(substitution_args: Any, packages: "_Packages") -> Iterator[N
 
 
 class _Packages:
-    """Finds packages by name near a file, and opens files in these packages."""
+    """Finds packages near a file, and opens their files."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -156,11 +155,11 @@ class _Packages:
         self.readable = [input_folder(file)]
 
     def opened(self, name: str) -> io.BytesIO:
-        """Opens an included file; this function replaces the function ``open`` of xacro."""
+        """Opens an included file. This method replaces ``open`` in xacro."""
         return io.BytesIO(included_bytes(Path(name), self.readable, self.file))
 
     def folder(self, name: str) -> Path | None:
-        """Returns the folder of a package, or None if the package is not found."""
+        """Returns the folder of a package, or None."""
         stem = _stem(name)
         rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
         for known, sought in rules:
@@ -170,14 +169,13 @@ class _Packages:
         return None
 
     def missed(self, name: str) -> str:
-        """Returns an error text that lists the searched folders."""
+        """Returns an error text with the searched folders."""
         return (
             f"no package {name!r} in {self.above[0]} and {FOLDERS_UP - 1} folders above it, nor in "
             f"ROS: put the package there, as a folder {name}"
         )
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:
-        """Returns the packages that have a package.xml in a folder or its subfolders."""
         files = [folder / PACKAGE_FILE, *files_like(folder, f"*/{PACKAGE_FILE}")]
         return {_package_name(file): file.parent for file in files if file.is_file()}
 

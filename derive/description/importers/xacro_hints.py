@@ -1,6 +1,6 @@
-"""Hints on missing parts of a xacro file, such as an argument, property, macro, macro call or link.
+"""Finds the cause if a part of a xacro file is missing, such as an argument, macro or link.
 
-Nearby xacro files are searched for a file that defines the missing part.
+The hint names a nearby file that defines the part.
 """
 
 import re
@@ -16,11 +16,10 @@ from ..file_text import read_bytes
 from .robot_xml import nearby_document
 
 MAX_FILES = 300
-"""Maximum number of files that are searched, to limit the computing time."""
+"""Maximum number of searched files."""
 MAX_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Search locations near a file: the number of parent folders to go up, and the file pattern below
-the reached folder."""
+"""Where nearby files are searched: the number of parent folders to go up, and a file pattern."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 
@@ -42,7 +41,7 @@ class _Macro:
 
 
 def missing(reason: str, file: Path) -> str:
-    """Returns a hint on how to fix a failed expansion, or an empty text if no fix is known.
+    """Returns a hint on how to fix a failed expansion, or "" if no fix is known.
 
     Args:
         reason: The error message of xacro.
@@ -80,7 +79,7 @@ def _undefined(kind: str, name: str, file: Path) -> str:
 
 
 def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
-    """Returns a text on the missing parts of a robot in expanded XML, or "" if none are missing.
+    """Returns a text on the missing parts of a robot, or "" if it is complete.
 
     Args:
         root: The root element of the expanded XML.
@@ -117,7 +116,10 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """Returns the macros of a file that create links, or all macros if no macro creates links."""
+    """Returns the macros of a file that create links.
+
+    If there are none, all macros are returned.
+    """
     document = nearby_document(file)
     elements = document.getElementsByTagName("xacro:macro") if document else []
     found = [
@@ -138,7 +140,6 @@ def _children(element: minidom.Element, tag: str) -> list[minidom.Element]:
 
 
 def _with(pattern: str, file: Path) -> list[Path]:
-    """Returns the nearest files whose text matches a pattern."""
     sought = re.compile(pattern, re.DOTALL)
     folder = file.resolve().parent
     for up, paths in NEARBY:
@@ -152,7 +153,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns the files that match a pattern, or no files if a folder cannot be read."""
+    """Returns the files that match a pattern. If a folder cannot be read, there are none."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

@@ -8,11 +8,11 @@ _FOLDER = Path(__file__).parent
 
 
 def template(kind: str) -> str:
-    """Returns the text of a robot file with comments, which is ready to derive.
+    """Returns the text of a robot file with comments. The robot can be derived at once.
 
     Args:
-        kind: The kind "arm" has joints with origins and axes, "dh" has a table of joints, and
-            "mechanism" has a boom that a cylinder moves.
+        kind: The kind "arm" has joints with origins and axes. The kind "dh" has a table of joints.
+            The kind "mechanism" has a boom that a cylinder moves.
 
     Raises:
         InputValueError: The kind of the file is unknown.

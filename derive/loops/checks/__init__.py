@@ -1,1 +1,1 @@
-"""Remarks on a robot whose loops close: limits, dead points and doubtful values."""
+"""Remarks on a robot with loops: limits, dead points and doubtful values."""

@@ -1,10 +1,9 @@
-"""Reports how much of the actuator range closes the loops, and which limits are unreachable.
+"""Checks which part of the actuator range closes the loops, and which limits are unreachable.
 
-The limits of the actuators span a box. Loops that stay open inside the box of actuator limits are
-not an error, because each limit belongs to a single actuator. The module reports loops that close
-in less than half of the box. The module moves each actuator while the other actuators stay at the
-reference, and reports unreachable limits. The module also reports reference values far from the
-closed configuration.
+The limits of the actuators span a box. Loops may stay open in a part of this box, because each
+limit belongs to a single actuator. A remark states that the loops close in less than half of the
+box. Each actuator is then moved alone, with the other actuators at the reference. A remark states
+its unreachable limits. Other remarks state reference values far from the closed configuration.
 """
 
 import math
@@ -25,21 +24,21 @@ from .nearly_met import nearly_met
 
 Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
-"""Tests whether the loops close at given actuated coordinates."""
+"""Returns whether the loops close at actuated coordinates."""
 MANY, MANY_STEPS = 500, 64
-"""Number of random configurations, and of grid values, for loops with a closed form."""
+"""Number of random configurations and of grid values, for loops with a closed form."""
 FEW, FEW_STEPS = 60, 17
-"""Number of random configurations, and of grid values, for loops without a closed form."""
+"""Number of random configurations and of grid values, for loops without a closed form."""
 HALVINGS = 20
 OMITTED = 0.01
-"""Smallest reported difference between the assumed value of an omitted actuator and the value that
-the stated joints imply (radian, or relative to the size)."""
+"""Smallest reported error of the value that is assumed for an omitted actuator (radian, or
+relative to the size)."""
 LITTLE = 0.5
-"""Smallest fraction of configurations with closed loops for which no remark is printed."""
+"""If a larger fraction of the configurations closes, no remark is printed."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
-    """States the joint limits at which a robot's loops do not close; empty if all loops close."""
+    """States the joint limits at which the loops do not close. Empty if all loops close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(NumericMechanism(mechanism), h.at_reference)
@@ -55,10 +54,10 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Returns warnings about a robot whose loops close; usually empty.
+    """Returns warnings about a robot with closed loops. There are usually none.
 
-    The warnings concern rods with swapped ends, reference values that the description omits or that
-    are far from the closed configuration, and geometry that narrowly misses a closed form.
+    The warnings are about rods with swapped ends, about omitted or distant reference values, and
+    about geometry that narrowly misses a closed form.
     """
     swapped = doubtful_ends(h.mechanism, h.at_reference)
     doubts = (swapped, omitted_actuators(h), moved_reference(h), *nearly_met(h))
@@ -66,16 +65,16 @@ def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 class BySearch:
-    """Tests whether loops without a closed form close, by a numerical search from the reference."""
+    """Tests whether loops close, by a numerical search from the reference."""
 
     def __init__(self, bodies: NumericMechanism, configuration: Mapping[str, float]) -> None:
-        """Stores a configuration with closed loops as the start of the search."""
+        """Stores a closed configuration as the start of the search."""
         self.bodies = bodies
         self.configuration = {name: configuration[name] for name in bodies.values}
         self.names = [loop_joint.name for loop_joint in bodies.mechanism.loop_joints]
 
     def is_closed(self, q: Floats) -> bool:
-        """Whether the loops close at given actuated coordinates."""
+        """Whether the loops close at actuated coordinates."""
         coordinates = self.bodies.mechanism.coordinates
         actuated = {
             c.moves: float(value) * self.bodies.number(c.ratio)
@@ -94,9 +93,9 @@ def limits_in_words(
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference. Coordinates without limits have their
+        reference: The actuated coordinates of the reference. A coordinate without limits has its
             reference value.
-        is_closed: Tests whether the loops close at given actuated coordinates.
+        is_closed: Returns whether the loops close at actuated coordinates.
         samples: Number of random configurations in the box.
         steps: Number of grid values between the limits of each coordinate.
     """
@@ -125,7 +124,7 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """Returns lower and upper limits; the reference value replaces a missing limit."""
+    """Returns lower and upper limits. The reference value replaces a missing limit."""
     low, high = reference.copy(), reference.copy()
     for k, c in enumerate(coordinates):
         lowest, highest = c.limits
@@ -137,15 +136,14 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Returns the interval around the reference value in which the loops close, or None."""
+    """Returns the interval around the reference value in which the loops close."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
         q[k] = value
         return is_closed(q)
 
-    # A grid can miss a narrow interval of closed loops; therefore, the search starts at the
-    # reference.
+    # A grid can miss a narrow interval, so the search starts at the reference.
     start = float(np.clip(reference[k], values[0], values[-1]))
     if not closes(start):
         return None
@@ -169,9 +167,9 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 
 
 def omitted_actuators(h: SolvedLoops) -> str:
-    """Lists actuated coordinates that the reference omits, and values implied by stated joints.
+    """Lists actuators without a reference value, and the values that follow from the other joints.
 
-    The result is empty if the reference is complete, or if the description has no reference.
+    The text is empty if the reference is complete or if there is none.
     """
     mechanism, bodies = h.mechanism, NumericMechanism(h.mechanism)
     omitted = [c.moves for c in mechanism.coordinates if c.moves in mechanism.omitted]
@@ -195,12 +193,11 @@ def omitted_actuators(h: SolvedLoops) -> str:
 
 
 def moved_reference(h: SolvedLoops) -> str:
-    """States which described joint value differs most from the closed reference.
+    """States which joint value of the reference differs most from the closed configuration.
 
-    The values of dependent joints in a description only select the branch. A large difference
-    usually means wrong actuated coordinates. For example, a cylinder without a stated value
-    defaults to the middle of its limits. The result is empty if all values agree closely, up to
-    full turns.
+    The reference values of dependent joints only select the branch. A large difference usually
+    means that the actuated coordinates are wrong. For example, the default value of a cylinder is
+    the middle of its limits. The text is empty if all values agree closely, up to full turns.
     """
     at, size = h.at_reference, h.numbers.size
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

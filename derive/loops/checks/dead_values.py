@@ -14,21 +14,21 @@ from ..solve.solved_loops import SolvedLoops
 
 Floats = NDArray[np.float64]
 PLACES = 4001
-"""Number of grid values of a coordinate at which a margin is evaluated."""
+"""Number of grid values per coordinate for the zeros of a margin."""
 HALVINGS = 60
 OTHERS = 8
-"""Number of values per coordinate in the test whether a margin depends on the coordinate."""
+"""Number of values per coordinate that show whether a margin depends on the coordinate."""
 CHANGED = 1e-9
-"""Smallest change of a margin that counts as dependence on a coordinate."""
+"""If a margin changes by less, it does not depend on the coordinate."""
 
 
 @dataclass(frozen=True)
 class DeadValues:
-    """The zeros of a margin that depends on one actuated coordinate.
+    """The zeros of a margin as a function of one actuated coordinate.
 
     Attributes:
         coordinate: Index of the coordinate.
-        zeros: Values within the limits at which the margin changes sign (radian or meter).
+        zeros: Values within the limits at which the margin changes its sign (radian or meter).
         least: The smallest margin within the limits.
     """
 
@@ -38,10 +38,11 @@ class DeadValues:
 
 
 def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
-    """Returns the zeros of each margin, or None for a margin of several coordinates.
+    """Returns the zeros of each margin.
 
-    A revolute coordinate without limits is searched over a full turn. For a prismatic coordinate
-    without limits the result is None. Zeros without a sign change are not found.
+    The entry is None if a margin depends on several coordinates. A revolute coordinate without
+    limits is searched over a full turn. The entry is also None for a prismatic coordinate without
+    limits. Zeros without a change of sign are not found.
     """
     if not h.forward.margins:
         return ()
@@ -59,7 +60,7 @@ def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
         np.ptp(margins(k, reference[k] + np.linspace(-0.5, 0.5, OTHERS) * _width(r)), axis=1)
         for k, r in enumerate(ranges)
     ]
-    # A margin that is NaN at some value also depends on the coordinate.
+    # A margin that is NaN at some values depends on the coordinate.
     depends = ~(np.array(moved) < CHANGED)
 
     def of(row: int) -> DeadValues | None:
@@ -90,7 +91,7 @@ def _width(limits: tuple[float, float] | None) -> float:
 
 
 def _zeros(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[float, ...]:
-    """Returns the zeros of a function between pairs of bounds, by bisection."""
+    """Finds the zeros of a function between pairs of bounds by bisection."""
     below = function(low) < 0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

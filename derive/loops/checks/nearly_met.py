@@ -1,9 +1,8 @@
-"""Detects loops that almost have a closed form, such as loops of an as-built robot.
+"""Detects loops that almost have a closed form, such as loops of a real robot.
 
-A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
-planar. If the geometry deviates from the conditions for a closed form by more than the rounding of
-values in the file, Newton's iteration must close the loops. A sentence in the report then states
-the deviation.
+There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
+parallel axes is planar. If the geometry differs from both forms by more than rounding errors,
+Newton's method must close the loops. A sentence in the report then states the difference.
 """
 
 from collections.abc import Iterator
@@ -22,12 +21,12 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Parallel axes are tested if a loop has at least this number of revolute axes besides its
-closure."""
+"""Minimum number of revolute axes of a loop, without its closure, for which parallel axes are
+tested."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:
-    """Yields sentences on closed forms that the loops narrowly miss, if there are any."""
+    """Yields a sentence on each closed form that the loops narrowly miss."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
@@ -59,7 +58,7 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    # If the rods are equal and parallel, other loops prevent a closed form.
+    # If the rods are equal and parallel, the closed form fails because of other loops.
     if missing:
         yield (
             "the loops would have a closed form (three spheres) if these rods were equal and "
@@ -68,7 +67,7 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
 
 
 def _around(h: SolvedLoops) -> Iterator[AtReference]:
-    """Yields the reference and configurations on both sides of the reference."""
+    """Yields the reference, and configurations on both sides of it."""
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
         steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
@@ -77,7 +76,7 @@ def _around(h: SolvedLoops) -> Iterator[AtReference]:
 
 
 def _groups(numbers: Floats, most: float) -> list[list[int]]:
-    """Groups the indices of rods whose fitted spheres coincide within a distance."""
+    """Groups the indices of rods whose fitted spheres nearly coincide."""
     groups: list[list[int]] = []
     for k in range(numbers.shape[1]):
         near = [group for group in groups if _apart(numbers, group[0], k) <= most]
@@ -89,7 +88,7 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """Returns the largest difference of two spheres in center and radius (meter)."""
+    """Returns the largest difference of two spheres in center or radius (meter)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 

@@ -1,1 +1,1 @@
-"""Numerically closed loops: reference, mobility, actuation, and diagnosis of open loops."""
+"""Closes loops numerically: reference, mobility, actuation, and diagnosis of open loops."""

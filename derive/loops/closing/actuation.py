@@ -1,9 +1,8 @@
-"""Checks that the actuated coordinates are independent and match the degrees of freedom.
+"""Checks that the actuated coordinates are independent and determine the motion.
 
-At a configuration with closed loops, the null space of the constraint Jacobian contains all
-feasible coordinate rates. The actuated coordinates determine all coordinate rates if their rows of
-a null-space basis form a regular square matrix. Singular configurations fail the test of the
-actuators, so several configurations are checked.
+The null space of the constraint Jacobian contains the feasible coordinate rates. The actuated
+coordinates determine all rates if their rows of a null-space basis form a regular square matrix. A
+singular configuration would fail the test, so several configurations are tested.
 """
 
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ MAX_NAMED = 6
 
 
 def check_actuation(loops: ClosedLoops) -> int:
-    """Rejects a mechanism whose actuated coordinates are dependent or do not fix its motion.
+    """Raises an error if the actuators are dependent or do not determine the motion.
 
     A platform may have more actuators than freedoms, as in a cable robot.
 
@@ -29,11 +28,11 @@ def check_actuation(loops: ClosedLoops) -> int:
         loops: The constraints of the mechanism.
 
     Returns:
-        Number of actuators beyond the degrees of freedom.
+        Number of redundant actuators.
 
     Raises:
-        DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
-            other. The message lists the joints without an actuator, or the dependent actuators.
+        DescriptionError: An actuator is missing, or actuators depend on each other. The message
+            lists the joints that need an actuator, or the dependent actuators.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]
@@ -68,7 +67,7 @@ def check_actuation(loops: ClosedLoops) -> int:
 
 
 def spare_actuators(loops: ClosedLoops) -> int:
-    """Returns the number of a platform's actuators beyond its freedoms, or 0 for other robots."""
+    """Returns the number of redundant actuators of a platform, or 0 for other robots."""
     try:
         return check_actuation(loops)
     except DescriptionError:
@@ -76,11 +75,10 @@ def spare_actuators(loops: ClosedLoops) -> int:
 
 
 def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
-    """Returns a closed configuration near the reference of a platform with redundant actuators.
+    """Returns a closed configuration of a platform with redundant actuators, near its reference.
 
-    The values of actuators without a reference value follow from other actuators or from the
-    platform pose. If reference values contradict each other, the platform pose determines all
-    actuators.
+    Missing actuator values follow from the other actuators or from the platform pose. If the
+    reference values contradict each other, the platform pose determines all actuators.
     """
     bodies = NumericMechanism(mechanism)
     loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
@@ -98,7 +96,7 @@ def overactuated_start(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
-    """Whether only legs drive the tool and every actuator can move."""
+    """Whether only legs drive the tool, and all actuators can move."""
     chain = {joint.name for joint in loops.mechanism.main_chain.moving}
     moved = {c.moves for c in loops.mechanism.coordinates}
     is_moving = np.linalg.norm(rows, axis=1) > REPEATED_EQUATION
@@ -106,7 +104,7 @@ def _is_overactuated_platform(loops: ClosedLoops, rows: Vector) -> bool:
 
 
 def across(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
-    """States which pin axes of a planar loop are not parallel to its normal, or "" if all are."""
+    """States which pin axes of a planar loop are not normal to its plane, or ""."""
     if loop_joint.name in bodies.planes or _kind(loop_joint) != "pin":
         return ""
     poses = bodies.poses(bodies.values)
@@ -143,7 +141,7 @@ def _tilts(frame: Vector, n: Vector) -> bool:
 
 
 def _rotation(n: Vector) -> str:
-    """Describes the rotation from a frame's z axis to a direction n, given in this frame."""
+    """Describes the rotation from the z axis of a frame to a direction n in this frame."""
     along = [k for k in range(2) if abs(n[k]) > 1 - NUMERICALLY_CLOSED]
     return f"rpy = {('[0, 90, 0]', '[90, 0, 0]')[along[0]]} deg" if along else "rpy"
 
@@ -153,7 +151,7 @@ def _kind(loop_joint: Closure | Strut) -> str:
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
-    """Returns a basis of the feasible coordinate rates, one basis vector per column."""
+    """Returns a basis of the feasible coordinate rates, with one column per basis vector."""
     _, values, V = np.linalg.svd(loops.unit_rows(z))
     kept = int(np.sum(values > REPEATED_EQUATION * max(values, default=1.0)))
     found: Vector = V[kept:].T
@@ -165,7 +163,7 @@ def _rank(rows: Vector) -> int:
 
 
 def _too_many(names: Sequence[str], rows: Vector) -> str:
-    """Returns the error message for actuated coordinates that depend on each other."""
+    """Returns the error message for dependent actuated coordinates."""
     spare = len(names) - _rank(rows)
     dependent = [
         name for k, name in enumerate(names) if _rank(np.delete(rows, k, axis=0)) == _rank(rows)
@@ -180,7 +178,7 @@ def _too_many(names: Sequence[str], rows: Vector) -> str:
 
 
 def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> str:
-    """Returns the error message for joints that can still move when all actuators are locked."""
+    """Returns the error message for joints that move although all actuators are locked."""
     _, values, V = np.linalg.svd(rows)
     free = moving @ V[int(np.sum(values > REPEATED_EQUATION)) :].T
     moves = np.linalg.norm(free, axis=1) > REPEATED_EQUATION
@@ -207,6 +205,5 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
 
 
 def _few(names: Sequence[str]) -> str:
-    """Joins names with commas and "and"; shortens a long list."""
     shown = [*names[:MAX_NAMED], "others"] if len(names) > MAX_NAMED else [*names]
     return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))

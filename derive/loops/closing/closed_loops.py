@@ -1,7 +1,7 @@
-"""Closes the loops of a mechanism numerically by Newton's method on the closure equations.
+"""Closes the loops of a mechanism numerically by Newton's method.
 
-A strut has one equation, for the distance between its ends, and no swing angle. A swing angle would
-add one variable and one equation, so omitting swing angles does not change the degrees of freedom.
+A strut has one equation, which is the distance between its ends. A swing angle would only add one
+variable and one equation, so there are no swing angles.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,12 +27,12 @@ from ..model.numeric_rows import NumericRows
 
 Vector = NDArray[np.float64]
 Evaluated = tuple[Vector, Vector, Vector]
-"""Residuals, their Jacobian, and the cosines that detect flipped frames."""
+"""A tuple of residuals, their Jacobian, and cosines. The cosines detect flipped frames."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Number of random configurations at which the rank is computed."""
+"""Number of random configurations for the rank."""
 
 
 class ClosedLoops:
@@ -40,15 +40,14 @@ class ClosedLoops:
 
     Attributes:
         mechanism: The description.
-        bodies: Bodies and ends as numerical values.
-        names: Names of the variables w: joints and cylinders.
-        is_length: Mask of the variables that are lengths.
-        passive: Mask of the variables that are not actuated.
-        size: The longest translation or rod of the mechanism (meter), or 1 if all lengths are zero.
-        reference: Values of the variables at the described reference, with gear ratios applied.
-        in_least_squares: Whether overconstrained loops close only in the least-squares sense. The
-            equations of overconstrained loops are the gradient of the sum of squared closure
-            errors.
+        bodies: Bodies and frames as numerical values.
+        names: Names of the variables w, which are joints and cylinders.
+        is_length: Mask of the variables with the unit of a length.
+        passive: Mask of the passive variables.
+        size: The longest translation or rod (meter), or 1 if all lengths are zero.
+        reference: Values of the variables at the reference. Gear ratios are applied.
+        in_least_squares: Whether the loops close only in the least-squares sense. Their equations
+            are then the gradient of the sum of squared closure errors.
     """
 
     def __init__(
@@ -62,8 +61,8 @@ class ClosedLoops:
 
         Args:
             mechanism: The description.
-            near: Values near the reference that replace the described values.
-            in_least_squares: Whether overconstrained loops close only in the least-squares sense.
+            near: Values that replace the reference values.
+            in_least_squares: Whether the loops close only in the least-squares sense.
         """
         self.mechanism, self.in_least_squares = mechanism, in_least_squares
         self.bodies = NumericMechanism(mechanism)
@@ -75,13 +74,16 @@ class ClosedLoops:
         self.reference = np.array([described[name] for name in self.names])
 
     def configuration(self, w: Vector) -> dict[str, float]:
-        """Returns the entries of z by name, in order, with the swing angles of struts."""
+        """Returns the values of z by name, with the swing angles of struts."""
         found = dict(zip(self.names, map(float, w), strict=True))
         found |= self.bodies.swings(found)
         return {v.name: found[v.name] for v in configuration_names(self.mechanism)}
 
     def evaluated(self, w: Vector) -> Evaluated:
-        """Returns residuals, Jacobian (equations, len(w)) and the terms that detect flips, at w."""
+        """Returns the tuple (residuals, Jacobian, cosines) at w.
+
+        The Jacobian has one row per equation.
+        """
         if not self.in_least_squares:
             return self._rows.at(w)
         steps = DIFFERENCE_STEP * np.eye(len(w))
@@ -89,7 +91,7 @@ class ClosedLoops:
         return self._gradient(w), (g[:, 0] - g[:, 1]).T / (2 * DIFFERENCE_STEP), self._rows.at(w)[2]
 
     def _gradient(self, w: Vector) -> Vector:
-        """Returns the gradient of half the sum of squared errors, see :mod:`..model.gradient`."""
+        """Returns the gradient of half the sum of squared errors (:mod:`..model.gradient`)."""
         c, J, _ = self._rows.at(w)
         size = float(f"{self.size:.3g}")
         weights = np.where(self._rows.is_turn, size, 1.0)
@@ -97,7 +99,7 @@ class ClosedLoops:
         return found / np.where(self.is_length[self.passive], 1.0, size)
 
     def closed(self, w: Vector, free: Vector) -> Vector:
-        """Closes the loops by Newton's method from w; only the ``free`` entries change.
+        """Closes the loops by Newton's method. Only the ``free`` variables change.
 
         Raises:
             LoopError: The iteration does not converge.
@@ -120,7 +122,7 @@ class ClosedLoops:
     def _nearer(
         self, w: Vector, here: Evaluated, free: Vector, rcond: float
     ) -> tuple[Vector, Evaluated] | None:
-        """Returns w after a Newton step, halved until the residual falls, or None on failure."""
+        """Returns w after a Newton step that reduces the residual, or None."""
         residual, J, _ = here
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
@@ -133,11 +135,10 @@ class ClosedLoops:
         return None
 
     def _polished(self, w: Vector, here: Evaluated, free: Vector) -> tuple[Vector, Evaluated]:
-        """Refines a closed configuration up to rounding error.
+        """Refines a closed configuration up to rounding errors.
 
-        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12. With
-        an error of 1e-6 in w, redundant equations seem to be independent; therefore, the refinement
-        drops the redundant equations.
+        With redundant equations, w may have an error of 1e-6 although the residual is 1e-12.
+        Redundant equations would then seem to be independent, so the refinement drops them.
         """
         for _ in range(POLISHING):
             w = w + _step(here[1], here[0], free, REPEATED_EQUATION)
@@ -145,18 +146,18 @@ class ClosedLoops:
         return w, here
 
     def rank(self) -> int:
-        """Returns the rank of the Jacobian at generic closed configurations near the reference."""
+        """Returns the rank of the Jacobian near the reference."""
         return self._rank_at(self.generic[0])[0] if self._rows.owners else 0
 
     @cached_property
     def generic(self) -> tuple[Vector, ...]:
-        """Closed configurations near the reference with a full-rank Jacobian.
+        """Closed configurations near the reference at which the Jacobian has full rank.
 
-        Assembly modes other than the reference mode may have more or fewer degrees of freedom, so
-        only the neighborhood of the reference is sampled.
+        Other assembly modes may have other degrees of freedom, so only the neighborhood of the
+        reference is sampled.
 
         Raises:
-            LoopError: The loops do not close at the reference configuration.
+            LoopError: The loops do not close at the reference.
         """
         reference = self.closed(self.reference, np.ones(len(self.names), dtype=bool))
         if not self._rows.owners:
@@ -170,7 +171,7 @@ class ClosedLoops:
         return tuple(w for rank, w in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
-        """Yields a closed configuration, then random closed configurations near it."""
+        """Yields a closed configuration and then random closed configurations near it."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)
@@ -184,7 +185,7 @@ class ClosedLoops:
                 break
 
     def _rank_at(self, w: Vector) -> tuple[int, bool]:
-        """Returns the rank, and whether each singular value is clearly zero or clearly nonzero."""
+        """Returns the rank, and whether all singular values are clearly zero or clearly nonzero."""
         values = np.linalg.svd(self.unit_rows(w), compute_uv=False)
         parts = values / max(values[0], ZERO_SINGULAR_VALUE)
         return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(
@@ -192,9 +193,9 @@ class ClosedLoops:
         )
 
     def unit_rows(self, w: Vector) -> Vector:
-        """Returns the Jacobian with rows of length 1; lengths are relative to the mechanism size.
+        """Returns the Jacobian with rows of length 1.
 
-        Rows that are zero up to rounding errors do not change.
+        Lengths are divided by the size of the mechanism. Rows of rounding errors stay as they are.
         """
         J = self.evaluated(w)[1] * self._scaled(np.ones(len(w)))
         norms = np.linalg.norm(J, axis=1, keepdims=True)
@@ -235,7 +236,7 @@ def _largest(residual: Vector) -> float:
 
 
 def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
-    """Returns the shortest least-squares step of the free entries."""
+    """Returns the shortest least-squares step of the free variables."""
     step = np.zeros(len(free))
     step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
     return step

@@ -1,4 +1,4 @@
-"""Counts bodies, joints and degrees of freedom for both mobility formulas."""
+"""Counts bodies, joints and degrees of freedom for the mobility formulas."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ PLANAR, SPATIAL = 3, 6
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """Returns the joint sequences that only parametrize the pose of a free body.
+    """Returns sequences of virtual joints, which only describe the pose of a free body.
 
-    A spatial sequence has three prismatic and then three revolute joints that reach every pose. A
-    planar sequence has two prismatic joints and a revolute joint. No joint of a sequence is
-    actuated. Bodies inside a sequence have no closure, strut, tool or second child joint.
+    A spatial sequence has three prismatic joints and then three revolute joints. A planar sequence
+    has two prismatic joints and a revolute joint. Virtual joints are not actuated. Closures,
+    struts, the tool and other joints are attached only to the last body of a sequence.
     """
     taken: set[str] = set()
     found = []
@@ -35,7 +35,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """Returns a joint and all later joints up to the first body with several child joints."""
+    """Returns a joint and the joints that follow it in a chain without branches."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
@@ -65,7 +65,7 @@ def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> boo
 
 
 def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
-    """Returns the axis directions of consecutive joints at zero, as numerical values."""
+    """Returns the axis directions of consecutive joints at zero."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
@@ -80,17 +80,17 @@ def _rank(axes: Sequence[sp.Matrix]) -> int:
 
 
 class Counts:
-    """Counts of bodies, joints and degrees of freedom of a mechanism.
+    """Numbers of bodies, joints and degrees of freedom of a mechanism.
 
     Attributes:
         mechanism: The description.
-        terms: Names of all terms.
+        terms: Names of the terms.
         planar: The planar linkages.
-        in_plane: Names of the closures and struts in planar loops.
-        order: The dimension lambda of the motion group: 3 if all bodies move in parallel planes,
+        in_plane: Names of the closures and struts of planar loops.
+        order: Dimension lambda of the motion group: 3 if all bodies move in parallel planes,
             otherwise 6.
-        virtual: The sequences of virtual joints, which are excluded from the counts.
-        loop_orders: The dimension lambda of the motion group of each independent loop.
+        virtual: The sequences of virtual joints, which are not counted.
+        loop_orders: Dimension lambda of the motion group of each independent loop.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
@@ -102,8 +102,7 @@ class Counts:
         orders = [self._order_of(loop_joint) for loop_joint in mechanism.loop_joints]
         self.virtual: list[tuple[Joint, ...]] = []
         for run in virtual_joints(mechanism, terms):
-            # Virtual joints add as many degrees of freedom as one loop through the platform
-            # removes.
+            # Virtual joints add as many freedoms as a loop through the platform removes.
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)
@@ -111,20 +110,20 @@ class Counts:
 
     @property
     def bodies(self) -> int:
-        """Number of bodies, including the base."""
+        """Number of bodies with the base."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         struts = sum(1 + strut.is_cylinder for strut in self.mechanism.struts)
         return 1 + moving + struts - sum(len(run) - 1 for run in self.virtual)
 
     @property
     def joints(self) -> int:
-        """Number of joints, including the ends of struts."""
+        """Number of joints with the ends of struts."""
         struts = sum(2 + strut.is_cylinder for strut in self.mechanism.struts)
         return self._tree_joints() + len(self.mechanism.closures) + struts
 
     @property
     def freedoms(self) -> int:
-        """Total freedom of the joints, in the motion group of the whole mechanism."""
+        """Sum of the joint freedoms in the motion group of the whole mechanism."""
         loop_joints = sum(
             _freedom(loop_joint, self.order) for loop_joint in self.mechanism.loop_joints
         )
@@ -132,12 +131,12 @@ class Counts:
 
     @property
     def loop_freedoms(self) -> int:
-        """Total freedom of all joints; each joint counts in the motion group of its loop."""
+        """Sum of the joint freedoms. Each joint counts in the motion group of its loop."""
         loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
         return self._tree_joints() + loop_joints
 
     def _tree_joints(self) -> int:
-        """Number of one-freedom tree joints, without virtual joints."""
+        """Number of tree joints without virtual joints."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         return moving - sum(map(len, self.virtual))
 
@@ -171,7 +170,7 @@ def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
 
 
 def _freedom(loop_joint: Closure | Strut, order: int) -> int:
-    """Returns the degrees of freedom of a closure or strut, planar or spatial."""
+    """Returns the degrees of freedom of a closure or strut in a planar or spatial loop."""
     if isinstance(loop_joint, Closure):
         return 1 if loop_joint.kind == "ball" and order == PLANAR else FREEDOM[loop_joint.kind]
     end = FREEDOM[loop_joint.ends] if order == SPATIAL else 1

@@ -1,8 +1,8 @@
-"""Overconstrained loops that cannot all close: least-squares configuration and closure errors.
+"""Closes overconstrained loops in the least-squares sense.
 
-Loops are overconstrained if they have more equations than unknown variables. A pin parallel to the
-other axes of its loop constrains the motion to the plane a second time. A third crank of a
-parallelogram constrains the coupler's direction a second time. In a robot as built, redundant
+Overconstrained loops have more equations than variables. For example, a pin parallel to the other
+axes of a planar loop keeps the loop in its plane a second time. Likewise, a third crank of a
+parallelogram fixes the direction of the coupler a second time. On a real robot, redundant
 constraints contradict each other slightly.
 """
 
@@ -27,24 +27,23 @@ from .closed_loops import ClosedLoops
 
 Floats = NDArray[np.float64]
 REPORTED = 0.05
-"""Smallest closure error that is reported, as a fraction of the largest closure error."""
+"""Smallest reported closure error, relative to the largest closure error."""
 
 
 @dataclass(frozen=True)
 class LeastSquaresClosure:
-    """Overconstrained loops that cannot all close.
+    """Result for overconstrained loops that cannot all close.
 
     Attributes:
-        at: The configuration with the smallest sum of squared closure errors, at the reference's
-            actuated coordinates. The configuration lists joints and cylinders by name (radian or
-            meter).
+        at: The configuration with the smallest sum of squared closure errors. The actuated
+            coordinates have their reference values. It contains joints and cylinders by name
+            (radian or meter).
         repeated: Number of redundant constraints.
-        closure_errors: Description of the closure error that remains at each closure or strut,
-            largest error first.
-        spare: Names of the closures and struts that can be omitted without an additional degree of
+        closure_errors: Texts on the remaining closure errors. The largest error comes first.
+        spare: Names of the closures and struts that can be omitted without adding a degree of
             freedom.
-        actuators: Number of actuators beyond the degrees of freedom. With redundant actuators, the
-            loops close only for some actuator values.
+        actuators: Number of redundant actuators. With redundant actuators, the loops close only for
+            some actuator values.
     """
 
     at: Mapping[str, float]
@@ -54,7 +53,7 @@ class LeastSquaresClosure:
     actuators: int = 0
 
     def __str__(self) -> str:
-        """Returns text that describes the redundant constraints and the closure errors."""
+        """Returns a text about the redundant constraints and the closure errors."""
         if self.actuators:
             return f"{self.actuators} more actuators than degrees of freedom"
         open_ = ", ".join(
@@ -69,11 +68,11 @@ class LeastSquaresClosure:
 
 
 def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
-    """Returns the overconstrained loops that cannot all close near the reference.
+    """Returns the least-squares configuration of overconstrained loops near the reference.
 
-    The result is None if all loops close, if no equation is redundant, or if a closure error
-    exceeds the errors of robots as built. The result is also None if the actuated coordinates are
-    not independent.
+    The result is None if all loops close, if no equation is redundant, or if a closure error is too
+    large for a manufacturing error. The result is also None if the actuated coordinates are not
+    independent.
     """
     bodies = NumericMechanism(mechanism)
     loop_joints = [loop_joint.name for loop_joint in mechanism.loop_joints]
@@ -103,7 +102,7 @@ def least_squares_closure(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
-    """Returns the loops of a platform with more actuators than freedoms, otherwise None."""
+    """Returns the least-squares configuration of a platform with redundant actuators, else None."""
     try:
         spare = spare_actuators(ClosedLoops(mechanism))
     except DescriptionError:
@@ -114,7 +113,7 @@ def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
-    """Returns the number of joints in a loop, including the closure."""
+    """Returns the number of joints in a loop with its closure."""
     one, other = (
         {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
     )
@@ -122,7 +121,7 @@ def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
 
 
 def _rank(J: Floats, least: float) -> int:
-    """Returns the number of singular values above a fraction of the largest singular value."""
+    """Returns the number of singular values above a fraction of the largest one."""
     values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
     return int(np.sum(values > least * max(values, default=0.0)))
 
@@ -152,7 +151,7 @@ def _message(
 def _distance(
     bodies: NumericMechanism, loop_joint: Closure | Strut, at: Mapping[str, float]
 ) -> str:
-    """Describes a distance or, for a pin, the distances along and across the pin axis."""
+    """Describes the closure error of a loop joint. A pin has an error along and across its axis."""
     closure_error = bodies.closure_errors(at)[loop_joint.name].distance
     if isinstance(loop_joint, Strut):
         return f"{1e3 * closure_error:.3g} mm in length"

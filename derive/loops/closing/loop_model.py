@@ -1,4 +1,4 @@
-"""A mechanism whose loops can close, and the coordinates of its functions."""
+"""The coordinates and terms of a mechanism whose loops close."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,17 +20,17 @@ _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 @dataclass(frozen=True, eq=False)
 class LoopModel:
-    """A mechanism with its coordinates.
+    """A mechanism and its coordinates.
 
     Attributes:
-        mechanism: The description. Pins with a tilt that the file accepts are modeled as balls.
-        terms: Names of all terms.
-        least_squares_closure: The loops that close only in the least-squares sense, with their
-            closure errors, or None if all loops close.
+        mechanism: The description. Pins whose tilt the file accepts are modeled as balls.
+        terms: Names of the terms.
+        least_squares_closure: The least-squares configuration of overconstrained loops, or None if
+            all loops close.
         robot: The main chain as a serial robot.
-        variables: The entries of the full configuration z.
-        passive: Names of the passive joints in z, except drives that are coupled to other joints.
-        arguments: The arguments of all functions, keyed by name.
+        variables: The coordinates of the full configuration z.
+        passive: Names of the passive joints in z, without drives that are coupled to other joints.
+        arguments: The arguments of all functions by name.
         q: Symbols of the actuated coordinates.
         theta: Symbols of the main-chain joints.
     """
@@ -54,23 +54,22 @@ class LoopModel:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Builds a function; the first argument determines the domain of the function."""
+        """Builds a function. Its first argument determines its domain."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         text = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)
 
 
 def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
-    """Returns a mechanism whose loops can close, with its coordinates.
+    """Returns the coordinates of a mechanism whose loops close.
 
     Args:
         mechanism: The description.
-        terms: The terms of a different mechanism with the same parameters. By default, new terms
-            are created.
+        terms: Terms to reuse. They may belong to another mechanism with the same parameters. By
+            default, new terms are created.
 
     Raises:
-        DescriptionError: The pins of a rod are not parallel, and the file does not accept this
-            tilt.
+        DescriptionError: The pins of a rod are not parallel, and the file does not accept the tilt.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, closure_errors = closable(mechanism, terms), None
@@ -90,7 +89,7 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
         ("z", len(variables), either, "full configuration"),
         ("zd", len(variables), f"{either}/s", "rates of the full configuration"),
     ):
-        # A parameter may have the name theta4, but parameter names never start with an underscore.
+        # A parameter may be called theta4, but never _theta4.
         symbols = coordinates(f"_{name}", count)
         arguments[name] = Argument(name, symbols, (count,), shown, meaning)
     names = {variable.name for variable in variables}

@@ -1,8 +1,8 @@
-"""Mobility of a mechanism, from two counting formulas and from the constraint rank.
+"""Mobility of a mechanism, from two counting formulas and from a rank.
 
-Counting formulas assume that all constraints are independent. The rank of the constraint Jacobian
-at closed configurations needs no assumption. If two counts disagree, the mechanism is
-overconstrained, or a rod can rotate about its longitudinal axis.
+The counting formulas assume independent constraints. The rank of the constraint Jacobian at closed
+configurations needs no assumption. If the numbers disagree, the mechanism is overconstrained, or a
+rod can rotate about its own axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,18 +24,17 @@ class Mobility:
     """Degrees of freedom of a mechanism, computed in three ways.
 
     Attributes:
-        bodies: The number n of bodies, including the base. A rod counts as one body, and a cylinder
-            as two bodies.
-        joints: The number j of joints, including the ends of rods and cylinders.
-        freedoms: Sum of the joint freedoms f in the motion group of dimension ``order``.
-        order: The dimension lambda of the motion group: 3 if all bodies move in one plane,
-            otherwise 6.
-        loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
-        loop_orders: The dimension lambda of the motion group of each independent loop.
-        idle: Number of ball-ended struts that can rotate about their longitudinal axes (idle
+        bodies: Number n of bodies with the base. A rod counts as one body, and a cylinder as two
+            bodies.
+        joints: Number j of joints with the ends of rods and cylinders.
+        freedoms: Sum of the joint freedoms f in the motion group of the mechanism.
+        order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
+        loop_freedoms: Sum of f if each joint counts in the motion group of its loop.
+        loop_orders: Dimension lambda of the motion group of each independent loop.
+        idle: Number of struts with two ball ends, which can rotate about their own axes (idle
             rotations).
-        coordinates: Number of entries of z.
-        rank: Rank of the constraint Jacobian at random closed configurations.
+        coordinates: Number of coordinates z.
+        rank: Rank of the constraint Jacobian at closed configurations.
         equations: Number of rows of the constraint Jacobian.
         actuated: Number of actuated coordinates.
     """
@@ -54,27 +53,30 @@ class Mobility:
 
     @property
     def kutzbach(self) -> int:
-        """Kutzbach criterion: lambda (n - 1 - j) + sum f, with idle rotations if lambda is 6."""
+        """Gruebler-Kutzbach mobility lambda (n - 1 - j) + sum f.
+
+        If lambda is 6, it includes idle rotations.
+        """
         return self.order * (self.bodies - 1 - self.joints) + self.freedoms
 
     @property
     def by_loops(self) -> int:
-        """Sum of f minus lambda of every independent loop, including idle rotations."""
+        """Sum of f minus the sum of lambda over all independent loops, including idle rotations."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Number of coordinates minus the constraint rank, without idle rotations of struts."""
+        """Number of coordinates minus the rank of the constraints, without idle rotations."""
         return self.coordinates - self.rank
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether redundant constraints give more degrees of freedom than the counts predict."""
+        """Whether redundant constraints leave more degrees of freedom than the formulas predict."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
     def report(self) -> tuple[str, ...]:
-        """The counts as text lines, with every disagreement between two counts."""
+        """The numbers as lines of text, with all disagreements."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (
@@ -90,7 +92,7 @@ class Mobility:
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """The disagreements between the counts, one line each."""
+        """The disagreements between the numbers, one line each."""
         return tuple(self._disagreements())
 
     def _disagreements(self) -> Iterator[str]:
@@ -112,23 +114,22 @@ class Mobility:
 
 
 def mobility(mechanism: Mechanism) -> Mobility:
-    """Returns a mechanism's degrees of freedom: two counts, and the rank of the constraints.
+    """Returns the degrees of freedom of a mechanism, counted and from the rank of the constraints.
 
-    Bodies connected by fixed joints count as one body. A rod counts as a body with two joints, a
-    cylinder as two bodies with three joints. A platform on virtual joints counts as one body, and
-    the virtual joints are not counted
-    (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor is not counted,
-    because motor, bearing and gear pair together do not add any freedom.
+    Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
+    cylinder counts as two bodies with three joints. A platform on virtual joints counts as one
+    body, and its virtual joints do not count
+    (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor does not count,
+    because motor, bearing and gear pair together add no freedom.
 
     Args:
-        mechanism: The description, with a reference configuration at which the loops nearly close.
+        mechanism: The description. Its loops nearly close at its reference configuration.
 
     Raises:
         LoopError: The loops do not close at the reference configuration.
 
-    Source:
-        Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and the limits of
-        counting.
+    Source: Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the formulas and their
+        limits.
     """
     check_type("mobility: mechanism", mechanism, Mechanism)
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
@@ -137,21 +138,21 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
 
 def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
-    """Returns the Gruebler-Kutzbach count of the degrees of freedom: order (n - 1 - j) + sum f.
+    """Returns the Gruebler-Kutzbach mobility: order (n - 1 - j) + sum f.
 
-    ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The criterion assumes independent
-    constraints; its result can be negative.
+    ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The formula assumes independent constraints.
+    The result can be negative.
 
     Args:
-        links: The number n of links, including the base.
-        joints: The number j of joints.
+        links: Number n of links with the base.
+        joints: Number j of joints.
         freedom: Sum of the joint freedoms.
         order: Dimension of the motion group: 6 in space, 3 in a plane or about a point, 2 for
             planar translations.
 
     Raises:
         InputTypeError: An argument is not an int.
-        InputValueError: An argument is not a possible count.
+        InputValueError: No mechanism has these numbers.
     """
     for name, count in {"links": links, "joints": joints, "freedom": freedom}.items():
         check_type(f"kutzbach: {name}", count, int)
@@ -175,7 +176,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobil
     """Returns the degrees of freedom of a mechanism.
 
     Args:
-        loops: The loops, closed in double precision.
+        loops: The numerically closed loops.
         equations: The independent equations of each loop.
 
     Raises:
@@ -195,7 +196,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobil
         idle=sum(strut.ends == "ball" for strut in mechanism.struts),
         coordinates=z,
         rank=loops.rank() + swings,
-        # In the least-squares sense, there is one equation per passive variable.
+        # In the least-squares sense, each passive variable has one equation.
         equations=sum(loops.passive) + swings if loops.in_least_squares else found,
         actuated=len(mechanism.actuated),
     )

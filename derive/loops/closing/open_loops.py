@@ -1,8 +1,7 @@
-"""Diagnoses the first open loop: its closure error, and lengths and angles that would close it.
+"""Diagnoses the first open loop. The report states its error and lengths that would close it.
 
-The loops are closed one by one in the order of the description, from the reference and from random
-start configurations. The report describes the first loop that cannot be closed while all earlier
-loops are closed.
+The loops are closed one by one, from the reference and from random configurations. The report
+describes the first loop that does not close together with all earlier loops.
 """
 
 import math
@@ -27,30 +26,29 @@ from .tilted_pins import explain_open_loop
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""
 MAX_REFINED = 3
-"""Number of start configurations to refine, best first."""
+"""Number of start configurations to refine. The best ones come first."""
 MAX_REMEDIES = 5
-"""Maximum number of lengths and angles in a message, smallest change first. A message also names
-the reachable values of each actuated coordinate."""
+"""Maximum number of lengths and angles in a message. The smallest changes come first. A message
+also lists the reachable values of the actuated coordinates."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
-"""Longest length to try, relative to the mechanism size."""
+"""Longest tested length, relative to the size of the mechanism."""
 FIRST_STEP = 0.05
-"""First step of the search for the far end of an interval (radian, or relative to the size)."""
+"""First step of the search for the end of an interval (radian, or relative to the size)."""
 ASIDE = 0.2
-"""Distance of a start configuration from a dead point (radian, or relative to the mechanism
-size)."""
+"""Distance of a start configuration from a dead point (radian, or relative to the size)."""
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """A length or angle that can close the loop, and the interval of its suitable values.
+    """A length or angle that can close a loop, with the interval of its suitable values.
 
     Attributes:
-        name: Description of the length or angle.
+        name: The length or angle, in words.
         now: The current value (meter or radian).
-        low: The lowest value at which the loop closes, or None if none was found.
-        high: The highest value at which the loop closes, or None if none was found.
-        is_length: Whether the value is a length.
+        low: The lowest suitable value, or None if none was found.
+        high: The highest suitable value, or None if none was found.
+        is_length: Whether the value is a length and not an angle.
     """
 
     name: str
@@ -60,19 +58,19 @@ class Remedy:
     is_length: bool
 
     def __str__(self) -> str:
-        """Returns text such as ``L (couplers), now 130 mm: 152.3 mm or more``."""
+        """Returns a text such as ``L (couplers), now 130 mm: 152.3 mm or more``."""
         now = shown(self.now, self.is_length)
         return f"{self.name}, now {now}: {interval(self.low, self.high, self.is_length)}"
 
 
 def open_loop(mechanism: Mechanism) -> LoopError | None:
-    """Describes the loop that is open at the reference, its closure error, and possible remedies.
+    """Describes the first open loop at the reference, its closure error, and possible remedies.
 
     Args:
         mechanism: The description.
 
     Returns:
-        The error, or None if all loops close at the actuated coordinates of the reference.
+        The error, or None if all loops close.
     """
     bodies = NumericMechanism(mechanism)
     values, tried = bodies.values, []
@@ -86,7 +84,7 @@ def open_loop(mechanism: Mechanism) -> LoopError | None:
 
 
 def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
-    """Returns the error, with advice, for loops that the solver did not close at the reference.
+    """Adds advice to the error of a solver that could not close the loops at the reference.
 
     Args:
         mechanism: The description.
@@ -114,7 +112,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
     moving = {c.moves for c in mechanism.coordinates}
     cylinders = [strut.name for strut in mechanism.struts if strut.name in moving]
     free = [*bodies.unknown, *cylinders]
-    # The default strokes are the middles of the limits and may contradict the stated joint values.
+    # The default stroke is the middle of the limits. It may contradict the stated joint values.
     nearest = bodies.nearest(bodies.values, free, names)
     if cylinders and bodies.all_closed(nearest, names):
         at = nearest
@@ -135,14 +133,13 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 
 
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
-    """Returns the error for actuators that do not determine the motion of a mechanism, or None.
+    """Returns the error for actuators that do not determine the motion, or None.
 
-    A numerical test cannot distinguish loops with too many degrees of freedom from loops at a dead
-    point.
+    At a dead point, the numerical test fails too, although the actuators are correct.
 
     Args:
         mechanism: The description.
-        at: Coordinate values near a configuration with closed loops.
+        at: Coordinate values near a closed configuration.
     """
     loops = ClosedLoops(mechanism, at)
     try:
@@ -157,14 +154,14 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> Descripti
 
 
 def _wrapped(value: float, is_length: bool) -> float:
-    """Wraps an angle to [-pi, pi]; returns a length unchanged."""
+    """Returns an angle in [-pi, pi], or a length as it is."""
     return value if is_length else math.remainder(value, 2 * math.pi)
 
 
 def _closed(
     bodies: NumericMechanism, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """Returns the values with the smallest closure errors, found from known and random starts."""
+    """Returns the values with the smallest closure errors that are found from several starts."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -225,7 +222,7 @@ def _loop_error(
 
 
 def _across_at(bodies: NumericMechanism, open_: Closure | Strut, loops: Sequence[str]) -> str:
-    """States which pin axes are not normal to the plane of the open loop, or of an earlier loop."""
+    """States which pin axes are not normal to the plane of the open loop or of an earlier loop."""
     if words := across(bodies, open_):
         return words
     for loop_joint in bodies.mechanism.loop_joints:
@@ -250,7 +247,7 @@ def _where(bodies: NumericMechanism, loop_joint: Closure | Strut) -> str:
 def _error_in_words(
     bodies: NumericMechanism, loop_joint: Closure | Strut, values: Mapping[str, float]
 ) -> tuple[float, str]:
-    """Returns the closure error (meter), and text that also states the angle between the frames."""
+    """Returns the closure error (meter), and a text with the angle between the frames."""
     _, _, d = bodies.ends(loop_joint, values)
     distance = float(np.linalg.norm(d))
     if isinstance(loop_joint, Strut):
@@ -292,7 +289,7 @@ def _remedies(
 def _candidates(
     bodies: NumericMechanism, loop_joint: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
-    """Yields name, description and factor of each constant and actuated coordinate in a loop."""
+    """Yields a tuple (name, description, factor) for each constant and each actuator of a loop."""
     mechanism = bodies.mechanism
     paths = [mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
     joints = [joint for path in paths for joint in path if not all(joint in w for w in paths)]
@@ -335,7 +332,7 @@ def _constants(
 
 
 def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
-    """Whether a strut spans a moving joint of a loop."""
+    """Whether a strut spans a joint of a loop."""
     for strut in mechanism.struts:
         if strut.name == name:
             paths = {j.name for f in (strut.a, strut.b) for j in mechanism.path_to(f.body)}
@@ -380,7 +377,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 def _off_dead_point(
     bodies: NumericMechanism, configuration: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns a configuration away from a dead point, so that the joint directions are defined."""
+    """Returns a configuration near a dead point at which the joint directions are defined."""
     moved = dict(configuration)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -401,7 +398,7 @@ def _inside(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> tuple[float, dict[str, float]] | None:
-    """Returns a length or angle with which the loops close, and the closed configuration."""
+    """Returns a suitable length or angle with its closed configuration, or None."""
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
         trial = {**values, name: now + start * reach}
@@ -432,7 +429,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """Returns the closed configuration for a length or angle, or None if the loops stay open."""
+    """Returns the closed configuration for a length or angle, or None."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}
@@ -452,7 +449,7 @@ def _edge(
     configuration: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """Returns the last value with a closed loop before a value with an open loop."""
+    """Returns the last value at which the loops close."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, configuration, loops)

@@ -1,8 +1,8 @@
-"""Tool pose change caused by replacing written values with exact values.
+"""Measures how much the tool moves if written values are replaced by exact values.
 
-Near a dead point, a small change of a length causes a large motion, so no single bound is valid for
-all configurations. Therefore the loops of both robot versions are closed at random configurations.
-The largest difference between the tool poses is reported.
+Near a dead point, a small change of a length causes a large motion. Therefore, no bound holds for
+all configurations. Instead, the loops of both robots are closed at random configurations. The
+largest difference of the tool poses is reported.
 """
 
 from collections.abc import Iterator
@@ -22,10 +22,10 @@ SAMPLES = 20
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism; its ``cleaning`` and notes state the largest pose changes.
+    """Returns the mechanism with the largest pose changes in ``cleaning`` and ``notes``.
 
     Args:
-        mechanism: A robot with exact values whose loops close at the reference.
+        mechanism: A robot with exact values. Its loops close at the reference.
     """
     if mechanism.as_written is None:
         return mechanism
@@ -39,7 +39,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yields distances (meter) and angles (radian) between the tools at random configurations."""
+    """Yields the distance (meter) and angle (radian) between the tools at random configurations."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)
@@ -56,7 +56,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the loop planes of the robot as written; the base of this robot may be rotated."""
+    """Returns the planes of loops before the numbers were replaced."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.loop_joints if c.a.body == m.base_frame}
@@ -67,12 +67,12 @@ def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
-    """Returns a joint value between the joint's limits, or near the reference if it has no limits.
+    """Returns a value within the limits of a coordinate. Without limits, it is near the reference.
 
     Args:
         bodies: The robot.
-        c: The coordinate that moves the joint.
-        part: Position in the range of the joint, from -1 to 1; 0 is the reference.
+        c: The coordinate.
+        part: Position in the range from -1 to 1. The reference has position 0.
     """
     at = bodies.values[c.moves]
     if part == 0:
@@ -91,7 +91,7 @@ def _tool(bodies: NumericMechanism, at: dict[str, float]) -> Floats:
 
 
 def _apart(one: Floats, other: Floats) -> tuple[float, float]:
-    """Returns the distance between two poses' origins, and the angle of the relative rotation."""
+    """Returns the distance (meter) and the angle (radian) between two poses."""
     half_chord = float(np.linalg.norm(one[:3, :3] - other[:3, :3])) / np.sqrt(8)
     angle = 2 * float(np.arcsin(min(1.0, half_chord)))
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), angle

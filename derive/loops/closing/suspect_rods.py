@@ -1,7 +1,7 @@
-"""Names a rod whose length differs by orders of magnitude from all other lengths of a mechanism.
+"""Names a rod whose length is much too large or too small for the mechanism.
 
-The length of a suspect rod is usually in the wrong unit. The open loop is then often another loop,
-because other bodies reach both ends of the rod.
+Usually, the length of the rod has the wrong unit. The loop that stays open may be another loop,
+because the ends of the rod also belong to other bodies.
 """
 
 from collections.abc import Sequence
@@ -14,15 +14,18 @@ from ..model.numeric_mechanism import NumericMechanism, length_of
 from .shown_values import shown
 
 FAR_OFF = 100.0
-"""Ratio between a rod length and the median of the other lengths beyond which a rod is suspect."""
+"""A rod is suspect if its length differs from the median of the other lengths by a larger
+factor."""
 MIN_OTHERS = 3
-"""Minimum number of other lengths that show the scale of a mechanism."""
+"""Minimum number of other lengths that define the scale of a mechanism."""
 SLIPS = (1000.0, 1 / 1000)
-"""Ratios between the unit of the file and a wrong unit of one length, such as mm and m."""
+"""Ratios of units that are often confused, such as mm and m."""
 
 
 def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
-    """States the suspect rod length, and whether a different unit closes the loops, or returns "".
+    """Names a suspect rod, and tests whether another unit closes the loops.
+
+    Returns "" if none is found.
 
     Args:
         bodies: A mechanism with an open loop.
@@ -61,7 +64,7 @@ def _closes(bodies: NumericMechanism, name: str, value: float, loops: Sequence[s
 
 
 def _constant(bodies: NumericMechanism, strut: Strut) -> str:
-    """Returns the name of the constant that is the length of a rod, or "" for an expression."""
+    """Returns the name of the constant that is the length of a rod, or ""."""
     if length_of(strut) in bodies.constants:
         return length_of(strut)
     return strut.length.name if isinstance(strut.length, sp.Symbol) else ""

@@ -1,7 +1,8 @@
-"""Detects rods with swapped ends: exchanging the ends closes all loops near the reference.
+"""Detects rods with swapped ends.
 
-Loops with swapped rod ends do not close, or close at a different configuration. For example,
-swapped ends of four rods of a delta robot rotate the platform slightly.
+After an exchange of the ends, all loops close near the reference. If the ends of a rod are swapped,
+its loops do not close, or close at another configuration. For example, swapped ends of four rods
+rotate the platform of a delta robot slightly.
 """
 
 import math
@@ -12,20 +13,20 @@ from ...model.mechanism import Mechanism, Strut
 from ..model.numeric_mechanism import Floats, NumericMechanism
 
 NEAR = 0.2
-"""Largest accepted distance from the reference (radian, or relative to the mechanism size).
+"""Largest accepted distance from the reference (radian, or relative to the size).
 
-Passive joint values are only approximate, and a wrong exchange may also close the loops at a
+Reference values of passive joints are only approximate. A wrong exchange may close the loops at a
 distant configuration.
 """
 CLEARLY = 0.02
-"""Smallest distance from the reference that rounding to two digits cannot explain, in the unit of
-:data:`NEAR`."""
+"""A smaller distance from the reference can come from values with two digits. The unit is that
+of :data:`NEAR`."""
 PART = 0.1
-"""Maximum ratio of the distances from the reference after and before an exchange of rod ends."""
+"""An exchange must reduce the distance from the reference at least to this fraction."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
-    """States which rods seem to have swapped ends although all loops close; empty if none.
+    """States which rods seem to have swapped ends although all loops close. Returns "" if none do.
 
     Args:
         mechanism: A description whose loops close far from the reference.
@@ -43,10 +44,10 @@ def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
-    """States which rods seem to have swapped ends; empty if no exchange of ends closes the loops.
+    """States which rods seem to have swapped ends. Returns "" if no exchange closes the loops.
 
-    The ends are exchanged for single rods, then for all rods between two bodies, and finally for
-    all rods. The exchange that closes all loops nearest to the reference is reported.
+    Exchanges are tried for single rods, then for all rods between two bodies, and then for all
+    rods. The exchange that is reported closes all loops nearest to the reference.
 
     Args:
         mechanism: A description whose loops do not close at the reference.
@@ -56,11 +57,11 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
-    """Returns the rods whose exchange closes all loops, and the distance from the reference."""
+    """Returns the names of rods to exchange, and the distance from the reference."""
     planes = NumericMechanism(mechanism).planes
     found = {names: _motion(_exchanged(mechanism, names), planes) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # If the ends are exchanged, the pins of a rod may lie outside the loop's plane.
+        # After the exchange, the pins of a rod may lie outside the plane of the loop.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf
@@ -95,7 +96,7 @@ def _exchanged(mechanism: Mechanism, names: tuple[str, ...]) -> Mechanism:
 
 
 def _turned(strut: Strut) -> Strut:
-    """Returns a strut with its end placements exchanged between the bodies."""
+    """Returns a strut with exchanged ends."""
     a, b = strut.a, strut.b
     return replace(
         strut,
@@ -105,7 +106,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> float:
-    """Returns the distance from the reference to the nearest closed configuration, or inf."""
+    """Returns the distance from the reference to a closed configuration, or inf."""
     bodies = NumericMechanism(mechanism, planes)
     names = [loop_joint.name for loop_joint in mechanism.loop_joints]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -1,9 +1,9 @@
-"""Pin-ended rods and cylinders with slightly tilted pins, as on real robots.
+"""Models rods and cylinders with slightly tilted pins, which occur on real robots.
 
-Two pins constrain a rod to a plane. If an axis of the loop is not exactly normal to that plane, no
-configuration satisfies both the lengths and the pin directions. The constraint along the axes is
-redundant, because the rod closes the planar loop without this constraint. To first order, the
-least-squares solution does not change the lengths, and the pins absorb the tilt.
+Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to this plane, no
+configuration satisfies all constraints. The constraint along the axes is redundant, because the
+planar loop closes without it. To first order, a least-squares solution keeps the lengths, and the
+pins absorb the tilt.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,16 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tilt:
-    """Deviation of a pin-ended rod's loop from a plane.
+    """How far a loop with a pin-ended rod is from planar.
 
     Attributes:
         loop_joint: Name of the rod, cylinder or closure.
         joint: The joint whose axis deviates most.
-        angle: Angle (radian) between the axis that deviates most and the mean of the other axes, or
-            0 for a single axis.
-        offset: Distance (meter) between the rod's ends along the mean axis, at zero configuration.
-        span: Distance (meter) between the rod's ends, at zero configuration.
-        axes: Number of axes of the loop. With two axes, it is unknown which axis is tilted.
+        angle: Angle (radian) between this axis and the mean of the other axes, or 0 for a single
+            axis.
+        offset: Distance (meter) between the ends of the rod along the mean axis at zero.
+        span: Distance (meter) between the ends of the rod at zero.
+        axes: Number of axes of the loop. If there are two, it is unknown which one is tilted.
     """
 
     loop_joint: str
@@ -45,16 +45,16 @@ class Tilt:
 
     @property
     def is_small(self) -> bool:
-        """Whether the deviation is within manufacturing errors of an intended planar loop."""
+        """Whether the deviation is as small as a manufacturing error."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     @property
     def is_rounding(self) -> bool:
-        """Whether the axes are parallel, and the ends in one plane, except for rounding errors."""
+        """Whether the loop is planar up to rounding errors."""
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describes the deviation; angles and distances at rounding level are omitted."""
+        """Describes the deviation. Angles and distances of rounding errors are omitted."""
         parts = []
         if self.angle > NUMERICALLY_CLOSED:
             parts.append(
@@ -70,7 +70,7 @@ class Tilt:
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
-    """Returns the pin-ended rods and cylinders that are part of spatial loops."""
+    """Returns the pin-ended rods and cylinders of spatial loops."""
     _, spatial = linkages(mechanism)
     return [
         tilt_of(mechanism, terms, loop)
@@ -80,10 +80,10 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def explain_open_loop(mechanism: Mechanism) -> str:
-    """Explains why no length closes the loops; the value is empty if no explanation is found.
+    """Explains why no length closes the loops. Returns "" if no explanation is found.
 
-    The sentences name the joint whose tilted axis prevents a pin from closing, the redundant
-    constraints, and the closure errors.
+    The text names the joint with the tilted axis, the redundant constraints, and the closure
+    errors.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     _, spatial = linkages(mechanism)
@@ -113,11 +113,13 @@ def explain_open_loop(mechanism: Mechanism) -> str:
 
 
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
-    """Returns the mechanism, with tilted rods reduced to length constraints if requested.
+    """Returns the mechanism.
+
+    Tilted rods keep only their length constraint if the file accepts this.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not request
-            least-squares closure, or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop, and the rod cannot be reduced.
+            Either the file does not accept it, or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:
@@ -149,7 +151,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
 
 
 def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
-    """Measures the deviation of a loop with revolute joints from a plane."""
+    """Measures how far a loop with revolute joints is from planar."""
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
@@ -160,7 +162,7 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:
-    """Returns the mean direction of axes, regardless of the sign of each axis."""
+    """Returns the mean direction of axes. The sign of an axis has no effect."""
     total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
     return np.asarray(total / np.linalg.norm(total))
 

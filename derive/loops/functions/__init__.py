@@ -1,1 +1,1 @@
-"""Functions through loops: maps between actuators and main chain, and the loop equations."""
+"""Functions of loops: maps between actuators and main chain, and the loop equations."""

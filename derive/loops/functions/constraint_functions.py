@@ -1,4 +1,4 @@
-"""Constraint functions of the loops in the full configuration z."""
+"""Constraint functions of the loops."""
 
 from collections.abc import Mapping
 
@@ -60,7 +60,7 @@ def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
 
 
 def makers(h: LoopModel) -> dict[str, Maker]:
-    """Returns the builders of the loop equations, in output order."""
+    """Returns the builders of the loop equations by the names of the functions."""
     return dict(_EQUATIONS) if h.mechanism.loop_joints else {}
 
 

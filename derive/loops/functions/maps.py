@@ -20,18 +20,17 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """Values of joints, swing angles and cylinders as functions of some coordinates.
+    """All joint values as functions of coordinates.
 
     Attributes:
         hybrid: The robot.
-        coordinates: Name of the coordinates, which is ``q``, or ``theta`` for the main-chain
+        coordinates: Name of the coordinates: ``q`` for the actuators, ``theta`` for the main-chain
             joints.
         named: Returns the values of joints, swing angles and cylinders by name.
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
-        interval: Text after a comma that states the interval of the angles, or "" if the angles are
-            unbounded.
-        finished: Completes a function so that its result is NaN if the loops do not close.
+        interval: Text about the interval of the angles, or "" if it is unbounded.
+        finished: Completes a function. Its result becomes NaN if the loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -49,19 +48,19 @@ class Joints:
     def function(
         self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
     ) -> SymbolicFunction:
-        """Builds a function of the coordinates and of some of their time derivatives."""
+        """Builds a function of the coordinates and their derivatives."""
         inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
         made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
         return self.finished(made)
 
 
 def from_actuators(h: SolvedLoops) -> Joints:
-    """Returns all joints in closed form as functions of the actuated coordinates."""
+    """Returns all joints as closed-form functions of the actuated coordinates."""
     return _in_closed_form(h, "q", h.forward)
 
 
 def from_chain(h: SolvedLoops) -> Joints:
-    """Returns all joints in closed form as functions of the main-chain joints."""
+    """Returns all joints as closed-form functions of the main-chain joints."""
     return _in_closed_form(h, "theta", h.backward)
 
 
@@ -73,19 +72,17 @@ def _in_closed_form(h: SolvedLoops, coordinates: str, solution: Solution) -> Joi
 
 @dataclass(frozen=True)
 class Map:
-    """A map to joint values, with the descriptions of the map and of its derivatives.
+    """A map to joint values, with the descriptions for its documentation.
 
     Attributes:
         name: Name of the map and of its result.
         symbol: Name of the joint values.
-        names: Returns the names of the joints that the map computes.
-        noun: Noun for the joints in the descriptions of the map.
-        meaning: Meaning of the map's result.
-        summary: Summary of the map for its documentation; the angle interval replaces
-            ``{interval}``.
-        identity: Identity that holds for the map, printed in its documentation; the joint names
-            replace ``{names}``.
-        moving: Summary and meaning of the time derivatives; the word rates or accelerations
+        names: Returns the names of the computed joints.
+        noun: Noun for the joints in the descriptions.
+        meaning: Meaning of the result.
+        summary: Summary of the map. The angle interval replaces ``{interval}``.
+        identity: Identity that the map fulfills. The joint names replace ``{names}``.
+        moving: Summary and meaning of the time derivatives. The word rates or accelerations
             replaces ``{}``.
     """
 
@@ -99,7 +96,7 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Returns the joint values; the value of an actuated joint is its coordinate."""
+        """Returns the joint values. An actuated joint has the value of its coordinate."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 
@@ -202,21 +199,21 @@ ACTUATORS = Map(
     ("{} of the actuated coordinates.", "actuator {}"),
 )
 _DOMAINS = {"q": ACTUATORS, "theta": CHAIN}
-"""The joint map of each domain, keyed by the name of the coordinates."""
+"""The joint maps by the name of their coordinates."""
 
 
 def margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the margin function; its entries are zero at the dead points of the loops."""
+    """Builds the margin function. An entry is zero at a dead point of the loops."""
     return _margins(h, "margin", h.forward, "q")
 
 
 def actuator_margin(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the margin function of the map from the main chain to the actuators."""
+    """Builds the margin function for the map from the main chain to the actuators."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
 def chain_all(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the main-chain joints on every branch."""
+    """Builds the function that returns the main-chain joints of every branch."""
     branches = [
         (named(h, solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in forward_branches(h)
@@ -225,7 +222,7 @@ def chain_all(h: SolvedLoops) -> SymbolicFunction:
 
 
 def actuators_all(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the actuators on every branch."""
+    """Builds the function that returns the actuators of every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in backward_branches(h)]
     return _all(
         h,
@@ -251,7 +248,10 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """Builds the function for all branches; passive-joint branches share one output entry."""
+    """Builds the function for all branches.
+
+    Branches that differ only in passive joints are merged.
+    """
     argument, codomain = between
     alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
     for values, solution in branches:
@@ -281,7 +281,7 @@ def _all(
 
 
 def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of one branch; the values become NaN if a condition fails."""
+    """Returns the values of one branch. They are NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -289,10 +289,9 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch; a step that does not occur on the branch has margin 1.
+    """Returns the margins of a branch. A step that the branch does not have gets the margin 1.
 
-    If several passive-joint branches share one solution, the first branch with closed loops is
-    used.
+    If several branches were merged, the first branch with closed loops is used.
     """
     rows = []
     for solution in solutions:
@@ -311,11 +310,11 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the branch label of each solution, which contains the names of the loops."""
+    """Returns the label of each branch. It contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
-    # If two steps close the same loop, the loop's name needs a joint name as a suffix.
+    # If two steps close the same loop, a joint name is added to the name of the loop.
     named = {
         joints: f"{name} at {joints[1].split('.')[0]}" if requested.count(name) > 1 else name
         for joints, name in names.items()
@@ -324,7 +323,7 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the branch signs common to all branches of one solution, keyed by joints."""
+    """Returns the signs that merged branches have in common, by joints."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions
@@ -354,7 +353,7 @@ def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Re
 
 
 def forward_makers(of: Joints) -> dict[str, Maker]:
-    """Returns the builders of the maps from the actuators, in output order."""
+    """Returns the builders of the maps from actuators to joints, by function name."""
     found = {
         "chain": CHAIN.function,
         "chain_D_q": CHAIN.derivative,
@@ -367,7 +366,7 @@ def forward_makers(of: Joints) -> dict[str, Maker]:
 
 
 def backward_makers(of: Joints) -> dict[str, Maker]:
-    """Returns the builders of the maps from the main chain, in output order."""
+    """Returns the builders of the maps from main chain to joints, by function name."""
     found = {
         "actuators": ACTUATORS.function,
         "actuators_D_chain": ACTUATORS.derivative,
@@ -390,7 +389,7 @@ def _made(
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of a robot's closed-form maps, in output order."""
+    """Returns the builders of all closed-form maps, by function name."""
     found: dict[str, Maker] = {}
     if not h.forward.open:
         found |= forward_makers(from_actuators(h))

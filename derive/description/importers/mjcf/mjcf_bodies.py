@@ -1,10 +1,10 @@
-"""Converts the bodies of a compiled MJCF model to links and joints with one degree of freedom.
+"""Converts the bodies of a compiled MJCF model to links and joints.
 
 MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
-rotates about an axis through its anchor, or translates along this axis. The amount of motion is the
-joint coordinate minus the reference value. In the converted model, the link of each joint has its
-origin at the anchor. If the last anchor is not the body origin, a fixed joint is added. Thus, each
-link has the pose of the body with the same name.
+rotates about an axis through its anchor, or moves along this axis. The motion is the joint
+coordinate minus its reference value. After the conversion, the link of each joint has its origin at
+the anchor. If the last anchor is not the origin of the body, a fixed joint is added. Each link then
+has the pose of the body with the same name.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -39,18 +39,18 @@ class BodyJoint:
     """A joint between two links of an MJCF model.
 
     Attributes:
-        name: Name of the joint; an unnamed joint is named after the body.
+        name: Name of the joint. An unnamed joint gets the name of its body.
         parent: The parent link.
         child: The child link.
-        kind: Joint type: revolute, prismatic, fixed, or the name that MuJoCo gives a multi-DOF
-            joint.
+        kind: Joint type: revolute, prismatic or fixed. A joint with more degrees of freedom has its
+            MuJoCo type.
         xyz: Origin of the joint in the parent frame (meter).
         rpy: Roll, pitch and yaw of the joint origin (radian).
-        axis: Direction of the joint motion in the origin frame.
+        axis: Direction of motion in the origin frame.
         limits: Minimum and maximum coordinate (radian or meter).
-        coupling: Linear equation of a joint that follows a leader, or None without a leader.
-        leader: Name of the leader joint in the MJCF model.
-        notes: Notes on angles that were snapped to multiples of pi/12.
+        coupling: Linear equation of a coupled joint, or None.
+        leader: Name of the leader of a coupled joint.
+        notes: Notes on angles that were rounded to multiples of pi/12.
     """
 
     name: str
@@ -66,7 +66,7 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self) -> Joint:
-        """Converts the MJCF joint to a joint of a robot, with its parent link.
+        """Returns the joint with its parent link.
 
         Raises:
             DescriptionError: The joint has several degrees of freedom.
@@ -92,7 +92,7 @@ class BodyJoint:
 
     @property
     def in_tree(self) -> TreeJoint:
-        """The joint as an entry of the tree of named joints."""
+        """The joint as part of a tree of named joints."""
         if self.kind == "fixed":
             return TreeJoint(self.name, "fixed", self.parent, self.child)
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
@@ -103,7 +103,7 @@ class BodyJoint:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether the joint has its own coordinate and no limits."""
+        """Whether the joint is not coupled and has no limits."""
         return self.kind in KINDS.values() and self.coupling is None and self.limits == (None, None)
 
 
@@ -111,9 +111,9 @@ class Bodies:
     """All links and joints of an MJCF model.
 
     Attributes:
-        names: Link name of each body, keyed by body index.
-        sites: Link name of each named site, keyed by site index.
-        joints: The joints; a parent joint precedes its children.
+        names: Link names in the order of the bodies.
+        sites: Link names by the index of a site. Only named sites have links.
+        joints: The joints. A parent comes before its children.
     """
 
     def __init__(self, model: CompiledModel) -> None:
@@ -136,7 +136,7 @@ class Bodies:
         )
 
     def joint_name(self, k: int) -> str:
-        """Returns the name of a joint; an unnamed joint is named after its body."""
+        """Returns the name of a joint. An unnamed joint gets the name of its body."""
         body = int(self.arrays.jnt_bodyid[k])
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
@@ -150,7 +150,7 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
-        """Yields the joints of a body, then a fixed joint from its last anchor to its origin."""
+        """Yields the joints of a body. A fixed joint from the last anchor to the origin follows."""
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
         link = self.names[int(arrays.body_parentid[body])]
@@ -210,9 +210,9 @@ class Bodies:
         return lower, upper
 
     def _coupling(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Coupling | None, str]:
-        """Returns the equation of a joint that follows a leader, and the leader's name.
+        """Returns the equation of a coupled joint and the name of its leader.
 
-        If the leader itself follows another leader, the equations are combined.
+        If the leader is also coupled, its equation is inserted.
         """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:
@@ -229,7 +229,6 @@ class Bodies:
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:
-    """Returns a link that is rigidly mounted on another link."""
     name = f"{child}_mount"
     rpy, notes = snapped(roll_pitch_yaw(turned))
     return BodyJoint(name, parent, child, "fixed", lengths(at), rpy, notes=_of_joint(name, notes))
@@ -249,7 +248,7 @@ class _Law:
 
 
 def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
-    """Yields the linear couplings y - y0 = a0 + a1 (x - x0) of joint equalities that are active."""
+    """Yields the active linear couplings y - y0 = a0 + a1 (x - x0) between joints."""
     arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
     start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
     for k in range(arrays.neq):

@@ -1,7 +1,7 @@
 """Reads the actuators, tendons and springs of an MJCF model.
 
-In a robot with loops, the joint actuators define the coordinates q. Notes list tendons,
-slider-cranks and springs, which are not modeled. A tendon equality between joints raises an error.
+In a robot with loops, the actuators of joints define the coordinates q. Tendons, slider-cranks and
+springs are not modeled, so notes list them. A tendon equality between joints raises an error.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -22,15 +22,15 @@ class Tendon:
     """A tendon.
 
     Attributes:
-        name: Name of the tendon; for an unnamed tendon, a name that contains its index.
+        name: Name of the tendon. The name of an unnamed tendon contains its index.
         joints: The joints over which a fixed tendon runs.
-        bodies: The bodies that carry the sites of a spatial tendon.
-        ratios: The joints of a fixed tendon, each with the change of the tendon length per unit of
-            the joint position.
+        bodies: The bodies with the sites of a spatial tendon.
+        ratios: A pair (joint, coefficient) for each joint of a fixed tendon. The coefficient is the
+            change of the tendon length per unit of the joint position.
         limits: Minimum and maximum length of the tendon. None if unbounded.
         is_spring: Whether the tendon has a stiffness.
         is_driven: Whether an actuator drives the tendon.
-        is_fixed: Whether an equality constraint keeps the tendon length constant.
+        is_fixed: Whether an equality keeps the tendon length constant.
     """
 
     name: str
@@ -43,12 +43,12 @@ class Tendon:
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
-        """Whether the tendon runs over one of the listed joints or bodies."""
+        """Whether the tendon moves one of these joints or bodies."""
         return bool({*self.joints} & {*joints} or {*self.bodies} & {*bodies})
 
     @property
     def note(self) -> str:
-        """A note that states that the tendon is not modeled."""
+        """States that the tendon is not modeled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -65,7 +65,7 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Drives:
-    """All elements of a model that move or load the joints of the model.
+    """The actuators, tendons and springs of a model.
 
     Attributes:
         joints: The joints with an actuator, in the order of the actuators.
@@ -82,12 +82,12 @@ class Drives:
     def notes(
         self, joints: Collection[str], bodies: Collection[str], coordinates: Collection[str] = ()
     ) -> Iterator[str]:
-        """Yields a note on each element that affects the robot but is not modeled.
+        """Yields a note on each actuator, tendon or spring that is not modeled.
 
         Args:
             joints: Names of the robot joints.
             bodies: Names of the robot links.
-            coordinates: Names of the tendons whose lengths are coordinates of the robot.
+            coordinates: Names of the tendons whose lengths are coordinates.
         """
         for tendon in self.tendons:
             if identifier(tendon.name) not in coordinates and tendon.moves(joints, bodies):
@@ -101,10 +101,10 @@ class Drives:
             yield f"springs of joints are not modeled (stiffness of {', '.join(springs)})"
 
     def check_tendons(self, joints: Iterable[str]) -> None:
-        """Raises an error for a tendon equality that couples joints of the robot.
+        """Raises an error if a tendon equality couples joints of the robot.
 
         Raises:
-            DescriptionError: An equality couples joints of the robot through a tendon.
+            DescriptionError: A tendon equality couples joints of the robot.
         """
         known = {*joints}
         for tendon in self.tendons:
@@ -117,7 +117,7 @@ class Drives:
 
 
 def drives_of(spec: Any, mujoco: Any) -> Drives:
-    """Returns the actuators, tendons and springs of an uncompiled model."""
+    """Adds the coefficients of each joint."""
     kinds = [getattr(mujoco.mjtTrn, name) for name in OF_JOINTS]
     driven = {str(a.target) for a in spec.actuators if a.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     equalities = [e for e in spec.equalities if e.type == mujoco.mjtEq.mjEQ_TENDON and e.active]
@@ -157,7 +157,6 @@ def _tendon(
 
 
 def _ratios(parts: Iterable[tuple[str, float]]) -> tuple[tuple[str, sp.Expr], ...]:
-    """Returns the sum of the tendon coefficients for each joint."""
     found: dict[str, sp.Expr] = {}
     for name, coefficient in parts:
         found[name] = found.get(name, sp.S.Zero) + sp.Rational(repr(coefficient))

@@ -1,4 +1,4 @@
-"""Reads the chain between two bodies of a MuJoCo model, including its loops."""
+"""Reads the chain between two bodies of a MuJoCo model, with its loops."""
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from .mjcf_tendons import tendon_couplings
 
 
 class MjcfFile:
-    """An MJCF model: its bodies and sites become links, its hinges and slides become joints."""
+    """An MJCF model. Its bodies and sites become links, and its hinges and slides become joints."""
 
     def __init__(self, file: Path) -> None:
         """Reads the model.
@@ -41,11 +41,11 @@ class MjcfFile:
 
     @cached_property
     def loops(self) -> ModelLoops:
-        """The loop closures that result from the equalities of the model."""
+        """The loops that the equalities of the model close."""
         return ModelLoops(self.model, self.bodies)
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; a missing end is inferred.
+        """Returns the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -59,16 +59,15 @@ class MjcfFile:
         """Returns the chain between two links.
 
         Args:
-            base: A body or site; by default, the world or the child body of a free joint.
-            tip: A body or site; by default, the end of the longest chain.
-            name: Name of the robot; by default, the name of the model.
+            base: A body or site. By default, the world, or the child body of a free joint.
+            tip: A body or site. By default, the end of the longest chain.
+            name: Name of the robot. By default, the name of the model.
 
         Returns:
-            A SerialRobot, or a Mechanism if joints of the chain belong to loops that are closed by
-            equalities.
+            A Mechanism if equalities close loops through the chain, otherwise a SerialRobot.
 
         Raises:
-            DescriptionError: The chain does not exist, or it has unsupported elements.
+            DescriptionError: The chain does not exist, or contains unsupported elements.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -106,7 +105,7 @@ class MjcfFile:
     def _with_loops(
         self, ends: Ends, name: str, loop_joints: Sequence[Closure | Strut]
     ) -> Described:
-        """Builds a robot with loops whose base is the common ancestor, then changes its base."""
+        """Builds the robot at the common ancestor of all loops, and then changes its base."""
         links = {ends.base, ends.tip, *self.loops.links(loop_joints)}
         root = self.tree.common_ancestor(sorted(links))
         connected = {
@@ -143,7 +142,7 @@ class MjcfFile:
         loop_joints: Sequence[object],
         tendons: Collection[str] = (),
     ) -> Iterator[str]:
-        """Yields notes on the joints of a robot and on the parts of the model that are omitted."""
+        """Yields notes on the joints of a robot, and on omitted parts of the model."""
         yield from self.loops.notes
         yield from (note for joint in tree for note in joint.notes)
         drives = self.model.drives
@@ -159,7 +158,7 @@ class MjcfFile:
 
 
 def check_leaders(path: Sequence[BodyJoint], ends: Ends) -> None:
-    """Raises an error for a coupled joint whose leader is not in the chain.
+    """Raises an error if a coupled joint is in the chain without its leader.
 
     Raises:
         NoChain: The leader of a coupled joint is not in the chain.

@@ -1,10 +1,9 @@
-"""Loops of a compiled MJCF model, in which equalities of bodies or sites become closures.
+"""Finds the loops of a compiled MJCF model. Equalities of bodies or sites close them.
 
-A ``connect`` equality joins two points by a ball joint. Two ``connect`` equalities between the same
-bodies form a pin joint along the line through their points. A ``weld`` equality joins two frames
-rigidly. A body that has only one ball joint and one ``connect`` equality is a rod with ball joints
-at both ends. Joint equalities are mimic relations; an unsupported coupling raises an error if it
-affects the robot.
+A ``connect`` equality joins two points with a ball joint. Two ``connect`` equalities between the
+same bodies form a pin joint. Its axis passes through their points. A ``weld`` equality fixes two
+frames to each other. A body is a rod if only a ball joint and one ``connect`` equality hold it.
+Joint equalities are mimic relations. Unsupported couplings of robot joints raise an error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,13 +22,12 @@ from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
-"""Maximum number of ``connect`` equalities between two bodies: one equality is a ball joint, two
-equalities are a pin joint."""
+"""Maximum number of ``connect`` equalities between two bodies. Two of them form a pin joint."""
 
 
 @dataclass(frozen=True)
 class _End:
-    """A frame on a link to which an equality connects: position (meter) and angles (radian)."""
+    """The frame on a link at which an equality acts: position (meter) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -38,7 +36,7 @@ class _End:
 
 @dataclass(frozen=True)
 class _Equality:
-    """A ``connect`` or ``weld`` equality between two frames, or a rod between their origins."""
+    """A ``connect`` or ``weld`` equality between two frames. A rod connects their origins."""
 
     name: str
     kind: Literal["connect", "weld", "rod"]
@@ -51,7 +49,7 @@ class ModelLoops:
     """The closures of a model.
 
     Attributes:
-        notes: Equalities that are not modeled, with the reasons why.
+        notes: Reasons why equalities are not modeled.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
@@ -80,16 +78,16 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
-        """Returns the links to which closures and rods are attached."""
+        """Returns the links with closures or rods."""
         names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}
 
     def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
-        """Raises an error for unsupported joint couplings.
+        """Raises an error if a joint of the robot has an unsupported coupling.
 
         Raises:
-            DescriptionError: An unsupported coupling affects joints of the robot.
+            DescriptionError: A joint of the robot has an unsupported coupling.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -131,7 +129,7 @@ class ModelLoops:
         return tuple(map(identifier, moved))
 
     def springs(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the joints of a tree with a spring but no actuator, and their rest positions."""
+        """Returns the rest positions of the passive joints with springs."""
         drives = self.model.drives
         free = [name for name in drives.springs if name not in drives.joints]
         return tuple(
@@ -152,7 +150,7 @@ class ModelLoops:
         return tuple(found)
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
-        """Returns the tree joints on the path between the two bodies of an equality."""
+        """Returns the joints on the path between the two bodies of an equality."""
         to_a, to_b = (self._path_to(end.link) for end in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
@@ -166,7 +164,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """Converts a ``connect`` of a body on a ball joint to a rod; keeps any other equality."""
+        """Returns a ``connect`` equality as a rod if its body hangs on a ball joint."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
@@ -178,7 +176,10 @@ class ModelLoops:
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
-        """Whether the link of a ball joint is a rod, without child joints and other equalities."""
+        """Whether the link of a ball joint is a rod.
+
+        A rod has no child joints and no other equalities.
+        """
         links = set(self.bodies.tree.rigid(ball.child))
         attached = [e for e in others if {e.a.link, e.b.link} & links]
         return (
@@ -188,7 +189,7 @@ class ModelLoops:
         )
 
     def _from_ball(self, ball: BodyJoint, point: _End) -> Vector:
-        """Returns a point on a rod, relative to the center of the ball joint of the rod."""
+        """Returns a point of a rod, relative to the ball joint of the rod."""
         x, y, z = point.xyz
         for joint in self._path_to(point.link):
             if joint is ball:
@@ -213,7 +214,7 @@ class ModelLoops:
                 yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
 
     def _leads_by_hand(self, k: int) -> bool:
-        """Whether an equality attaches a body to a mocap body, so that it closes no loop."""
+        """Whether an equality attaches a body to a mocap body. Such an equality closes no loop."""
         ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
         bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
         return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)
@@ -234,10 +235,10 @@ class ModelLoops:
         return _End(link, lengths(self.arrays.site_pos[site]), rpy)
 
     def _of_bodies(self, k: int, is_weld: bool) -> tuple[_End, _End]:
-        """Returns the points of a ``connect`` on both bodies, or the frame and point of a ``weld``.
+        """Returns the frames of an equality on both bodies.
 
-        For a ``weld``, MuJoCo stores the point on the second body first, then the point on the
-        first body and the relative orientation.
+        The data of a ``weld`` are the point on the second body, the point on the first body, and
+        the relative orientation.
         """
         ids = (self.arrays.eq_obj1id, self.arrays.eq_obj2id)
         first, second = (self.bodies.names[int(numbers[k])] for numbers in ids)
@@ -249,7 +250,10 @@ class ModelLoops:
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
-    """Yields the closures of equalities; merges ``connect`` equalities between the same bodies."""
+    """Yields a closure for each equality.
+
+    ``connect`` equalities between the same bodies are merged.
+    """
     for equality in equalities:
         if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)
@@ -268,7 +272,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
-    """Returns the pin joint of two ``connect`` equalities; its axis passes through both points."""
+    """Returns the pin joint through the points of two ``connect`` equalities."""
     if len(others) + 1 > MAX_CONNECTS:
         raise DescriptionError(
             f"{len(others) + 1} connect equalities join {first.a.link!r} and {first.b.link!r}; "

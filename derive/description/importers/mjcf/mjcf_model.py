@@ -1,8 +1,8 @@
-"""Compiles an MJCF model with MuJoCo, without the elements that kinematics does not need.
+"""Compiles the kinematics of an MJCF model with MuJoCo.
 
-Meshes may be missing: shapes, materials, sensors, cameras and their references are removed before
-the compilation. MuJoCo resolves defaults, includes, frames, angle units and orientations; positions
-and quaternions are in double precision.
+Shapes, materials, sensors and cameras are removed before the compilation, so meshes may be missing.
+MuJoCo resolves defaults, includes, frames, angle units and orientations. Positions and quaternions
+have double precision.
 """
 
 import re
@@ -29,7 +29,7 @@ from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
-"""Attributes whose values are texts instead of numbers."""
+"""Attributes whose values are not numbers."""
 UNNAMED = "MuJoCo Model"
 """Model name that MuJoCo uses by default."""
 REMOVED = (
@@ -53,14 +53,14 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Lists of elements that do not affect poses; a list comes before the lists to which it refers."""
+"""Elements that do not affect poses. An element that refers to another element comes first."""
 OPENED = ("include", "model", "flexcomp")
-"""Elements whose files MuJoCo opens while it reads a model."""
+"""Elements with files that MuJoCo opens."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A compiled model: MuJoCo's arrays, joint axes as written in the file, and drives."""
+    """A compiled model with its drives, and with the joint axes as written in the file."""
 
     name: str
     arrays: Any
@@ -69,7 +69,10 @@ class CompiledModel(NamedTuple):
     drives: Drives
 
     def named(self, kind: str, index: int) -> str:
-        """Returns the name of a body, joint, site or equality, or an empty text if unnamed."""
+        """Returns the name of a body, joint, site or equality.
+
+        Unnamed objects have an empty name.
+        """
         found = self.mujoco.mj_id2name(self.arrays, getattr(self.mujoco.mjtObj, kind), index)
         return str(found or "")
 
@@ -91,7 +94,7 @@ def compiled(file: Path) -> CompiledModel:
         drives = drives_of(spec, mujoco)
         _remove_shapes(spec, mujoco)
         with warnings.catch_warnings():
-            # Warnings about masses and other properties that do not affect poses.
+            # Warnings about masses and other properties without effect on poses.
             warnings.simplefilter("ignore")
             arrays = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -111,7 +114,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # If shapes are removed, their masses are missing, but MuJoCo requires a mass.
+    # Removed shapes have no masses, but MuJoCo requires a mass.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -122,19 +125,18 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 
 
 def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
-    """Checks a file and the files that it includes before MuJoCo opens these files.
+    """Checks a file and its included files before MuJoCo opens them.
 
-    Numbers must be finite, because MuJoCo itself would only write a log file. Included files must
-    be inside the folder of the model. MuJoCo does not open any other files, because shapes are
-    removed.
+    All numbers must be finite. MuJoCo itself only writes a log file. Included files must be in the
+    folder of the model. MuJoCo opens no other files, because shapes are removed.
 
     Args:
-        file: The model file, or a file that it includes.
+        file: The model file or an included file.
         by: The model.
-        seen: The files that have been checked so far; the function adds the current file.
+        seen: The checked files. The function adds the current file.
     """
     seen.append(file)
-    # MuJoCo reads every file as UTF-8, whatever encoding the file declares.
+    # MuJoCo reads every file as UTF-8 and ignores the declared encoding.
     root = parsed(str(file), text_of(file), "mujoco" if file == by else None)
     for element in root.iter(tag=etree.Element):
         for name in sorted({*map(str, element.keys())}.difference(NAMES)):
@@ -151,7 +153,7 @@ def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
 
 
 def _included(element: etree._Element, file: Path, by: Path) -> Path:
-    """Returns the file that an element includes; the folder of the model is searched first."""
+    """Returns an included file. The folder of the model comes first."""
     name = str(element.get("file"))
     for folder in (by.parent, file.parent):
         try:
@@ -164,7 +166,7 @@ def _included(element: etree._Element, file: Path, by: Path) -> Path:
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
-    """Raises an error for pose data from included files that is not finite."""
+    """Raises an error if a position or orientation of the compiled model is not finite."""
     kinds = {
         "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
         "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
@@ -192,32 +194,32 @@ def _refused(file: Path, reason: str) -> DescriptionError:
 
 
 def length(value: float) -> sp.Expr:
-    """Returns a length (meter) from the compiled model, without rounding noise."""
+    """Returns a length (meter) of the compiled model without noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """Returns a vector (meter) from the compiled model, without rounding noise."""
+    """Returns a vector (meter) of the compiled model without noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 
 
 def angle(value: float) -> sp.Expr:
-    """Returns an angle (radian) from the compiled model, snapped to pi/12 within rounding error."""
+    """Returns an angle (radian) of the compiled model, rounded to pi/12 if it is close."""
     exact = length(value)
     multiple = snap_angle(exact)
     return multiple if abs(float(multiple) - float(value)) < COMPILED_ANGLE else exact
 
 
 def roll_pitch_yaw(quaternion: Any) -> Vector:
-    """Returns roll, pitch and yaw (radian) of a compiled quaternion whose scalar comes first."""
+    """Returns roll, pitch and yaw (radian) of a quaternion (w, x, y, z)."""
     with mp.workdps(EVALUATION_DIGITS):
         roll, pitch, yaw = of_quaternion(*map(mp.mpf, quaternion))
     return angle(roll), angle(pitch), angle(yaw)
 
 
 def snapped(angles: Vector) -> tuple[Vector, list[str]]:
-    """Snaps rounded angles to multiples of pi/12; returns a note for each changed angle."""
+    """Rounds angles to near multiples of pi/12, and returns a note for each changed angle."""
     exact = [snap_angle(value) for value in angles]
     notes = [
         f"{which} = {float(value)!r} taken as {taken}"
@@ -229,7 +231,7 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 
 
 def direction(model: CompiledModel, joint: int) -> Vector:
-    """Returns a joint axis as the file states it, if MuJoCo only normalized this axis."""
+    """Returns a joint axis with the numbers of the file, if MuJoCo only normalized it."""
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]
     size = sum(value**2 for value in written) ** 0.5

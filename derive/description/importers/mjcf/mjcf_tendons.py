@@ -1,8 +1,7 @@
-"""Couplings of an MJCF model, which are fixed tendons whose actuators move joints of a chain.
+"""Reads fixed tendons with actuators as couplings of joints.
 
-The length of a fixed tendon is a weighted sum of its joint positions. If a set of joints has as
-many tendon actuators as joints, the actuator positions determine the joints, and the tendons are
-coordinates.
+The length of a fixed tendon is a weighted sum of its joint positions. If n tendons with actuators
+couple n joints, the tendon lengths determine the joints. The tendons then are coordinates.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,9 +17,9 @@ from .mjcf_drives import Drives, Tendon
 def tendon_couplings(
     drives: Drives, chain: Sequence[BodyJoint]
 ) -> tuple[tuple[Coupling, ...], tuple[Motor, ...]]:
-    """Returns the couplings of joints to tendons with actuators, and these tendons as motors.
+    """Returns the couplings of joints to tendons, and the tendons as motors.
 
-    A tendon is omitted if it does not determine its joints, or acts on joints outside the chain.
+    A tendon is omitted if its joints are not all determined or not all in the chain.
 
     Args:
         drives: The actuators and tendons of the model.
@@ -48,7 +47,7 @@ def tendon_couplings(
 
 
 def _groups(drives: Drives, kinds: Mapping[str, str]) -> Iterator[tuple[list[str], list[Tendon]]]:
-    """Yields each set of joints that share tendons with actuators, and the shared tendons."""
+    """Yields each set of coupled joints with its tendons."""
     taken = {identifier(name) for name in kinds}
     left = [
         tendon

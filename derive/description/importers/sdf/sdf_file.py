@@ -1,9 +1,8 @@
-"""Reads the chain between two links of an SDF model, including its loops.
+"""Reads the chain between two links of an SDF model, with its loops.
 
 The joints of the model form a tree. A joint whose child already has a parent joint closes a loop.
-Each frame of the model becomes a link. A fixed joint attaches the link of a frame to the link that
-carries the frame. As in Drake, a joint whose effort limit is 0 is passive; this rule matters only
-in loops.
+Each frame of the model becomes a link. A fixed joint attaches this link to the link that carries
+the frame. As in Drake, a joint with effort limit 0 is passive. This matters only in loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,7 +45,7 @@ CLOSURES: Mapping[str, ClosureKind] = {
     "fixed": "weld",
     "ball": "ball",
 }
-"""Kinds of closures, keyed by the type of the joint that closes the loop."""
+"""Kinds of closures by the type of the closing joint."""
 
 
 class SdfFile:
@@ -56,7 +55,7 @@ class SdfFile:
         """Reads the links, frames and joints of the model.
 
         Raises:
-            DescriptionError: The text is not a valid SDF, includes other files, or does not contain
+            DescriptionError: The text is not valid SDF, includes other files, or does not contain
                 exactly one model.
         """
         self.file = file
@@ -72,7 +71,7 @@ class SdfFile:
         self.links = [*dict.fromkeys(self._links())]
         self.joints = {str(j.get("name")): j for j in model.findall("joint")}
         self.tree_joints: dict[str, etree._Element] = {}
-        """The joints of the tree, keyed by child link."""
+        """The joints of the tree by their child link."""
         self.closing: list[etree._Element] = []
         for joint in sorted(self.joints.values(), key=self._is_passive):
             parent, child = self._ends(joint)
@@ -113,7 +112,7 @@ class SdfFile:
 
     @cached_property
     def tree(self) -> KinematicTree:
-        """The tree of links, frames and joints."""
+        """The tree of all links, frames and joints."""
         joints = [
             TreeJoint(
                 str(joint.get("name")),
@@ -145,7 +144,7 @@ class SdfFile:
         return "" if mimic is None else str(mimic.get("joint"))
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip; a missing end is inferred.
+        """Returns the chains between base and tip. An end that is None is inferred.
 
         Raises:
             DescriptionError: A link is unknown, or no chain exists.
@@ -156,15 +155,15 @@ class SdfFile:
             self.fail(self.frames.model, error.field, error.value, error.expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """The chain between two links or frames.
+        """Returns the chain between two links or frames.
 
         Args:
-            base: The link whose frame is the base frame; by default, the root.
-            tip: The link whose frame is the tool frame; by default, the end of the longest chain.
-            name: Name of the robot; by default, the name of the model.
+            base: The link of the base frame. By default, the root.
+            tip: The link of the tool frame. By default, the end of the longest chain.
+            name: Name of the robot. By default, the name of the model.
 
         Raises:
-            DescriptionError: The chain does not exist, or it has unsupported elements.
+            DescriptionError: The chain does not exist, or contains unsupported elements.
         """
         model = self.frames.model
         try:
@@ -193,7 +192,7 @@ class SdfFile:
         joints: list[Joint] = []
         link = ends.base
         for each in path:
-            # On the path up to the common ancestor, the fixed joint to the child link comes first.
+            # On the way up, the fixed joint to the child link comes first.
             is_down = each.parent == link
             joints += self._joints(each) if is_down else reversed([*self._joints(each)])
             link = each.child if is_down else each.parent
@@ -238,7 +237,7 @@ class SdfFile:
         return between(robot, base, tip, self.file)
 
     def _in_loops(self, path: Sequence[TreeJoint]) -> bool:
-        """Whether a loop contains a joint of the path, or shares joints with a loop that does."""
+        """Whether the path shares a joint with a loop, directly or through other loops."""
         around = {joint.name for joint in path if joint.kind != "fixed"}
         loops = []
         for joint in self.closing:
@@ -249,7 +248,10 @@ class SdfFile:
     # --- a single joint of the model ---
 
     def _joints(self, joint: TreeJoint) -> Iterator[Joint]:
-        """Yields a joint, then a fixed joint if the joint frame is not the frame of its child."""
+        """Yields a joint.
+
+        A fixed joint follows if the joint frame is not the frame of its child.
+        """
         element = self.joints.get(joint.name)
         if element is None or joint.kind == "fixed":
             yield self._fixed(joint.name, joint.parent, joint.child, (joint.parent, joint.child))
@@ -305,7 +307,6 @@ class SdfFile:
         return Closure(identifier(name), CLOSURES[kind], a, b)
 
     def _axis(self, joint: etree._Element) -> Vector:
-        """Returns the joint axis in the joint frame."""
         xyz = joint.find("axis/xyz")
         words = ["0", "0", "1"] if xyz is None else (xyz.text or "").split()
         if len(words) != 3:  # noqa: PLR2004
@@ -342,7 +343,7 @@ class SdfFile:
         return lower, upper
 
     def _couplings(self, joints: Sequence[TreeJoint]) -> Iterator[Coupling]:
-        """Yields the coupling of each mimic joint to its independent leader."""
+        """Yields the couplings of the mimic joints. The leaders are not coupled."""
         for joint in joints:
             multiplier, offset, seen = sp.S.One, sp.S.Zero, [self.joints.get(joint.name)]
             while seen[-1] is not None and (mimic := seen[-1].find("axis/mimic")) is not None:

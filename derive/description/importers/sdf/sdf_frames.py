@@ -1,8 +1,8 @@
-"""Poses of an SDF model in its zero configuration, from ``<pose relative_to="...">``.
+"""Computes the poses of an SDF model at zero from ``<pose relative_to="...">``.
 
 Links, joints and frames have poses in the model frame. By default, the pose of a link is relative
-to the model, the pose of a joint to its child, and the pose of a frame to the frame to which it is
-attached.
+to the model, and the pose of a joint is relative to its child. The pose of a frame is relative to
+the frame to which it is attached.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ _NUMBERS = {"euler_rpy": 6, "quat_xyzw": 7}
 
 
 def merged(placement: Placement) -> Placement:
-    """Returns a placement with merged consecutive motions of one kind and without zero motions."""
+    """Returns a placement with consecutive motions merged and zero motions removed."""
     found: Placement = ()
     for motion in placement:
         last = found[-1] if found else None
@@ -54,7 +54,10 @@ def merged(placement: Placement) -> Placement:
 
 
 def origin_of(placement: Placement) -> tuple[Vector, Vector]:
-    """Returns position, roll, pitch and yaw; exact if the placement has the order T Rz Ry Rx."""
+    """Returns the position, and roll, pitch and yaw.
+
+    The result is exact for a product T Rz Ry Rx.
+    """
     xyz: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     angles = dict.fromkeys(_ORDER, sp.S.Zero)
     axes = [motion.axis for motion in placement if isinstance(motion, Rotation)]
@@ -74,7 +77,7 @@ def origin_of(placement: Placement) -> tuple[Vector, Vector]:
 
 
 class SdfFrames:
-    """The frames of a model, with methods that read numbers and report invalid numbers."""
+    """The frames of a model. Methods read numbers and report invalid numbers."""
 
     def __init__(self, file: str, model: etree._Element) -> None:
         self.file, self.model = file, model
@@ -89,7 +92,7 @@ class SdfFrames:
         self._known[WORLD] = inverse(self._pose(model.find("pose")))
 
     def placed(self, name: str, waiting: tuple[str, ...] = ()) -> Placement:
-        """Returns the pose of a frame in the model."""
+        """Returns the pose of a frame in the model frame."""
         if name not in self._known:
             element = self._element(name)
             if name in waiting or len(waiting) > len(self.elements):
@@ -101,7 +104,7 @@ class SdfFrames:
         return self._known[name]
 
     def relative(self, base: str, name: str) -> Placement:
-        """Returns the pose of a frame in another frame at the zero configuration."""
+        """Returns the pose of a frame in another frame at zero."""
         return merged(inverse(self.placed(base)) + self.placed(name))
 
     def link_of(self, name: str, waiting: tuple[str, ...] = ()) -> str:
@@ -162,7 +165,7 @@ class SdfFrames:
             self.fail(element, field, text, f"a number ({error})")
 
     def text(self, element: etree._Element, tag: str) -> str:
-        """Returns the text of a child element of an element."""
+        """Returns the text of a child element."""
         child = element.find(tag)
         found = (child.text or "").strip() if child is not None else ""
         if not found:
@@ -170,14 +173,14 @@ class SdfFrames:
         return found
 
     def attribute(self, element: etree._Element | None, name: str) -> str:
-        """Returns an attribute of an element; it must not be empty."""
+        """Returns an attribute of an element. The attribute must not be empty."""
         value = None if element is None else element.get(name)
         if not value:
             self.fail(self.model if element is None else element, name, value, f'{name}="..."')
         return value
 
     def fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an error that states file, line and element."""
+        """Raises an error with file, line and element."""
         words: Mapping[str, str] = {"tag": str(element.tag), "name": element.get("name") or ""}
         about = f"<{' '.join(filter(None, words.values()))}> {field}".strip()
         raise file_error(self.file, element.sourceline, about, value, expected) from None
