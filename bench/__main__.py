@@ -30,7 +30,6 @@ COMMANDS = {
 
 
 def main() -> int:
-    """Run the benchmarks that the command line selects; return the exit status."""
     options = vars(_parser().parse_args())
     command, quick, only = (options.pop(name) for name in ("command", "quick", "only"))
     if command:
@@ -46,7 +45,7 @@ def main() -> int:
 
 
 def measure(plan: Plan, only: str | None, keep: bool) -> None:
-    """Run all benchmarks or a single benchmark; print the results, and save them if requested."""
+    """Run benchmarks, print the results, and save the results if requested."""
     for name, install in absent().items():
         out.print(f"{name} is not installed and not compared: pip install {install}", markup=False)
     for name in plan.leave_out - absent().keys():
@@ -58,7 +57,7 @@ def measure(plan: Plan, only: str | None, keep: bool) -> None:
 
 
 def compared(plan: Plan, name: str) -> dict[str, object]:
-    """Print the ratios and limits of a benchmark, and return them for a result file."""
+    """Print and return the ratios and limits of a benchmark."""
     title, run = SECTIONS[name]
     found = run(plan)
     tables(title, found)

@@ -1,6 +1,6 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
-Time ratios to other libraries in the same run hardly depend on the machine; a margin allows for the
+Time ratios to other libraries in the same run hardly depend on the machine. A margin allows for the
 remaining dependence. If a ratio has decreased by more than the margin, the program measures all
 ratios again. A ratio fails if it decreased by more than the margin in both measurements.
 """
@@ -25,7 +25,7 @@ MARGIN_ELSEWHERE = 0.5
 
 
 def run(write: bool) -> int:
-    """Measure time ratios, and write or check the baseline; return the exit status."""
+    """Measure time ratios, and write or check the baseline."""
     found = measured()
     if write:
         content = {"machine": machine(), "ratios": found}
@@ -52,7 +52,7 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the margin, which is larger if the baseline was measured on another machine."""
+    """Return the margin, which is larger on a different machine."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 

@@ -39,7 +39,7 @@ COUNTED = {
 }
 """Names of the counted kernels, keyed by robot."""
 RISE = 0.02
-"""Maximum relative increase of a count; a larger increase is a failure."""
+"""Maximum relative increase of a count. A larger increase is a failure."""
 TIMES = 100
 """Number of counted calls of a kernel."""
 CALLS = (100, 400)
@@ -61,16 +61,16 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The counted Python program; valgrind writes and resets its counts at each getppid call."""
+"""The counted Python program. valgrind writes and resets its counts at each getppid call."""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C code that starts the counting, which Python calls after its slow imports."""
+"""C code that starts the counting. Python calls the code after its slow imports."""
 
 
 def run(write: bool) -> int:
-    """Count instructions, then write or check the expected counts; return the exit status."""
+    """Count instructions, then write or check the expected counts."""
     reason = impossible()
     if reason:
         out.print(f"cannot count instructions: {reason}")
@@ -120,7 +120,7 @@ def compare(
         kind: "kernels" or "python".
         expected: Expected versions and counts, from bench/instructions.json.
         found: Versions and counts of the current machine.
-        same: Names of the versions that affect the counts; if a version differs, no count fails.
+        same: Names of the versions that affect the counts. If a version differs, no count fails.
         exactly: Whether each difference or missing function is treated as a failure.
 
     Returns:
@@ -136,7 +136,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose counts differ, or which only one of the results contains."""
+    """Return the functions whose counts differ or are missing from one result."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
@@ -170,7 +170,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Symbols must be bound at program start; otherwise the first call of a library function would
+    # Symbols must be bound at program start. Otherwise, the first call of a library function would
     # cost more.
     options = [
         f"-I{robot.folder}",
@@ -232,7 +232,7 @@ def _driver(robot: chasles.Robot) -> str:
 
 
 def _inputs(robot: chasles.Robot) -> tuple[list[float], float]:
-    """Return the first input vector and the step between inputs; the loops close at all inputs."""
+    """Return (first input vector, step between inputs). The loops close at all inputs."""
     if robot.reference:
         return list(robot.reference.q), 0.0001
     return [0.1 * (i + 1) for i in range(robot.n)], 0.01

@@ -19,7 +19,7 @@ def write() -> None:
 
 
 def figures() -> str:
-    """Return the machine, and tables of all results, the smallest ratios first."""
+    """Return the description of the machine and the tables of all results."""
     results = [
         json.loads(file.read_text(encoding="utf-8")) for file in sorted(RESULTS.glob("*.json"))
     ]

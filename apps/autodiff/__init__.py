@@ -1,4 +1,4 @@
-"""Robots in JAX and PyTorch: functions with derivatives, on the compiled batch code.
+"""Differentiable functions of a robot for JAX and PyTorch.
 
 arm = for_jax(chasles.load("ur5e"))  # needs jax, pip install 'chasles[jax]'
 jax.grad(lambda q: arm.fk(q)[0, 3])(q)

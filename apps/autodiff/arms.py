@@ -1,4 +1,4 @@
-"""The functions of a robot as differentiable functions of JAX or PyTorch."""
+"""Make the functions of a robot differentiable in JAX or PyTorch."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
 
     Args:
         robot: A robot with `fk`, `jacobian_mixed`, `hessian_mixed` and `ik`.
-        folder: The folder that `chasles export jax` wrote for this robot, None for the processor
-            only. On other devices, such as a GPU, the functions come from this folder.
+        folder: The folder that `chasles export jax` wrote for this robot, or None to use only the
+            CPU. The functions for other devices, such as a GPU, come from this folder.
 
     Raises:
         NotInstalledError: JAX is not installed.
@@ -33,10 +33,10 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
 
 
 def for_torch(robot: Robot) -> DifferentiableArm:
-    """Return the functions of a robot for PyTorch, on the processor (CPU).
+    """Return the functions of a robot for PyTorch on the CPU.
 
-    The functions are custom operators with autograd that `torch.compile` supports. Tensors of
-    float64 are not copied; tensors of float32 are converted.
+    The functions are custom operators that support autograd and `torch.compile`. Tensors of float64
+    are not copied. Tensors of float32 are converted.
 
     Args:
         robot: A robot with `fk`, `jacobian_mixed` and `hessian_mixed`.
@@ -52,7 +52,7 @@ def for_torch(robot: Robot) -> DifferentiableArm:
 
 
 def checked(robot: Robot) -> Robot:
-    """Return a robot that has the functions for derivatives.
+    """Check that a robot has the functions that derivatives need.
 
     Raises:
         InputValueError: The robot lacks a function that derivatives need.

@@ -1,4 +1,4 @@
-"""The results of differentiable functions, and the fixed coordinates of a robot's inverse."""
+"""Differentiable robots and their solutions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Solutions(NamedTuple):
     Attributes:
         q: (..., slots, n) coordinates [rad or m].
         residual: (..., slots) deviation of `fk(q)` from the target, NaN in an empty solution slot.
-        margin: (..., slots) distance from the boundary of the reachable set, negative beyond it.
+        margin: (..., slots) distance from the boundary of the reachable set; negative outside.
     """
 
     q: Any
@@ -34,10 +34,10 @@ class DifferentiableArm:
             origin, in base axes.
         hessian: `hessian(q)` returns derivatives (..., 6, n, n) of the Jacobian. The derivatives of
             the Jacobian cannot be differentiated again.
-        ik: `ik(T)` returns `Solutions`; a robot with redundancy parameters needs their values, as
-            in `ik(T, *fixed)`. The derivatives of q follow from the inverse Jacobian. The
-            derivatives are NaN at a singular solution, and 0 in slots without a solution. The
-            derivatives of residual and margin are 0.
+        ik: `ik(T)` returns `Solutions`. For a robot with redundancy parameters, call
+            `ik(T, *fixed)`. The derivatives of q follow from the inverse Jacobian. The derivatives
+            are NaN at a singular solution, and 0 in slots without a solution. The derivatives of
+            residual and margin are 0.
     """
 
     robot: Robot
@@ -48,10 +48,10 @@ class DifferentiableArm:
 
 
 def fixed_coordinates(robot: Robot) -> tuple[int, ...]:
-    """Return the indices in q of the coordinates that are inputs of `ik` after the pose.
+    """Return the indices of the coordinates that `ik` needs in addition to the pose.
 
     Raises:
-        InputValueError: An input of `ik` is not a coordinate but, for example, a swivel angle.
+        InputValueError: `ik` needs a value that is not a coordinate, for example a swivel angle.
     """
     indices = [item.index for item in robot.redundancy]
     if None in indices:

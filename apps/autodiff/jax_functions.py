@@ -62,7 +62,7 @@ def _module(path: Path, names: Sequence[str]) -> ModuleType:
 
 @cache
 def _register() -> None:
-    """Compile the library for this version of JAX unless it is cached, and register the library."""
+    """Compile and register the library for this version of JAX."""
     library = ctypes.CDLL(str(_library()))
     function = jax.ffi.pycapsule(getattr(library, _TARGET))
     jax.ffi.register_ffi_target(_TARGET, function, platform="cpu")
@@ -91,7 +91,6 @@ def _library() -> Path:
 
 
 def _cache() -> Path:
-    """Return the folder of compiled libraries that chasles uses."""
     chosen, xdg = os.environ.get("CHASLES_CACHE"), os.environ.get("XDG_CACHE_HOME", "")
     if chosen:
         return Path(chosen).absolute()
@@ -99,7 +98,7 @@ def _cache() -> Path:
 
 
 def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callable[..., Any]:
-    """Return a function without derivatives, which returns a tuple if it has several results.
+    """Return a function without derivatives.
 
     Args:
         robot: The robot.
@@ -189,8 +188,8 @@ def _ik(
         V = jnp.broadcast_to(V[..., None, :], J.shape[:-1])
         for k, rate in zip(fixed, fixed_dot, strict=True):
             V = V - J[..., k] * rate[..., None, None]
-        # The product of NaN and a derivative of 0 is NaN, so the inverse Jacobian is 0 in slots
-        # without a solution.
+        # NaN times a zero derivative would be NaN. So the inverse Jacobian is 0 in slots without a
+        # solution.
         inverse = jnp.where(solved[..., None, None], _inverse(J[..., jnp.array(free)]), 0)
         rates = jnp.einsum("...ij,...j->...i", inverse, V)
         own = [(rate[..., None] * solved)[..., None] for rate in fixed_dot]
@@ -202,7 +201,7 @@ def _ik(
 
 
 def _inverse(J: Any) -> Any:
-    """Return the (pseudo)inverse of regular matrices, and NaN for singular matrices."""
+    """Return the (pseudo)inverse, or NaN for a singular matrix."""
     transposed = jnp.swapaxes(J, -1, -2)
     if J.shape[-2] == J.shape[-1]:
         inverse = jnp.linalg.inv(J)

@@ -1,4 +1,4 @@
-"""Functions of a robot in PyTorch: custom operators with autograd, on the batch code."""
+"""Functions of a robot in PyTorch, as custom operators with autograd."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def arm(robot: Robot) -> DifferentiableArm:
 
 
 def _evaluated(key: str, name: str, *inputs: Tensor) -> tuple[Tensor, ...]:
-    """Return the results of a function; float64 inputs are not copied."""
+    """Evaluate a function without copying float64 inputs."""
     ufunc = _ROBOTS[key].functions[name].ufunc
     # NumPy allocates large arrays in huge pages, four times as fast as PyTorch.
     found = ufunc(*(item.detach().to(torch.float64).numpy() for item in inputs))
@@ -96,7 +96,7 @@ def _(
 
 
 def _keep(ctx: Any, inputs: tuple[Any, ...], output: Any) -> None:
-    """Save the tensors that a backward function needs, and the constants."""
+    """Save the tensors and constants for the backward function."""
     tensors = [item for item in inputs if isinstance(item, Tensor)]
     results = output if isinstance(output, tuple) else (output,)
     ctx.save_for_backward(*tensors, *results)
@@ -141,7 +141,7 @@ def _kind(values: Tensor) -> str:
 
 
 def _inverse(J: Tensor) -> Tensor:
-    """Return the (pseudo)inverse of regular matrices, and NaN for singular matrices."""
+    """Return the (pseudo)inverse, or NaN for a singular matrix."""
     if J.shape[-2] == J.shape[-1]:
         inverse, info = torch.linalg.inv_ex(J)
     else:
@@ -152,7 +152,7 @@ def _inverse(J: Tensor) -> Tensor:
 
 
 def _axial(A: Tensor) -> Tensor:
-    """Return the vector a with a . w = <A, [w]x>, the inner product of A and [w]x, for all w."""
+    """Return the vector a with a . w = <A, [w]x> for all w."""
     pairs = ((2, 1), (0, 2), (1, 0))
     return torch.stack([A[..., i, j] - A[..., j, i] for i, j in pairs], dim=-1)
 

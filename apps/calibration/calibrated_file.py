@@ -2,9 +2,8 @@
 
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
 describe every chain without rounding, whatever convention the nominal file uses. For a robot with
-loops, the result is the nominal file with the identified parameters, and the compiler closes the
-loops by Newton's method. In both cases, the compiler infers the nominal structure from the values,
-and the inverse starts from the solutions of this structure.
+loops, the result is the nominal file with the identified parameters. The compiler infers the
+nominal structure from the values. The inverse refines the solutions of the nominal structure.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from .parameters import nominal as nominal_of
 from .shown_numbers import roll_pitch_yaw
 
 _PITCH = 1e-12
-"""Tolerance for rounding errors of unit axes, and of the zero pitch of a revolute joint [m/rad]."""
+"""Tolerance for rounding errors of axis directions [1] and screw pitches [m/rad]."""
 _METER = 15
-"""Number of decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
+"""Number of decimal places of a length in meters. A length that is 0 by design stays exactly 0."""
 _DEGREE = 13
-"""Number of decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
+"""Number of decimal places of an angle in degrees (2e-15 rad). Right angles stay exact."""
 FloatArray = NDArray[np.float64]
 
 
@@ -41,10 +40,10 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         name: Name of the calibrated robot.
         source: Source of the values, which is written to the file.
         nominal: Name or file of the nominal robot. The inverse of a robot with loops refines the
-            solutions of this nominal robot; without a nominal robot, the compiler rounds lengths to
+            solutions of the nominal robot. Without a nominal robot, the compiler rounds lengths to
             a grid.
 
-    Gains and periodic errors of drives become transmissions; joint compliances become springs. The
+    Gains and periodic errors of drives become transmissions. Joint compliances become springs. The
     functions of the calibrated robot expect true coordinates. `coordinates_from_readings` and
     `readings_from_coordinates` convert between true coordinates and encoder readings.
 
@@ -63,7 +62,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
-    """Return the top-level keys and the tables of the file of a serial robot with exact drives."""
+    """Return the robot file of a serial robot with exact drives."""
     joints, zero, L = robot.chain_joints, np.zeros(robot.n), np.eye(robot.n)
     if robot.manifest.loops.coupling:
         if len(joints) != robot.n:
@@ -142,8 +141,8 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
             f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
             "identified parameters into the file of the nominal robot"
         )
-    # v = omega x (tool - point) for the twist (v, omega); point is the point of the axis nearest to
-    # the tool origin.
+    # v = omega x (tool - point) for the twist (v, omega). This point of the axis is nearest to the
+    # tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 
@@ -182,7 +181,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
 
 
 def _has_turned(robot: Robot, p: FloatArray) -> bool:
-    """Return whether any axis direction differs from nominal, so that loops are not planar."""
+    """Return whether any axis direction differs from nominal."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
         for item, value in zip(robot.geometry, p, strict=True)

@@ -1,4 +1,4 @@
-"""Optimal design of measurements: configurations that determine the parameters best.
+"""Select the configurations that determine the parameters best.
 
 B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
 The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
@@ -47,12 +47,12 @@ _NEXT = 10
 
 @dataclass(frozen=True, eq=False)
 class Design(StudyResult):
-    """Selected configurations, and the accuracy of the parameters that they determine.
+    """Selected configurations and the expected accuracy of the parameters.
 
     Attributes:
         indices: Indices of the configurations among the candidates.
         q: (count, n) coordinates [rad or m].
-        names: The identifiable parameters and unknowns of the measurements.
+        names: Names of the identifiable parameters and unknowns.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
         tool_error: Root mean square tool position error due to measurement noise, over all
@@ -104,11 +104,11 @@ def optimal_design(
         count: Number of configurations to select.
         targets: (m, 3) targets on the tool whose positions are measured [m], or None if poses
             are measured.
-        sigma: Standard deviation of each measured position coordinate [m]; for poses, the pair
-            of this value and the standard deviation of the orientation [rad].
+        sigma: Standard deviation of each measured position coordinate [m]. For poses, a pair of
+            standard deviations: position [m] and orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.
-        is_allowed: Function that tests candidates (M, n), for example for collisions, and returns
-            (M,) booleans.
+        is_allowed: Function that returns (M,) booleans for candidates (M, n), for example False for
+            a collision.
 
     Raises:
         InputValueError: There are fewer allowed candidates than `count`, or `count` configurations
@@ -156,7 +156,7 @@ def _derivatives(
     sigma: float | tuple[float, float] | None,
     vary: str | Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Return derivatives of measurements (M, r, k) and tool positions (M, 3, k), with names."""
+    """Return (measurement derivatives (M, r, k), tool position derivatives (M, 3, k), names)."""
     measurements: Measurements
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma
@@ -213,7 +213,7 @@ class _Exchange:
         return np.array(chosen, dtype=np.intp)
 
     def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
-        """Return the selected configurations, and the configurations to add next."""
+        """Add the best candidates to the selected configurations."""
         for _ in range(more):
             chosen = np.append(chosen, np.argmax(self._gains(chosen)))
         return chosen

@@ -26,12 +26,12 @@ NOISY = 10.0
 """Above this ratio of actual to stated noise, the identified parameters do not explain the
 measurements."""
 MIN_SPREAD = 1e-6
-"""Minimum spread of the tool positions [m]; a smaller spread means that the tool only rotates."""
+"""Minimum spread of the tool positions [m]. A smaller spread means that the tool only rotates."""
 MANY = 0.2
-"""Maximum fraction of outliers; a larger fraction makes the whole table suspicious."""
+"""Maximum fraction of outliers. A larger fraction makes the whole table suspicious."""
 STILL = math.radians(5)
-"""Minimum range of a revolute joint [rad] for which its parameters are identifiable; for a
-prismatic joint, relative to the spread of the tool positions."""
+"""Minimum range of a revolute joint [rad] for which the joint's parameters are identifiable. The
+range of a prismatic joint is relative to the spread of the tool positions."""
 _ALIKE = 4
 """Decimal places to which repeated configurations agree [rad, m]."""
 FAR_OFF = 0.1, 0.01

@@ -48,12 +48,12 @@ def identify(
         vary: One or several parameters that may differ from nominal, by name or by group
             ("parameter", "joint", "offset", "axis", "transmission", "coupling", "compliance",
             "loop", "base", "tool"). The group "parameter" means the named parameters of the
-            description, such as the radius of a delta robot; they change every value that is
-            expressed in them. The name "geometry" means the group "axis", and for robots with loops
-            also "loop": all lengths, angles and offsets. The tool corrections are added if poses
-            are measured. The set "geometry" with these corrections is complete and minimal for
-            every serial robot. The base corrections are added for robots with loops, with
-            `parameter_std`, and if "axis" is not varied.
+            description, such as the radius of a delta robot. A named parameter changes every value
+            that depends on it. The name "geometry" means the group "axis": all lengths, angles and
+            offsets. For robots with loops, "geometry" also includes "loop". The tool corrections
+            are added if poses are measured. The set "geometry" with these corrections is complete
+            and minimal for every serial robot. The base corrections are added for robots with
+            loops, if `parameter_std` is set, and if "axis" is not varied.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.
@@ -107,7 +107,7 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """Estimate the start values without outliers: one wrong row shifts the frame of all rows."""
+    """Estimate the start values without outliers, which would shift the frame of all rows."""
     measured = start.measurements
     sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]

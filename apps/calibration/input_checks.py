@@ -1,10 +1,10 @@
 """Checks for one or two mistakes in the input, such as wrong units.
 
-The nominal robot normally fits the measurements to a few percent of their spread, and the
-calibrated robot fits far better. If the misfit is larger, the checks repeat the fit with corrected
-input. The checks try other units, joint signs and zeros, and swapped joint columns. The checks also
-add the value of a joint to a later joint, as controllers of arms with parallel links do. The checks
-also try shifted rows, a left-handed frame and other orientation conventions.
+The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
+robot fits far better. If the misfit is larger, the checks repeat the fit with corrected input. The
+checks try other units, joint signs and zeros, and swapped joint columns. The checks also add the
+value of a joint to a later joint, as controllers of arms with parallel links do. The checks also
+try shifted rows, a left-handed frame and other orientation conventions.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 DOUBTFUL = 0.05
-"""Above this error of the nominal robot, relative to the spread of its tool positions, the checks
-look for mistakes."""
+"""The checks start if the nominal robot's error exceeds this fraction of the tool position
+spread."""
 BETTER = 10.0
 """Factor by which a correction must reduce the nominal robot's errors."""
 MUCH_BETTER = 3.0
@@ -51,16 +51,15 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Coordinates of two joints may be added to each other if the joint indices differ by at most this
-value."""
+"""Maximum difference between the indices of two joints whose coordinates may be added."""
 _MIN_SURPLUS = 9
-"""Minimum number of equations minus unknowns for mistakes in joints, rows and conventions. With
+"""Minimum number of redundant equations for the checks of joints, rows and conventions. With
 fewer redundant equations, wrong input may fit by chance. The unit of length is checked for any
 number of rows."""
 _ALIKE = 1.5
-"""Up to this ratio of misfits, two mistakes count as equally good; the more frequent mistake is
-reported. A wrong sign of a wrist's pitch, for example, is equivalent to a zero error of the roll
-joint by 180 deg."""
+"""Up to this ratio of misfits, two mistakes count as equally good. The more frequent mistake is
+reported. For example, a wrong sign of the wrist's pitch has the same effect as a roll zero that is
+off by 180 deg."""
 
 
 class Mistake(NamedTuple):
@@ -229,7 +228,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """Return the most frequent mistake among the mistakes that explain the misfit equally well."""
+    """Return the most frequent of the equally good mistakes."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 
@@ -237,7 +236,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield the best pairs of mistakes; the first correction must reduce the misfit alone."""
+    """Yield the best pairs of mistakes."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

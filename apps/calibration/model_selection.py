@@ -74,8 +74,8 @@ class ModelSelection:
     Attributes:
         model: The selected model.
         calibration: The calibration of this model with all measurements.
-        errors: Median validation error of each model [m], keyed by name; for poses, the position
-            error.
+        errors: Median validation error of each model [m], keyed by name. For poses, this is the
+            position error.
     """
 
     model: CalibrationModel
@@ -137,7 +137,7 @@ def cross_validate(
             :func:`~chasles.calibration.identify`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        folds: Number of groups of configurations; with k groups, a group contains every k-th
+        folds: Number of groups of configurations. With k groups, a group contains every k-th
             configuration.
         vary: Parameters that may differ from nominal.
         parameter_std: Standard deviations of the parameters about nominal.
@@ -156,9 +156,9 @@ def cross_validate(
 def _validation_errors(
     problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
-    """Return the error of each row, predicted by the fit that omits the configuration of the row.
+    """Return the error of each row from the fit without the row's configuration.
 
-    Each fit starts from the solution with all configurations; the start values do not affect the
+    Each fit starts from the solution with all configurations. The start values do not affect the
     result.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements

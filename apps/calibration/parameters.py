@@ -23,7 +23,7 @@ FRAMES = frozenset({"base", "tool"})
 GEOMETRY = "geometry"
 """Name for all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Groups that "geometry" includes: axes include offsets, loops include rod lengths."""
+"""Groups that "geometry" includes. Axes include offsets, and loops include rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:

@@ -41,7 +41,8 @@ class Calibration(StudyResult):
         parameter_std: Stated standard deviation of each value about nominal, or 0 if the value is
             free.
         p: All geometry parameters of the calibrated robot.
-        unidentifiable: Parameters that the measurements do not distinguish; they stay nominal.
+        unidentifiable: Parameters that the measurements do not distinguish. Their values stay
+            nominal.
         T_W_base: (4, 4) the base frame in the frame of the measuring device.
         nominal_errors: (M,) errors of the nominal robot, in standard deviations.
         errors: (M,) errors of the calibrated robot, in standard deviations.
@@ -206,9 +207,8 @@ class Calibration(StudyResult):
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
-            name: Name of the calibrated robot in a .toml file, where None means the stem of the
-                path.
-            source: Source of the values in a .toml file; "" means the source of the nominal robot.
+            name: Name of the calibrated robot in a .toml file, or None for the stem of the path.
+            source: Source of the values in a .toml file, or "" for the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml file. The inverse of a robot with
                 loops refines the nominal solutions. If the nominal robot is None, the compiler
                 rounds lengths instead.

@@ -2,8 +2,7 @@
 
 J_p is the identification Jacobian, and S the diagonal matrix of the parameters' standard
 deviations. To first order, the covariance of the small tool displacement (v, omega) is J_p S^2
-J_p^T. The Monte Carlo analysis is not linearized: it compares the tool poses of random arms with
-the nominal pose.
+J_p^T. The Monte Carlo analysis compares the exact tool poses of random arms with the nominal pose.
 """
 
 from __future__ import annotations

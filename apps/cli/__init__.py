@@ -10,7 +10,7 @@ _VERBS_OF_COMPILER = {"derive", "explain", "export", "new"}
 
 
 def main() -> None:
-    """Run the command line; without typer and rich, print the command that installs them."""
+    """Run the command line, or print how to install typer and rich."""
     try:
         needs_compiler = not _VERBS_OF_COMPILER.isdisjoint(sys.argv[1:2])
         with requires("chasles[derive]" if needs_compiler else "chasles[cli]"):

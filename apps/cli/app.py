@@ -19,7 +19,7 @@ from .options import Group
 
 _DEFECT = "This is a defect of chasles. Please report it with the lines above and the input."
 INTERRUPTED = 130
-"""Exit status after Ctrl-C; shells report the same status for any program that SIGINT ends."""
+"""Exit status after Ctrl-C, as shells report it for SIGINT."""
 
 app = typer.Typer(
     cls=Group,
@@ -69,7 +69,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # The program that reads the pipe (head, less) closed the pipe; without this statement, an
+        # The program that reads the pipe (head, less) closed the pipe. Without this statement, an
         # error message would follow at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:

@@ -294,7 +294,7 @@ def new(
 
 
 def _work() -> ModuleType:
-    """Import SymPy and CasADi, only if a robot has to be derived."""
+    """Import SymPy and CasADi only when a robot is derived."""
     with requires("chasles[derive]"):
         from chasles.derive.build import jobs  # noqa: PLC0415
     return jobs
@@ -366,7 +366,7 @@ def _counted(jobs: list[Job]) -> str:
 
 
 def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
-    """Return the output folder: for unmodified shipped robots, the folder in the package."""
+    """Return the output folder of the robots."""
     from chasles.derive.build import GENERATED, ROBOTS  # noqa: PLC0415
 
     own = [file for file in files if file.parent.resolve() != ROBOTS or changed]
@@ -404,7 +404,7 @@ def _each_robot(
     groups: list[str] | None,
     srdf: Path | None,
 ) -> list[Job]:
-    """Return the jobs for all robots of all files, without reading single-robot files."""
+    """Return the jobs for all robots of all files."""
     if groups and (job.base or tips):
         stop("--group chooses base and tip: give a group, or --base and --tip")
     jobs = [replace(job, file=file, arguments=words) for file, words in files]

@@ -60,7 +60,7 @@ def info(
 
 
 def _say_functions(manifest: Manifest) -> None:
-    """Print the names of the functions in groups; units and operations are in the JSON."""
+    """Print the names of the functions in groups."""
     group_of = {role: group for group, roles in _GROUPS.items() for role in roles}
     groups: dict[str, list[str]] = {group: [] for group in (*_GROUPS, _OTHER)}
     for function in manifest.functions:

@@ -241,7 +241,7 @@ def pdf(
 
 
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
-    """Return the article of a robot; an article that does not exist yet is derived."""
+    """Return the article of a robot, and derive a missing article."""
     generated = shipped_folders().get(robot)
     if generated and (generated / f"{robot}.tex").is_file():
         return generated / f"{robot}.tex"

@@ -30,7 +30,7 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
 
     Raises:
         CacheError: If the folder cannot be written.
-        ChaslesError: If the compilation fails; the message states the reason.
+        ChaslesError: If the compilation fails.
     """
     target = folder / manifest.name
     try:

@@ -55,8 +55,8 @@ _REASONS = {"stalled": "no closer pose found"}
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
-"""Ratio of a target's distance to the distance of the nearest pose, above which the target is
-probably in millimeters."""
+"""Ratio of the target's distance to the distance of the nearest pose. Above this ratio, the target
+is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -208,10 +208,10 @@ def ik(
 
 @dataclass(frozen=True)
 class _Near:
-    """The configuration q (n,) within the limits whose pose T is nearest to an unreached target.
+    """The configuration q (n,) within limits whose pose T is nearest to the target.
 
-    The field `reaches_position` states whether the tool reaches the position of the target within
-    the limits, with a different orientation.
+    The field `reaches_position` states whether the tool reaches the target position with a
+    different orientation.
     """
 
     q: FloatArray
@@ -239,7 +239,7 @@ def _near(
 class _Found:
     """Solutions q (k, n), or the reason why there is no solution.
 
-    For a pose without an exact solution, the smallest residual [m], otherwise NaN.
+    Smallest residual [m] if there is no exact solution, otherwise NaN.
     """
 
     q: FloatArray
@@ -256,7 +256,7 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the exact solutions, or else the solutions within the rounding of printed poses."""
+    """Return the solutions. If none is exact, accept the rounding errors of printed poses."""
     if numeric:
         if task not in _WEIGHTS:
             raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")
@@ -278,7 +278,7 @@ def _all(
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
-    """Return all exact solutions, or else all within the rounding of printed poses."""
+    """Return all solutions. If none is exact, accept the rounding errors of printed poses."""
     if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
     if fixed and task != "pose":
@@ -302,7 +302,7 @@ def _all(
 
 
 def _single(solution: Any, tolerance: float) -> _Found:
-    """Return one solution; the residual of an invalid solution must be within the tolerance."""
+    """Return a solution that is valid or has a residual within the tolerance."""
     if solution.valid:
         return _Found(solution.q[None])
     is_near = bool(solution.residual <= tolerance)

@@ -55,8 +55,8 @@ def values(
 ) -> FloatArray:
     """Return the numbers of a list separated by commas or spaces.
 
-    A warning suggests degrees for an implausible angle without a unit. With limits (n, 2), this is
-    an angle of more than a full turn outside the limits; without limits, of more than two turns.
+    A warning suggests degrees for an implausible angle without a unit. An angle is implausible if
+    it is more than a full turn outside the limits (n, 2), or more than two turns without limits.
 
     Raises:
         InputValueError: The list has the wrong length, or one of its words is not a number.
@@ -149,7 +149,7 @@ def shown(number: float, unit: str) -> str:
 
 
 def rounding(robot: Robot) -> float:
-    """Return the largest tool error [m] of a pose with rounded position and angles, as printed."""
+    """Return the largest tool error [m] that the rounding of printed poses causes."""
     half = 0.5 * 10.0**-DECIMALS
     return max(math.sqrt(3) * half / 1000, 3 * math.radians(half) * robot.unit_length)
 

@@ -28,7 +28,7 @@ class View:
 
 
 def view(array: Any) -> View:
-    """Return the memory of an array; the numbers of a JAX array are computed first.
+    """Return the memory of an array. The numbers of a JAX array are computed first.
 
     Raises:
         InputValueError: The array is not contiguous, or not in the memory of a GPU.
@@ -53,7 +53,7 @@ def _dense(shape: tuple[int, ...], width: int) -> tuple[int, ...]:
 
 
 def empty(shape: tuple[int, ...], like: Any, *, is_integer: bool = False) -> Any:
-    """Return a new array of the same package on the same device, of the same kind or of int32."""
+    """Return a new array on the device of `like`, of the same kind or of int32."""
     package = import_module("jax.numpy" if is_jax(like) else _package(like))
     kind = package.int32 if is_integer else like.dtype
     own = {} if package.__name__ == "cupy" else {"device": like.device}
@@ -61,7 +61,7 @@ def empty(shape: tuple[int, ...], like: Any, *, is_integer: bool = False) -> Any
 
 
 def stream(like: Any) -> int:
-    """Return the current stream of an array's package; the default stream for JAX."""
+    """Return the current stream of an array's package, or the default stream for JAX."""
     if is_jax(like):
         return 0
     package = import_module(_package(like))

@@ -39,7 +39,7 @@ def read(path: Path) -> Source:
 def compiled(
     source: Source, robot: str, name: str, real: str, architecture: str
 ) -> tuple[bytes, bytes]:
-    """Return the machine code of a kernel, and the name of the kernel in it.
+    """Return (machine code of a kernel, name of the kernel in the code).
 
     Raises:
         InputValueError: The source does not contain the kernel.

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 class Kernels:
     """The exported CUDA kernels of a robot. NVRTC compiles a kernel at its first call.
 
-    Arrays are C-contiguous arrays of float32 or float64 of CuPy, PyTorch or JAX, in the memory of
-    one GPU, and are not copied. The last dimension of an array is the batch: q (n, count), T (4, 4,
-    count). Results are new arrays of the same package. A kernel runs on the current stream of CuPy
-    or PyTorch. A call on arrays of JAX waits for the kernel and works outside `jax.jit` only.
+    Arrays of CuPy, PyTorch or JAX must be C-contiguous, of float32 or float64, and in the memory of
+    one GPU. Arrays are not copied. The last dimension of an array is the batch: q (n, count), T (4,
+    4, count). Results are new arrays of the same package. A kernel runs on the current stream of
+    CuPy or PyTorch. A call on JAX arrays waits for the kernel. Calls on JAX arrays do not work
+    inside `jax.jit`.
 
     Attributes:
         robot: The robot.
@@ -50,7 +51,7 @@ class Kernels:
         )
 
     def __call__(self, name: str, *inputs: Any) -> Any:
-        """Return the results of a function; a tuple if it has several results.
+        """Return the result of a function, or a tuple of several results.
 
         Args:
             name: The name of the function, such as "fk", "fk_jacobian_mixed" or "ik".
@@ -72,7 +73,7 @@ class Kernels:
     def ik_nearest(
         self, T: Any, q_seed: Any, *, lower: Any = None, upper: Any = None, weights: Any = None
     ) -> tuple[Any, Any, Any, Any]:
-        """Return the solution of `ik` nearest to a seed within limits, by the rule of `ik_nearest`.
+        """Return the solution of `ik` within limits that is nearest to a seed.
 
         Args:
             T: (4, 4, count) poses.
@@ -82,8 +83,8 @@ class Kernels:
             weights: (n,) weights of the displacements in the distance, None for 1.
 
         Returns:
-            q (n, count), residual and margin (count,), and slot (count,) as int32: the slot of the
-            solution, or -1 if out of reach, -2 if outside the limits, -3 for NaN.
+            q (n, count), residual (count,), margin (count,) and slot (count,) as int32. A negative
+            slot means no solution: -1 out of reach, -2 outside the limits, -3 for NaN.
         """
         n = self.robot.n
         shapes, results = [(4, 4), (n,)], [(n,), (), ()]

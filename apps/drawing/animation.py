@@ -51,9 +51,9 @@ def animate(
 
     Args:
         robot: The robot.
-        trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
-            configurations (k, n) [rad or m], one per frame. None moves one coordinate after another
-            in both directions from the configuration that `draw` selects, within the limits. A
+        trajectory: A `Trajectory`, a `Motion` or a `MotionSequence` is shown in real time.
+            Configurations (k, n) [rad or m] are shown one per frame. None moves one coordinate
+            after another within its limits, starting at the configuration that `draw` selects. A
             single coordinate moves through a full turn, or through its range.
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
@@ -105,7 +105,7 @@ def _frames(trajectory: Any, fps: float) -> Any:
 
 
 def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
-    """Return configurations (k, n): one coordinate after another moves in both directions."""
+    """Return configurations (k, n) that move one coordinate after another."""
     robot, q = bodies.robot, bodies.q_drawn
     units = np.array([coordinate.unit for coordinate in robot.coordinates])
     reach = np.where(units == "rad", _SWEEP, _SWEEP_LENGTH * bodies.size)
@@ -128,12 +128,12 @@ def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
 
 
 def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
-    """Return at which configurations (k, n) the loops close."""
+    """Return (k,) booleans: whether the loops close at configurations (k, n)."""
     return np.asarray(np.isfinite(bodies.poses(q)).all(axis=(1, 2, 3)))
 
 
 def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
-    """Return the largest part of a displacement from q over which the loops close."""
+    """Return the largest part of a displacement from q for which the loops close."""
     parts = np.linspace(0, 1, _PARTS)
     closes = _closes(bodies, q + parts[:, None] * move)
     closed = int(np.argmin(closes)) if not closes.all() else _PARTS
@@ -159,7 +159,7 @@ def _pictures(
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
         # The first frame has no path yet.
         figure.legends[0].set_visible(k > 0)
-        # The labels keep their places, so that moving links pass below some of them.
+        # The labels keep their places, so links can pass below a label.
         halo = [withStroke(linewidth=_HALO, foreground=figure.get_facecolor())]
         for label in (text for ax in figure.axes for text in ax.texts if text.get_text()):
             label.set_path_effects(halo)
@@ -219,7 +219,7 @@ def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> N
         from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
-    # One palette for all images prevents flickering colors; only the last image has the whole path.
+    # One palette for all images prevents flickering colors. Only the last image has the whole path.
     palette = images[-1].quantize(128)
     first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     first.save(target, save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)

@@ -15,7 +15,7 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Number of start configurations of the passive leg joints; two are enough for legs with two
+"""Number of start configurations of the passive leg joints. Two are enough for legs with two
 links."""
 _STEPS = 20
 """Maximum number of Newton steps from each start configuration."""
@@ -27,7 +27,7 @@ class AssemblyModes(NamedTuple):
     Attributes:
         z: (k, n_z) configurations. A rod keeps its start rotation about its own axis, because no
             body depends on this rotation.
-        margin: (k,) margins of the modes, or 0 if the platform is singular and two modes coincide.
+        margin: (k,) margins of the modes; 0 at a singularity, where two modes coincide.
     """
 
     z: FloatArray
@@ -48,7 +48,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
         near: (n_z,) configuration from which the passive leg joints start.
 
     Returns:
-        The modes whose loops Newton's method can close from some start configuration.
+        The modes for which Newton's method closes the loops.
     """
     robot = bodies.robot
     theta, margin, _ = robot.functions["modes"](q)
@@ -71,7 +71,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
 
 
 def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
-    """Solve the loop closure for the passive leg joints, or None without convergence."""
+    """Return the configuration that closes the loops, or None without convergence."""
     turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
     reach = np.where(turns, 2 * np.pi, robot.unit_length)
     for part in low_discrepancy(0, _STARTS, len(legs), np.zeros(len(legs))):
@@ -87,7 +87,7 @@ def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
 
 
 def others(modes: AssemblyModes, z: FloatArray, bodies: Skeleton) -> AssemblyModes:
-    """Return all modes except the current mode, which has the current tool pose."""
+    """Return all modes except the current mode."""
     tips = bodies.tip_poses(bodies.poses_from_configuration(modes.z))
     tip = bodies.tip_poses(bodies.poses_from_configuration(z))
     size = np.where(np.arange(4) == 3, bodies.size, 1.0)  # noqa: PLR2004 - lengths

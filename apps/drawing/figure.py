@@ -41,7 +41,7 @@ _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#9
 MAX_GHOSTS = 3
 """Maximum number of automatically selected ghosts; more would be hard to distinguish."""
 _VISIBLE = 1e-3
-"""Distance between two drawn configurations up to which they coincide, relative to the size."""
+"""Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -104,9 +104,9 @@ def draw(
 
     Raises:
         OutOfReachError: Loops do not close at q.
-        InputValueError: A view is unknown, axes are passed for several views, or a motion
-            belongs to a different robot; or `ghosts` needs a closed-form inverse or assembly modes
-            that the robot does not have.
+        InputValueError: A view is unknown, axes are passed for several views, or a motion belongs
+            to a different robot, or the robot lacks the inverse or assembly modes that `ghosts`
+            needs.
         ShapeError: The number of coordinates in q, ghosts or path is wrong.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
@@ -180,7 +180,7 @@ def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
 
 
 def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the body poses (g, bodies, 4, 4) of the ghosts, and their names."""
+    """Return (body poses (g, bodies, 4, 4), names) of the ghosts."""
     robot = bodies.robot
     if ghosts is None or ghosts is False:
         return np.empty((0, len(bodies.bodies), 4, 4)), ()
@@ -241,7 +241,7 @@ def _labels(found: Solutions) -> tuple[str, ...]:
 def _with_coinciding(
     bodies: Skeleton, q: FloatArray, pale: FloatArray, labels: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return the labels with a note on each ghost that an earlier configuration covers."""
+    """Add a note to the label of each ghost that an earlier configuration covers."""
     seen = [(corners(bodies, bodies.poses(q)), "the drawn robot")]
     found = []
     for number, (ghost, label) in enumerate(zip(pale, labels, strict=False), 1):
@@ -275,8 +275,8 @@ def figure_of(
         labels: Names of the ghosts, for the legend.
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view, or None for the bounding box of each scene.
-        places: Label offsets of each view in an animation; the first frame sets the offsets, and
-            all frames use them. An animation shows no dimensions of links.
+        places: Label offsets of each view in an animation. The first frame sets the offsets for all
+            frames. An animation shows no dimensions of links.
     """
     with requires("chasles[draw]"):
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -367,7 +367,7 @@ def _label_axes(
 
 
 def _paint(ax: Any, scene: Scene, places: Places | None = None) -> None:
-    """Draw a scene on axes whose limits are set; `places` has label offsets of an animation."""
+    """Draw a scene on axes. An animation passes label offsets as `places`."""
     with requires("chasles[draw]"):
         from matplotlib.lines import Line2D  # noqa: PLC0415
         from matplotlib.patches import Polygon  # noqa: PLC0415

@@ -20,8 +20,7 @@ _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 1
 _DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
 """Candidate distances of a label from its point, in drawing units."""
 _LEADER = 5.0
-"""Distance of a label from its point beyond which a leader line joins label and point, in drawing
-units."""
+"""Maximum distance of a label without a leader line, in drawing units."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Candidate positions of a dimension along its line, as fractions from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
@@ -37,9 +36,8 @@ class Lettering:
         ax: The axes.
         scene: The scene that is drawn on the axes.
         size: Font size [pt].
-        places: Offset of each label from its point [m], or None for an omitted label. Labels that
-            are listed keep their offset, so that labels do not jump between the frames of an
-            animation.
+        places: Offset of each label from its point [m], or None for an omitted label. A listed
+            label keeps its offset between the frames of an animation.
         taken: The bounding boxes of all placed labels [pixels].
     """
 
@@ -86,7 +84,7 @@ class Lettering:
         ]
 
     def add_scale(self) -> Any:
-        """Draw a scale bar of a round length below the robot, where most space is left."""
+        """Draw a scale bar of a round length below the robot."""
         (left, right), (low, _) = self.ax.get_xlim(), self.ax.get_ylim()
         length = _round_length(0.15 * (right - left))
         text = self._text(f"{length:g} m", "#333333")
@@ -152,7 +150,7 @@ class Lettering:
         return text
 
     def _near(self, frame: str, point: FloatArray, letters: str, colour: str) -> list[Any]:
-        """Place a letter at the free position nearest to a point, if a position is free."""
+        """Place a letter at the nearest free position, if there is one."""
         key = f"{frame} {letters}"
         if key in self.places:
             offset = self.places[key]
@@ -172,7 +170,7 @@ class Lettering:
         return found
 
     def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
-        """Return the text at its best position; an empty list if all positions are occupied."""
+        """Return the text at its best position, or an empty list if no position is free."""
         if self._best(text, tried) < _COVERED:
             return [text]
         self.taken.pop()
@@ -271,7 +269,7 @@ class Lettering:
 
 
 def _decimals(lengths: list[float]) -> int:
-    """Return the number of decimals of all lengths: millimeters, or three to four digits."""
+    """Return the number of decimals of all lengths."""
     if not lengths:
         return 0
     power = math.floor(math.log10(max(lengths)))

@@ -1,4 +1,4 @@
-"""Lines and areas of a drawing: the projected shapes of all bodies, the farthest first."""
+"""Lines and areas of a drawing, the farthest first."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Mark:
     Attributes:
         style: The drawing style, such as "link", "plate", "joint" or "driven".
         points: (k, 2) points of the line or outline [m].
-        depth: Drawing order; a line or area with a larger depth is drawn later.
+        depth: Drawing order. A line or area with a larger depth is drawn later.
         name: Name of the body, joint or strut.
         is_area: Whether the area is filled.
     """
@@ -151,7 +151,7 @@ class _Marks:
         }
 
     def _depth(self, points: FloatArray, level: int) -> float:
-        """Return the drawing order: by level in a planar view, else by distance to the viewer."""
+        """Return the drawing order from the level (planar views) or the distance to the viewer."""
         if self.is_planar:
             return float(level)
         above = _ABOVE if level >= _SYMBOL else 0.3 * level
@@ -366,13 +366,13 @@ class _Marks:
             yield Mark("hatch", np.array([start, start + stroke]), depth, "ground")
 
     def _floor(self, points: FloatArray) -> Iterator[Mark]:
-        """Yield the ground plate; a planar view has triangles under the joints instead."""
+        """Yield the ground plate, or triangles under the joints in a planar view."""
         if not self.is_planar:
             seen = hull(self.view.project(points))
             yield Mark("floor", seen, self._depth(points, -3), "ground", is_area=True)
 
     def _hatched(self, point: FloatArray, away: FloatArray, by: float) -> Iterator[Mark]:
-        """Yield a hatched line perpendicular to a direction into the ground, if it is visible."""
+        """Yield a hatched ground line perpendicular to a direction, if the line is visible."""
         towards = self.view.rows[:2] @ away
         length = float(np.linalg.norm(towards))
         if length < _EDGE_ON:

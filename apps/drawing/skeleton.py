@@ -15,7 +15,7 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""Position within the range, from 0 to 1, of coordinates whose reference is at a limit."""
+"""Position within the range (0 to 1) of a coordinate with its reference at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
@@ -81,7 +81,7 @@ class Skeleton:
         Args:
             q: (..., n) actuated coordinates [rad or m].
             z_seed: (..., n_z) nearby configurations that select the branch of loops solved by
-                iteration, where None selects the branch of the reference configuration.
+                iteration. None selects the branch of the reference configuration.
 
         Returns:
             (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN if
@@ -100,8 +100,8 @@ class Skeleton:
         """Return the pose of every body in the base frame at a configuration.
 
         Args:
-            z: (..., n_z) configurations, in the order of `robot.configuration_variables`; for a
-                serial robot, (..., n) coordinates [rad or m].
+            z: (..., n_z) configurations, in the order of `robot.configuration_variables`. For a
+                serial robot, these are (..., n) coordinates [rad or m].
 
         Returns:
             (..., bodies, 4, 4). With open loops, each strut lies between its two end points.
@@ -121,7 +121,7 @@ class Skeleton:
         return tips
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
-        """Return the index in q of the coordinate that moves a joint, None for a passive joint."""
+        """Return the index in q of the coordinate that moves a joint, or None if passive."""
         k = None if joint is None else self.actuators.get(joint.coordinate)
         is_serial = not self.robot.configuration_variables
         if joint is None or k is None or not is_serial:
@@ -140,7 +140,7 @@ class Skeleton:
 
 
 def _between_limits(robot: Robot) -> FloatArray:
-    """Return the reference coordinates, moved away from their limits if the loops still close."""
+    """Return the reference coordinates, away from the limits if possible."""
     assert robot.reference is not None
     q = np.array(robot.reference.q)
     with np.errstate(invalid="ignore"):
@@ -148,7 +148,7 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # For a batch of one row, an open loop gives NaN; a single configuration would raise an error.
+    # For a batch of one row, an open loop gives NaN. A single configuration would raise an error.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 

@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Up to this sine of their angle, axes count as parallel. The residual of iterated loops is about
-1e-9, and an angle of 1e-3 would be visible."""
+"""Maximum sine of the angle between parallel axes. The residual of iterated loops is about 1e-9,
+and an angle of 1e-3 would be visible."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 
@@ -90,7 +90,8 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
 def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
     """Return the view onto the plane of motion of a planar robot, or None for a spatial robot.
 
-    All revolute axes of a planar robot are normal to the plane, and all prismatic axes lie in it.
+    All revolute axes of a planar robot are normal to the plane. All prismatic axes lie in the
+    plane.
     """
     turns: list[FloatArray] = []
     slides: list[FloatArray] = []
@@ -111,7 +112,7 @@ def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
 
 
 def _on(normal: FloatArray) -> View:
-    """Return the view along a normal, with z up, or with y up if the plane is horizontal."""
+    """Return the view along a normal."""
     main = int(np.argmax(np.abs(normal)))
     if abs(normal[main]) > 1 - _SAME_PLANE:
         base = (SIDE, FRONT, TOP)[main]

@@ -81,7 +81,7 @@ def number(name: str, value: Any) -> float:
 
 
 def poses(name: str, T: ArrayLike) -> FloatArray:
-    """Return rigid poses (..., 4, 4); nearly rigid poses are projected to the nearest rigid poses.
+    """Return rigid poses (..., 4, 4). Nearly rigid poses are projected to the nearest rigid poses.
 
     Raises:
         ShapeError: The last dimensions are not (4, 4).
@@ -112,11 +112,11 @@ def key_of(name: str, rng: Rng) -> int:
 
     Args:
         name: Name of the function, for error messages.
-        rng: The int itself, a generator that supplies the int, or None for fresh entropy.
+        rng: A seed, a generator that supplies the seed, or None for fresh entropy.
 
     Raises:
         InputTypeError: rng has an unsupported type.
-        InputValueError: The int is negative.
+        InputValueError: The seed is negative.
     """
     if rng is None:
         rng = np.random.default_rng()

@@ -1,12 +1,12 @@
 """Equations of static equilibrium of the rigid bodies of a robot.
 
 A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
-its scalar product with the twist (v, omega) of the body at the base origin. The unknowns are the
-forces x of struts and closures. For each coordinate j of the joint tree, the virtual work of all
-forces is
+the scalar product of the wrench with the body's twist (v, omega) at the base origin. The unknowns
+are the forces x of struts and closures. For each coordinate j of the joint tree, the virtual work
+of all forces is
 
-    G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench, and tau_j the
-    force of an actuator on the coordinate.
+    G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench. tau_j is the
+    actuator force on the coordinate.
 
 The rows without an actuator determine x. The rows with an actuator then determine tau.
 """
@@ -36,11 +36,11 @@ class PointMass:
     """A point mass on a link or on a section of a strut.
 
     Attributes:
-        link: Name of a body of `chasles.drawing.skeleton(robot)`: a link, or a section of a strut
-            such as `boom_cylinder_barrel`.
+        link: Name of a link or a strut section, as in `chasles.drawing.skeleton(robot)`, for
+            example `boom_cylinder_barrel`.
         mass: Mass [kg].
         at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
-            from the first end of the strut to the second; the mass of the section is on this axis.
+            from the first end of the strut to the second. The mass of the section is on this axis.
     """
 
     link: str
@@ -60,12 +60,12 @@ class Equilibrium:
         coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
         ratios: (bodies, coordinates) joint values per unit of the coordinates.
         lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
-        struts: The rods and cylinders, keyed by name.
+        struts: The struts (rods and cylinders), keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: For each actuator, the strut or the row of G on which the actuator acts, and the
-            motion per unit of q.
+        driven: For each actuator, a pair: the strut or row of G on which it acts, and the motion
+            per unit of q.
         free_rows: The rows of G without an actuator.
-        unknowns: The struts and closures with unknown forces; a closure occurs once for each
+        unknowns: The struts and closures with unknown forces. A closure occurs once for each
             unknown component.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
@@ -190,8 +190,8 @@ class Equilibrium:
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
         """Return the normal (m, 3) of the plane in which a loop moves, or None.
 
-        The closure of a planar loop is assumed to transmit forces in the plane only, because three
-        other components would be statically indeterminate.
+        The closure of a planar loop is assumed to transmit forces in the plane only. Three other
+        components would be statically indeterminate.
         """
         a, b = closure.bodies
         path = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
@@ -226,10 +226,10 @@ class Equilibrium:
     def _on_ends(
         self, span: Span, at: FloatArray, force: FloatArray
     ) -> list[tuple[int, FloatArray, FloatArray]]:
-        """Return the forces that act on the two ends of a strut if a force acts on its axis.
+        """Split a force on the axis of a strut into forces on the two ends.
 
         The lever rule distributes the transverse component to both ends. An axial force on a barrel
-        or piston acts on the end of this section; an axial force on a rod is divided equally.
+        or piston acts on the end of this section. An axial force on a rod is divided equally.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)
@@ -260,7 +260,7 @@ def on_line(force: FloatArray, at: FloatArray) -> FloatArray:
 def _in_plane(
     kind: str, axis: FloatArray, normal: FloatArray
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the forces and moments that a closure transmits in a plane, as directions (m, 3)."""
+    """Return directions (m, 3) of the forces and moments that a closure transmits in a plane."""
     if kind == "slider":
         return [np.cross(normal, axis)], [normal]
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal[0]))])

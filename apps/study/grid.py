@@ -1,20 +1,20 @@
-"""A grid of equal cells, and the volume, area or length of the body that fills the visited cells.
+"""A grid of equal cells, and the size of the body that fills the visited cells.
 
-The estimate counts visited cells instead of points, because the density of points is not uniform.
-At each end of a line along x through the body, the last visited cell adds half a cell on average.
-To first order, the visited cells have a larger volume than the body. The difference is h/2 times
-the area of the open faces of the cells. A cell has the side h, and the open faces along x have the
-area of the surface projected along x. The correction along each axis is a factor 1 - c, where c is
-half the number of open faces per cell. The product of the three factors is exact for boxes and
-never negative. If a random half of the points misses many of the visited cells, the points are too
-few, and the estimate enlarges the cells.
+The estimate counts visited cells, because the density of points is not uniform. A line along x
+enters and leaves the body. At each end, the last visited cell adds half a cell on average. The
+visited cells therefore have a larger volume than the body. The difference is h/2 times the area of
+the open faces of the cells. A cell has the side h, and the open faces along x have the area of the
+surface projected along x. The correction along each axis is a factor 1 - c. The number c is half
+the number of open faces per cell. The product of the three factors is exact for boxes and never
+negative. The points are too few if a random half of the points misses many of the visited cells. In
+this case, the estimate enlarges the cells.
 
 Four errors remain. If the surface is parallel to the grid, all lines end at the same position
-within their cells, and the excess is between 0 and h per open face. A face of this kind is coplanar
-with the adjacent faces. The points may miss a cell that contains only a small corner of the body.
-The number of missed cells is extrapolated as a power of the number of points, from a random half of
-the points. If there are few cells, the lines end at few positions, so their average is uncertain.
-For bodies other than boxes, the second order of the correction is not exact.
+within their cells. The excess is then between 0 and h per open face. Such a face is coplanar with
+the adjacent faces. The points may miss a cell that contains only a small corner of the body. A
+power law extrapolates the number of missed cells from a random half of the points. If there are few
+cells, the lines end at few positions, so their average is uncertain. For bodies other than boxes,
+the second order of the correction is not exact.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -40,8 +40,8 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""The number of missed cells decreases as this power of the number of points: 1 if the surface is
-parallel to the grid, 1/3 if the surface cuts off corners of cells."""
+"""Exponent of the decrease of missed cells with the number of points: 1 if the surface is parallel
+to the grid, 1/3 if the surface cuts off corners of cells."""
 _SLOPING = 0.1
 """Relative error of the correction at sloping faces."""
 
@@ -54,10 +54,10 @@ _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss. Above this
 fraction, the number of cells that all points miss cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side; with fewer cells, nearly all are at the
+"""Minimum number of cells along the longest side. With fewer cells, nearly all are at the
 surface."""
 _MAX_CELLS = 10**9
-"""Maximum number of cells; the counts of all cells then take 4 GB."""
+"""Maximum number of cells. The counts of all cells then take 4 GB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
     Returns:
         (m,) indices into the `count` cells in C order. Points outside the box have the index of the
-        nearest cell; NaN has the index `count`.
+        nearest cell. NaN has the index `count`.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower
@@ -160,7 +160,7 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
 
 _FLAT = 1e-9
-"""Below this relative extent along a direction, a body counts as flat."""
+"""Maximum relative extent of a body that counts as flat along a direction."""
 
 
 class SizeEstimate(NamedTuple):
@@ -183,7 +183,7 @@ class SizeEstimate(NamedTuple):
 
 
 def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
-    """Estimate the volume, area or length of the body that fills the visited cells.
+    """Estimate the size of the body that fills the visited cells.
 
     Adjacent cells are merged while the points are too few for the number of cells.
 
@@ -205,9 +205,9 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
 
 
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
-    """Return the number of filled cells and its error.
+    """Return (number of filled cells, error).
 
-    The arguments are the cells with any point, and the cells with points of a random half.
+    The arguments are the cells with any point, and the cells with points from a random half.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
@@ -215,7 +215,7 @@ def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
 
 
 def _joined(hits: CountArray, times: int) -> CountArray:
-    """Merge the hits into cells that are larger by a factor, without moving the box center."""
+    """Merge the hits into larger cells, without moving the box center."""
     if times == 1:
         return hits
     joined = hits
@@ -244,7 +244,7 @@ def _filled(visited: BoolArray) -> BoolArray:
 
 
 def _corrected(visited: BoolArray) -> tuple[float, float]:
-    """Return the corrected number of filled cells and the error of the correction."""
+    """Return (corrected number of filled cells, error of the correction)."""
     count = float(visited.sum())
     if count == 0:
         return 0.0, 0.0
@@ -257,7 +257,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Count the open faces along each axis, separately for faces coplanar with adjacent faces."""
+    """Count the open faces along each axis. Coplanar adjacent faces are counted separately."""
     level, integer_at_least = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

@@ -49,7 +49,7 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
 
 def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
-    """Draw a value for each cell of a grid, seen along an axis; masked cells stay empty."""
+    """Draw a value for each cell of a grid, seen along an axis. Masked cells stay empty."""
     with requires("chasles[study]"):
         from matplotlib import colormaps  # noqa: PLC0415
 
@@ -69,7 +69,7 @@ def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Return the hits per thousand configurations; empty columns are masked."""
+    """Return the hits per thousand configurations. Empty columns are masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
@@ -124,7 +124,7 @@ def plot_success(found: Any, ax: Any = None) -> Any:
 
 
 def plot_plan(found: Any, ax: Any = None) -> Any:
-    """Plot the coordinates over the fraction of a path; for two coordinates, the path itself."""
+    """Plot the coordinates of a path, or the path itself for two coordinates."""
     axes = _axes(ax, (4.4, 3.2))
     fractions = np.linspace(0, 1, 200)
     points = found.at(fractions)
@@ -191,7 +191,7 @@ def plot_singularities(found: Any, ax: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Plot the border of a section; distances on the far side of the first axis are negative."""
+    """Plot the border of a section. Distances on the far side of the first axis are negative."""
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
     if found.offset:  # The section plane does not contain the axis.

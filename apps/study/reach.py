@@ -1,8 +1,8 @@
-"""Reach: the poses with solutions within limits, and the limits that exclude other poses.
+"""Reachable poses, and the limits that exclude other poses.
 
 The inverse returns the solutions for each pose on all branches. The solutions are compared with the
-limits, each revolute joint at all positions that differ by full turns. Base placement applies the
-same test to several base poses.
+limits. A revolute joint is compared at all positions that differ by full turns. Base placement
+applies the same test to several base poses.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ class Reach(StudyResult):
     Attributes:
         robot: The robot's name.
         coordinate_names: The names of the robot's coordinates.
-        n_solutions: (m, k) number of solutions within limits, for m positions and k orientations;
-            full turns of a joint are not counted separately.
+        n_solutions: (m, k) number of solutions within limits, for m positions and k orientations.
+            Full turns of a joint are not counted separately.
         limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
-            the smallest excess; -1 if the pose is reached, -2 if it is out of reach even without
-            limits.
+            the smallest excess. The index is -1 for a reached pose, and -2 for a pose that is out
+            of reach even without limits.
         grid: The grid whose cell centers are the positions, or None if the targets are not a grid.
     """
 
@@ -133,18 +133,18 @@ def reach(
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid, whose cell centers are the positions; (m, 3) positions of the tool origin
-            [m]; or (m, 4, 4) poses.
+        targets: A grid with the positions as cell centers, (m, 3) positions of the tool origin [m],
+            or (m, 4, 4) poses.
         orientations: (k, 3, 3) tool orientations at every position; by default
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
-            within its limits; solutions are counted for all values.
-        threads: Number of threads in this process or in each worker; "all": one per core.
+            within its limits. Solutions are counted for all values.
+        threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar. None shows the bar only on a terminal.
 
     Raises:
-        AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
+        AttributeError: The robot has no `ik`. The message lists other inverses of the robot.
         ShapeError: Targets or orientations have the wrong shape.
         InputValueError: A number is not finite, or `orientations` is passed with poses.
     """
@@ -179,9 +179,9 @@ def base_placement(
         robot: A robot with `ik`.
         T_w_ee: (k, 4, 4) required tool poses in the world frame.
         T_w_0: (m, 4, 4) base poses in the world frame.
-        threads: Number of threads in this process or in each worker; "all": one per core.
+        threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar. None shows the bar only on a terminal.
 
     Returns:
         (m,) fractions of the poses that have a solution within limits.
@@ -237,7 +237,7 @@ def _about_y(angle: Any) -> FloatArray:
 def _poses_and_rotations(
     targets: Grid | ArrayLike, orientations: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return poses (m, 4, 4), and rotations (k, 3, 3) to apply to each pose."""
+    """Return (poses (m, 4, 4), rotations (k, 3, 3) to apply to each pose)."""
     if isinstance(targets, Grid):
         mesh = np.meshgrid(*targets.centers(), indexing="ij")
         at: FloatArray = np.stack(mesh, -1).reshape(-1, 3)
@@ -259,7 +259,7 @@ def _poses_and_rotations(
 
 
 def _redundancy_values(robot: Robot, count: int) -> FloatArray:
-    """Return values (k, r) of the r redundancy parameters; shape (1, 0) if the robot has none."""
+    """Return values (k, r) of the r redundancy parameters, or (1, 0) without parameters."""
     values = []
     for item in robot.redundancy:
         if item.index is not None:
@@ -327,7 +327,7 @@ class _ReachJob:
 
 
 def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
-    """Return the number of solutions within limits and the limiting coordinate of each pose."""
+    """Return (number of solutions within limits, limiting coordinate) of each pose."""
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
         if np.isfinite(_room(robot, j, wraps)):
@@ -341,7 +341,7 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """Return the width of a coordinate's range [rad or m]; inf if no value can exceed a limit."""
+    """Return the range of a coordinate [rad or m], or inf if no value can exceed a limit."""
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 

@@ -1,8 +1,8 @@
-"""Reachable positions at a constant orientation: cells tested by the closed-form inverse.
+"""Reachable positions at a constant orientation.
 
-The inverse tests cell centers on all branches, within limits. Cells next to cells with a
-different result are subdivided down to the resolution, so the effort grows with the surface only.
-The border lies between cell centers with different results. Half of the volume of the cells at the
+The inverse tests cell centers on all branches, within limits. Cells next to cells with a different
+result are subdivided down to the resolution. The effort therefore grows with the surface only. The
+border lies between cell centers with different results. Half of the volume of the cells at the
 border is counted, and the other half is the error. This error is an upper bound unless the border
 also lies between centers with equal results. The actual error is usually much smaller and decreases
 with the cell size.
@@ -141,7 +141,7 @@ def reachable_positions(
 def _start(
     robot: Robot, R_0_ee: ArrayLike | None, q_seed: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the orientation, and a start position that is reached or near a reached position."""
+    """Return (orientation, start position). The start position is on or near a reached position."""
     if q_seed is None and robot.reference is None:
         raise InputValueError(
             f"reachable_positions: {robot.name} has no reference configuration; expected q_seed"
@@ -153,7 +153,7 @@ def _start(
 
 
 def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
-    """Return the lower corner, cell side and cells of a box around all reached positions."""
+    """Return (lower corner, cell side, cells) of a box around all reached positions."""
     middle, size = start, 2 * robot.unit_length
     for _ in range(_FITS):
         side = size / _COARSE

@@ -1,4 +1,4 @@
-"""Result files: all fields of a frozen dataclass in one .npz file, without loss.
+"""Result files with all fields of a frozen dataclass in the .npz format.
 
 Arrays have the names of their fields. All other values, and the structure of nested objects such
 as a grid, are JSON text with the name "facts".
@@ -70,7 +70,7 @@ class StudyResult:
             np.savez_compressed(file, **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file; its suffix selects the format: .npz, or for tables also .csv.
+        """Write a file. Its suffix selects the format: .npz, or .csv for tables.
 
         Raises:
             InputValueError: The suffix is not supported.
@@ -132,7 +132,7 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
 
 
 def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
-    """Return the array of an archive member; NumPy returns other members as bytes."""
+    """Return the array of an archive member. NumPy returns other members as bytes."""
     if isinstance(found, bytes):
         raise ValueError(f"entry {name} is not an array")
     return found
@@ -149,7 +149,7 @@ def write_table(
 
 
 def _packed(value: Any, name: str, arrays: Arrays) -> Any:
-    """Return a value as JSON data; store its arrays in `arrays`, keyed by the value's name."""
+    """Return a value as JSON data, and store its arrays in `arrays`."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
         return {"array": name}
@@ -176,7 +176,7 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value from a file has the declared type; array element types are ignored."""
+    """Whether a value from a file has the declared type, except for array element types."""
     origin, words = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, word) for word in words)

@@ -27,11 +27,12 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece: enough work for a thread, and a Sobol net that fits in the cache."""
+"""Number of points of a piece. A piece is enough work for a thread, and its Sobol net fits in the
+cache."""
 BLOCK = 1 << 12
-"""Number of points processed at once; the poses and Jacobians fit in the cache."""
+"""Number of points processed at once. Their poses and Jacobians fit in the cache."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube; a double has one more bit."""
+"""Number of bits of a coordinate in the unit cube. A double has one more bit."""
 _NET_KEY = 0
 """Second seed of the random digits of the Sobol net. Each piece has a different second seed, so its
 digits are independent of the net."""
@@ -45,10 +46,11 @@ class Samples:
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         count: Number of points.
-        sampling: "sobol": each piece is a Sobol net with its own random digital shift, so that both
-            a piece and the set are evenly distributed; "uniform": independent random points;
-            "grid": the nodes of a grid that includes both limits, with equal counts per coordinate.
-        key: Seed of the random numbers; equal seeds generate equal points.
+        sampling: "sobol", "uniform" or "grid". With "sobol", each piece is a Sobol net with its own
+            random digital shift, so a piece and the set are evenly distributed. With "uniform", the
+            points are random and independent. With "grid", the points are the nodes of a grid that
+            includes both limits, with equal counts per coordinate.
+        key: Seed of the random numbers. Equal seeds generate equal points.
     """
 
     lower: FloatArray
@@ -61,7 +63,7 @@ class Samples:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces; the last piece may have fewer points."""
+        """Number of pieces. The last piece may have fewer points."""
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:
@@ -110,7 +112,7 @@ class Samples:
 
 
 def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Samples:
-    """Return points in the box of a robot's limits; joints without limits range over one turn.
+    """Return points within a robot's limits, or within one turn for joints without limits.
 
     Args:
         robot: The robot.
@@ -139,7 +141,7 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
 
 
 def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and largest coordinates (n,); joints without limits range over one turn.
+    """Return the smallest and largest coordinates (n,), or one turn for joints without limits.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits.

@@ -28,8 +28,8 @@ from .tolerances import STATICALLY_SINGULAR
 FloatArray = NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
-"""Above this squared component of a strut in a unit internal force, equilibrium does not determine
-the strut force."""
+"""Maximum squared component of a strut in a unit internal force. Above this value, equilibrium does
+not determine the strut force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class StaticLoads(StudyResult):
         actuator_forces: (..., n) forces [N] and torques [N m] of the actuators, positive in the
             direction of the coordinate.
         joint_names: Names of the joints of the tree.
-        joint_wrenches: (..., m, 6) force and moment [N, N m] that each joint exerts on the link
-            that it carries, at the origin of the joint's frame, in base axes. The component along
-            the axis is the force or torque of the actuator.
+        joint_wrenches: (..., m, 6) force and moment [N, N m] that each joint exerts on its link, at
+            the origin of the joint's frame, in base axes. The component along the axis is the force
+            or torque of the actuator.
         strut_names: Names of the rods and cylinders.
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
-            force of a cylinder acts between barrel and piston; the force of a rod is the mean of
+            force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
         closure_names: Names of the closures, which close loops without a rod or a cylinder.
         closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
@@ -96,8 +96,8 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
-    The convention is the same as in `robot.actuator_forces`. The power of these forces is the power
-    of the weights, and the actuators hold the opposite values.
+    The convention is the same as in `robot.actuator_forces`. The forces have the same power as the
+    weights. The actuators hold the opposite values.
 
     Args:
         robot: The robot.
@@ -128,8 +128,8 @@ def static_loads(
 ) -> StaticLoads:
     """Return the loads of all joints, struts and closures of a robot at rest.
 
-    The closure of a planar loop, whose axes are all parallel, transmits forces in the plane only.
-    Forces normal to the plane load the joints of the tree.
+    The closure of a planar loop transmits forces in the plane only. A loop is planar if all its
+    axes are parallel. Forces normal to the plane load the joints of the tree.
 
     Args:
         robot: The robot.
@@ -139,13 +139,12 @@ def static_loads(
         gravity: (3,) gravitational acceleration in the base frame [m/s^2].
 
     Returns:
-        The loads, which are NaN if the loops do not close, or if equilibrium does not determine
-        them.
+        The loads, or NaN if the loops do not close or equilibrium does not determine the loads.
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, or a single configuration is statically indeterminate
-            or not in equilibrium; the message names the struts and closures, or the coordinates.
+        InputValueError: A mass is invalid, or a single configuration is statically indeterminate or
+            not in equilibrium. The message names the struts and closures, or the coordinates.
     """
     check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)
@@ -255,7 +254,7 @@ class _Solved:
         )
 
     def _filled(self, found: FloatArray) -> FloatArray:
-        """Return values of the whole batch, NaN for open loops and loads without a solution."""
+        """Return values of the whole batch, or NaN for open loops and loads without a solution."""
         values = np.full((len(self.closed), *found.shape[1:]), np.nan)
         values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]
         return values.reshape(*self.shape, *found.shape[1:])
@@ -282,6 +281,6 @@ def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
 
 
 def _moved_to(wrench: FloatArray, at: FloatArray) -> FloatArray:
-    """Return wrenches (m, 6) at the base origin as wrenches at points (m, 3)."""
+    """Move wrenches (m, 6) from the base origin to points (m, 3)."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     return np.concatenate([force, moment - np.cross(at, force)], -1)

@@ -1,8 +1,8 @@
-"""Processing of the pieces of a sample set on threads, or on the workers of a dask cluster.
+"""Process the pieces of a sample set on threads or on a dask cluster.
 
 Counts over the pieces must not depend on the order of the pieces. Counts, bits and extremes are
 suitable, but sums of floats are not. The result is then identical, bit for bit, for any number of
-threads and workers, and a piece whose worker was killed can be repeated.
+threads and workers. A piece can be repeated if its worker was killed.
 """
 
 from __future__ import annotations
@@ -65,10 +65,11 @@ def tallied(
     Args:
         work: The function to apply to each piece.
         pieces: Number of pieces.
-        threads: Number of threads of this process, or of each worker; "all": one thread per core.
+        threads: Number of threads of this process or of each worker, or "all" for one thread per
+            core.
         client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
             process.
-        progress: Whether to show a progress bar, where None shows it if standard error is a
+        progress: Whether to show a progress bar. None shows the bar if standard error is a
             terminal.
         name: The name of the progress bar.
 
@@ -177,7 +178,7 @@ def progress_of(
     Args:
         name: Name of the task.
         total: Number of work items.
-        shown: Whether to show the bar, where None shows it if standard error is a terminal and rich
+        shown: Whether to show the bar. None shows the bar if standard error is a terminal and rich
             is installed.
 
     Yields:

@@ -1,4 +1,4 @@
-"""Workspace: the positions that a tool reaches, with the number and quality of configurations.
+"""The positions that a tool reaches, with the number and quality of configurations.
 
 Configurations are sampled in the box of the coordinates. Forward kinematics gives the cell of the
 tool origin, and the count of this cell increases. Only cells are stored, so the memory does not
@@ -37,8 +37,8 @@ FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
 _PATH_POINTS = 10_001
-"""Number of points on the tool path of a robot with one coordinate; chords between them give the
-path length."""
+"""Number of points on the tool path of a robot with one coordinate. The chords between the points
+give the path length."""
 _SIDE = 8
 """Number of belts, and number of meridians, that divide the directions of the z axis into 64
 sectors."""
@@ -53,20 +53,20 @@ class Workspace(StudyResult):
         grid: The cells.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
         manipulability: (nx, ny, nz) minimum singular value of the Jacobian
-            (`Manipulability.min_singular_value`) at the best configuration in each cell; 0 in cells
-            without hits. None if this measure is not requested.
+            (`Manipulability.min_singular_value`) at the best configuration in each cell. Cells
+            without hits have the value 0. None if this measure is not requested.
         limit_margin: (nx, ny, nz) distance to the nearest limit at the best configuration in each
-            cell, relative to the range of that coordinate (at most 1/2); 0 in cells without hits.
-            None if this measure is not requested.
+            cell, relative to the range of that coordinate (at most 1/2). Cells without hits have
+            the value 0. None if this measure is not requested.
         directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
             tool points into, or None if not requested.
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.
         samples: Number of configurations.
         n_open: Number of configurations at which loops do not close.
         sampling: Sampling method of the configurations.
-        rng: The int that reproduces the configurations.
-        path_length: Length [m] of the curve that the tool of a robot with one coordinate traces
-            between its limits, with an error estimate, None for other robots.
+        rng: Seed that reproduces the configurations.
+        path_length: Length [m] of the tool path between the limits with an error estimate, for a
+            robot with one coordinate. None for other robots.
     """
 
     _parts = (Grid, SizeEstimate)
@@ -128,7 +128,7 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits summed along an axis: (n, m), the remaining axes in their order.
+        """Return the hits (n, m) summed along an axis. The other axes keep their order.
 
         Raises:
             InputValueError: The axis is unknown.
@@ -136,7 +136,7 @@ class Workspace(StudyResult):
         return np.asarray(self.hits.sum(_axis("projection", axis), dtype=np.uint64))
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the workspace from above and from the side; a planar workspace in its plane.
+        """Plot the workspace from above and from the side, or a planar workspace in its plane.
 
         Args:
             ax: matplotlib axes for a single view along the thinnest direction, or None for a new
@@ -167,16 +167,16 @@ def workspace(
     Args:
         robot: The robot. Configurations with open loops are not counted.
         samples: Number of configurations.
-        sampling: "sobol": low-discrepancy points; "uniform": independent random points; "grid": the
-            nodes of a grid that includes the limits.
+        sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
+            "grid" for the nodes of a grid that includes the limits.
         resolution: Number of cells along the longest side.
         quality: Quality measures to compute in each cell: attributes of `Workspace`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same seed gives
             identical results for any number of threads and workers.
-        threads: Number of threads in this process or in each worker; "all": one per core.
+        threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to show a progress bar, where None shows it only on a terminal.
+        progress: Whether to show a progress bar. None shows the bar only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops do not close at any
@@ -201,7 +201,7 @@ def workspace(
 
 
 class _Counts:
-    """Counts for each cell; the last entry counts configurations with open loops."""
+    """Counts for each cell. The last entry counts configurations with open loops."""
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
         self.hits = np.zeros(cells + 1, dtype=np.uint32)
@@ -250,10 +250,10 @@ def _limit_margin(q: FloatArray, points: Samples) -> FloatArray:
 
 
 def _sector(z: FloatArray) -> NDArray[np.uint64]:
-    """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
+    """Return the sectors of directions, with 8 belts of equal area and 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors of the tool's z axis; a vector with NaN has the index of sector 0.
+        z: (m, 3) unit vectors of the tool's z axis. A vector with NaN has the index of sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2
@@ -283,7 +283,7 @@ def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
 
 
 def _path_length(robot: Robot, points: Samples) -> SizeEstimate:
-    """Return the length of the tool path between the limits; parts with open loops are omitted."""
+    """Return the length of the tool path between the limits, without parts with open loops."""
     q = np.linspace(points.lower, points.upper, _PATH_POINTS)
     p = robot.fk(q)[:, :3, 3]
     fine, coarse = (
@@ -301,8 +301,8 @@ def _axis(method: str, name: str) -> int:
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
     """Return the smallest and largest coordinates of the tool origin in the box of the samples.
 
-    Each bound is a local optimum, found with the exact Jacobian from the eight best of the first
-    2^16 samples.
+    Each bound is a local optimum. The optimization starts from the eight best of the first 2^16
+    samples, and uses the exact Jacobian.
 
     Args:
         robot: The robot.
@@ -333,7 +333,7 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a tool coordinate from a start configuration, or maximize it for sign -1."""
+    """Minimize a tool coordinate from a start configuration. Sign -1 maximizes the coordinate."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 

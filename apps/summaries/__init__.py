@@ -14,7 +14,7 @@ _LONG = 200
 
 
 def short_repr(result: Any) -> str:
-    """Return the class and the fields of a result, with only the shapes of larger arrays."""
+    """Return the class and fields of a result, with only the shapes of large arrays."""
     values = ((item.name, getattr(result, item.name)) for item in fields(result) if item.repr)
     inside = ", ".join(f"{name}={_short(value)}" for name, value in values)
     return f"{type(result).__name__}({inside})"

@@ -1,7 +1,7 @@
-"""Access to the live view: only the page with the token in its address may connect.
+"""Restrict the live view to the page with the token in its address.
 
 Every program on this machine can reach a server on 127.0.0.1, and so can a page of any web site in
-the browser. Three checks keep other pages out. The Host header names this machine; a foreign name
+the browser. Three checks keep other pages out. The Host header names this machine. A foreign name
 for 127.0.0.1 is rejected. The Origin of a WebSocket is the page itself. The request has the token,
 in the address or in the cookie of the first response.
 """
@@ -48,7 +48,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header; its name contains the port, because ports share cookies."""
+        """Return the Set-Cookie header. Its name contains the port, because ports share cookies."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod

@@ -27,7 +27,7 @@ from .tool_branches import Branches, branches
 FloatArray = NDArray[np.float64]
 
 _NEAR_LIMIT = 0.05
-"""A coordinate is near its limit below this distance, relative to the range of the coordinate."""
+"""A coordinate is near its limit below this fraction of its range."""
 _NEAR_BORDER = 0.05
 """Below this margin of a branch (no unit), the pose is near the workspace border."""
 _STRIDE = 0.05
@@ -54,10 +54,10 @@ class Displayed:
 
     Attributes:
         q: (n,) coordinates [rad or m].
-        z: (n_z,) configuration of the loops; q for a serial robot.
+        z: (n_z,) configuration of the loops. For a serial robot, z is q.
         bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
         tool: (4, 4) pose of the tool.
-        closes: Whether the loops close at the requested coordinates; if not, this configuration is
+        closes: Whether the loops close at the requested coordinates. If not, this configuration is
             the previous configuration.
         reached: Whether the tool is at the requested pose.
         branches: The branches of the inverse for the requested pose, or None if no pose is
@@ -179,7 +179,7 @@ class Display:
         return replace(there, reached=reached, branches=found)
 
     def ghosts(self, displayed: Displayed) -> Ghosts:
-        """Return the other branches for the requested pose, or else for the current tool pose."""
+        """Return the other branches for the requested pose, or for the current tool pose."""
         found = displayed.branches or branches(self.robot, displayed.tool, displayed.q)
         z = self._configurations(found.q, displayed.z)
         is_other = np.abs(found.q - displayed.q).max(-1, initial=0.0) > SAME_SOLUTION
@@ -197,7 +197,7 @@ class Display:
         return self._placed(found.z, colours, self.most_modes)
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
-        """Return a number of ghost slots that hold configurations (g, n_z) with colors."""
+        """Return ghost slots with configurations (g, n_z) and colors."""
         found, places, poses = (
             self.no_ghosts(count),
             slice(0, len(z)),
@@ -233,7 +233,7 @@ class Display:
 
         Args:
             units: The sliders.
-            count: Number of configurations; configurations with open loops are omitted.
+            count: Number of configurations. Configurations with open loops are omitted.
         """
         lower = np.array([unit.lower for unit in units])
         upper = np.array([unit.upper for unit in units])

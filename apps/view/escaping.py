@@ -7,7 +7,7 @@ import string
 def markdown(text: str) -> str:
     """Return Markdown that displays a text literally.
 
-    The browser interprets tags and braces as MDX code, so each punctuation mark becomes a
+    The browser interprets tags and braces as MDX code. Each punctuation mark therefore becomes a
     character reference.
     """
     return "".join(f"&#{ord(c)};" if c in string.punctuation else c for c in text)

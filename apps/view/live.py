@@ -37,7 +37,8 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points: enough to show the workspace, and few enough for smooth rotation."""
+"""Number of workspace points. The number is enough to show the workspace, and small enough for
+smooth rotation."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
@@ -47,12 +48,11 @@ _OPEN = "A loop does not close at these coordinates."
 class LiveView:
     """A robot in a local web page, until it is closed.
 
-    The page has a slider for each coordinate, in degrees or millimeters; a draggable frame at the
-    tool; the branches of the inverse as ghosts; the workspace as points; and a time slider for a
-    trajectory.
+    The page has sliders in degrees or millimeters, and a draggable frame at the tool. Ghosts show
+    the branches of the inverse, and points show the workspace. A time slider shows a trajectory.
 
     Attributes:
-        address: The address of the page; its token keeps other pages of the browser out.
+        address: The address of the page. Its token keeps other pages of the browser out.
         displayed: The displayed configuration.
         handle_size: Length of the arrows at the tool [m].
         is_dragged: Whether a user is dragging the tool.
@@ -121,14 +121,14 @@ class LiveView:
             self.step()
 
     def step(self) -> None:
-        """Show the trajectory at the current time; the trajectory repeats."""
+        """Show the trajectory at the current time. The trajectory repeats."""
         if self._trajectory is None or not self._playing.value:
             return
         self._time.value = (time.monotonic() - self._begin) % self._duration
         self._show_time(self._time.value)
 
     def set_q(self, q: ArrayLike) -> None:
-        """Show coordinates (n,) [rad or m]; if a loop does not close, the robot does not move."""
+        """Show coordinates (n,) [rad or m]. If a loop does not close, the robot does not move."""
         with self._lock:
             self._take(self._display.at(real_array("LiveView.set_q", "q", q), self.displayed))
 
@@ -325,8 +325,8 @@ class LiveView:
             self._show_limits(displayed)
             for slider, unit, q in zip(self._sliders, self._units, displayed.q, strict=True):
                 slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
-            # While the user drags the handle, it is not moved; after release, the handle returns to
-            # the tool.
+            # While the user drags the handle, the view does not move the handle. After release, the
+            # handle returns to the tool.
             if not self.is_dragged:
                 self._tool.wxyz = quaternions(displayed.tool)
                 self._tool.position = displayed.tool[:3, 3]
@@ -363,7 +363,7 @@ class LiveView:
 
 
 def _give(handle: Any, **values: Any) -> None:
-    """Set only changed values, because viser validates each value, which is slow."""
+    """Set only changed values. viser validates each value, which is slow."""
     for name, value in values.items():
         if not np.array_equal(getattr(handle, name), value):
             setattr(handle, name, value)
@@ -392,7 +392,7 @@ def _viser() -> Any:
 
 
 def _free_port(port: int | None) -> int:
-    """Return the port if it is free; for None, return any free port."""
+    """Return the port if it is free, or any free port for None."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -42,8 +42,8 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     """Write a self-contained HTML page with the moving robot and its sliders.
 
     The page computes the body poses from the joint motions. The page closes loops by Gauss-Newton
-    iteration from the previous configuration, so the branch does not change. If a loop does not
-    close, the robot keeps the last configuration with closed loops.
+    iteration from the previous configuration. The branch therefore does not change. If a loop does
+    not close, the robot keeps the last configuration with closed loops.
 
     Args:
         robot: The robot.

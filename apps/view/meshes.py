@@ -29,7 +29,7 @@ from ..drawing import Skeleton
 
 FloatArray = NDArray[np.float64]
 READING = Limits()
-"""Limits of the process that reads meshes; a small archive may expand to terabytes."""
+"""Limits of the process that reads meshes. A small archive may expand to terabytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     """Return the visual meshes and primitive shapes of a URDF file.
 
     A link belongs to the body with its name. A link without a body of its name, such as a gripper
-    link, is attached to its nearest ancestor with a body, at zero joint positions.
+    link, moves with its nearest ancestor that has a body. The joints between them are at zero.
 
     Args:
         file: The URDF file. Mesh files are searched relative to this file and in its ROS package.
@@ -85,7 +85,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     Raises:
         NotInstalledError: yourdfpy is not installed.
         InputValueError: yourdfpy cannot read the file, or a mesh is outside the ROS package of the
-            file; without a package, outside the folder of the file.
+            file. Without a package, meshes must be in the folder of the file.
     """
     if file.suffix != ".urdf":
         return ()
@@ -107,7 +107,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
 
 
 def count_meshes(file: Path) -> int:
-    """Return the number of visual mesh files of a URDF file; 0 if the file is not a .urdf file."""
+    """Return the number of visual mesh files of a URDF file, or 0 for any other file."""
     if file.suffix != ".urdf":
         return 0
     with requires("chasles[view]"):
@@ -116,7 +116,7 @@ def count_meshes(file: Path) -> int:
 
 
 def _root(file: Path) -> Any:
-    """Return the root of a URDF file without a document type; a document type raises an error."""
+    """Return the root of a URDF file. A document type raises an error."""
     from lxml import etree  # noqa: PLC0415
 
     # An XML entity could read another file.

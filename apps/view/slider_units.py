@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
-"""Half the range of a slider without limits [rad, or relative to the robot size]; the initial value
+"""Half the range of a slider without limits [rad, or relative to the robot size]. The initial value
 is in the middle."""
 
 

@@ -30,7 +30,7 @@ _STRUT: Colour = (230, 159, 0)
 _ROD: Colour = (222, 226, 230)
 
 _THIN = 0.009
-"""Radius of a link relative to the robot size; other sizes are proportional to this radius."""
+"""Radius of a link relative to the robot size. Other sizes are proportional to this radius."""
 _SHORTEST = 1e-9
 """Minimum length of a line relative to its radius."""
 _FRAME = 9.0
@@ -55,7 +55,7 @@ class Solid:
 
 
 def solids(skeleton: Any, actuated: frozenset[str]) -> tuple[Solid, ...]:
-    """Return the solids of a skeleton; solids of equal color on a body are merged.
+    """Return the solids of a skeleton. Solids of equal color on a body are merged.
 
     Args:
         skeleton: The `Skeleton` of a robot.

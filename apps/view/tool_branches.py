@@ -16,7 +16,7 @@ BoolArray = NDArray[np.bool_]
 
 _MIN_ERROR_BUDGET = 60
 """Maximum number of forward kinematics evaluations for a pose out of reach. A few evaluations are
-enough, because the tool moves little per frame; additional start configurations would leave the
+enough, because the tool moves little per frame. Additional start configurations would leave the
 branch."""
 
 
@@ -28,9 +28,9 @@ class Branches:
         q: (k, n) coordinates of the branches [rad or m]. Full turns are chosen nearest to the
             previous configuration, within the limits.
         inside: (k,) whether a branch is within the limits.
-        margin: (k,) margin of each branch; 0 at the workspace border.
-        followed: (n,) coordinates of the nearest branch within the limits; if no branch is within
-            the limits, nearby coordinates with the smallest tool error.
+        margin: (k,) margin of each branch. The margin is 0 at the workspace border.
+        followed: (n,) coordinates of the nearest branch within the limits. If no branch is within
+            the limits, nearby coordinates with the smallest tool error are returned.
         reached: Whether `followed` reaches the pose.
     """
 
@@ -64,7 +64,7 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
 
 
 def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Return coordinates, limit test and margin of all branches."""
+    """Return (coordinates, limit test, margin) of all branches."""
     if hasattr(robot, "ik"):
         return _in_closed_form(robot, T, last)
     if hasattr(robot, "ik_planar"):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _AROUND = 20
-"""Number of corners of a circle: the circle looks round on a screen, and a robot needs only a few
+"""Number of corners of a circle. The circle looks round on a screen, and a robot needs only a few
 kilobytes."""
 _BANDS = 8
 """Number of bands of a sphere from pole to pole."""
@@ -51,7 +51,7 @@ def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
     x, y = _across(b - a)
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
     ring = radius * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
-    # The end faces have separate vertices; otherwise, shading would make the edges look round.
+    # The end faces have separate vertices. Otherwise, shading would make the edges look round.
     vertices = np.vstack([ring + a, ring + b, ring + a, ring + b, [a, b]])
     here, there = np.arange(_AROUND), np.roll(np.arange(_AROUND), -1)
     n, center = _AROUND, np.full(_AROUND, 4 * _AROUND)
@@ -99,7 +99,7 @@ def box(center: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
 
 
 def box_on(center: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
-    """Return a box whose third edge is along an axis; its rotation about the axis is arbitrary."""
+    """Return a box whose third edge is along an axis. The rotation about the axis is arbitrary."""
     z = axis / np.linalg.norm(axis)
     x, y = _across(z)
     return box(center, np.column_stack([x, y, z]), size)

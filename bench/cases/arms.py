@@ -1,4 +1,4 @@
-"""The arms of all benchmarks, as products of elementary motions; right angles are exact."""
+"""The arms of all benchmarks, as products of elementary motions."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Motion:
     value: float | None
 
     def cos_sin(self) -> tuple[float, float]:
-        """Return the cosine and sine of a fixed rotation; right angles give exactly 0, 1 or -1."""
+        """Return the cosine and sine of a fixed rotation, exact for right angles."""
         assert self.value is not None
         quarters, rest = divmod(self.value, 90)
         if rest == 0:

@@ -1,4 +1,4 @@
-"""Times of batches in JAX and PyTorch, compared with the batches in C code that they call.
+"""Times of batches in JAX and PyTorch, compared with the called C code.
 
 Every call returns new arrays. Times are minima of alternating calls.
 """
@@ -23,7 +23,7 @@ FUNCTIONS = {"fk": "fk", "jacobian": "jacobian_mixed", "ik": "ik"}
 
 
 def run() -> int:
-    """Print the times and their ratios; return 1 if a ratio exceeds the limit."""
+    """Print the times and their ratios. Return 1 if a ratio exceeds the limit."""
     robot = chasles.load("ur5e")
     q = np.random.default_rng(0).uniform(-3, 3, (ROWS, robot.n))
     T = robot.fk(q)

@@ -22,7 +22,7 @@ PEER = "Pinocchio C++"
 BARS = {PEER: 10.0, LOOP: 4.0}
 MEMSET_BAR = 0.6
 NOT_ZERO = 7
-"""Byte that memset writes; some machines write zeros several times faster than other values."""
+"""Byte that memset writes. Some machines write zeros several times faster than other values."""
 THREADS_BAR = 1.8
 
 
@@ -95,7 +95,7 @@ def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def threads(plan: Plan) -> list[Ratio]:
-    """Two threads compared with one thread, if `threads` is supported and there are two cores."""
+    """Compare two threads with one thread."""
     function = chasles.load(UR5E.name).fk
     if "threads" not in inspect.signature(function).parameters:
         out.print("functions do not support threads=: no comparison on two cores")

@@ -146,7 +146,6 @@ def _own(robot: SerialRobot) -> int:
 
 
 def _placements(robot: SerialRobot):
-    """Return the elementary motions of the chain with joint variables, as (axis or None, value)."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     motions = list(robot.base)

@@ -46,7 +46,7 @@ __asm__ volatile("" : : "r"(&found) : "memory");
 
 
 def run() -> int:
-    """Print the times and their ratios; return 1 if a ratio exceeds the limit."""
+    """Print the times and their ratios. Return 1 if a ratio exceeds the limit."""
     robot = chasles.load(ROBOT)
     T, seeds = (np.ascontiguousarray(array[:ROWS]) for array in poses(robot, ROWS)[:2])
     with tempfile.TemporaryDirectory() as folder:

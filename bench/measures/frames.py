@@ -26,7 +26,7 @@ STEP = 0.003
 
 
 def run(robots: Sequence[str]) -> int:
-    """Print the times of robots (default: all); return 1 if a time exceeds MAX_MS."""
+    """Print the times of robots (default: all). Return 1 if a time exceeds MAX_MS."""
     names = robots or chasles.robots()
     table = Table(title="The computing for a frame, least of several runs")
     for name in ("robot", "bodies", "ghosts", "slider [ms]", "tool [ms]", "modes [ms]"):

@@ -1,4 +1,4 @@
-"""Cost of fk per joint for longer chains; it increases if the code does not fit into a cache."""
+"""Cost of fk per joint for longer chains, which may not fit into a cache."""
 
 import os
 import tempfile

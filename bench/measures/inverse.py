@@ -35,8 +35,7 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Batch size for other libraries; the time per pose of other libraries does not depend on the batch
-size."""
+"""Batch size for other libraries. Their time per pose does not depend on the batch size."""
 GENERAL = "jaco2"
 
 
@@ -56,7 +55,7 @@ def poses(name: str, count: int) -> np.ndarray:
 
 
 def peers(name: str) -> list[Inverse]:
-    """Return the other libraries of a robot; their solutions must agree with chasles.
+    """Return the other libraries of a robot after a check of their solutions.
 
     Raises:
         DisagreementError: Another library misses a solution or returns a wrong solution.
@@ -72,7 +71,7 @@ def peers(name: str) -> list[Inverse]:
 
 
 def calls(plan: Plan, name: str) -> list[Ratio]:
-    """Calls for a single pose; each call returns all solutions."""
+    """Calls for a single pose. Each call returns all solutions."""
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)
     works = {OWN: repeated(chasles.load(name).ik, T, repeats)}
@@ -82,7 +81,7 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 
 
 def batches(plan: Plan, name: str) -> list[Ratio]:
-    """Batch calls on one thread; times of other libraries are scaled from fewer poses."""
+    """Batch calls on one thread. Times of other libraries are scaled from fewer poses."""
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]
     robot = chasles.load(name)
@@ -139,7 +138,7 @@ def general(plan: Plan) -> list[Ratio]:
 
 
 def calibrated(plan: Plan) -> list[Limit]:
-    """Single calls for an arm with geometry errors; some poses are near singularities."""
+    """Single calls for an arm with geometry errors. Some poses are near singularities."""
     robot = displaced(read(ROBOTS / f"{ARMS[0]}.toml"), ERRORS)
     with tempfile.TemporaryDirectory() as folder:
         write(robot, Path(folder) / robot.name, functions=("fk", "fk_jacobian_mixed", "ik"))

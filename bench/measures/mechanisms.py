@@ -37,7 +37,7 @@ TIMED = (
 )
 POSES = 20_000
 SWING = 0.075
-"""Amplitude of the crank angles [rad]: a step is below a milliradian, as in control."""
+"""Amplitude of the crank angles [rad]. A step is below a milliradian, as in control."""
 ITERATED = 1000
 """Number of poses in a batch for iterative functions."""
 FOLLOWED = (
@@ -50,7 +50,7 @@ FOLLOWED = (
 FREE = 0.3
 """Range on both sides of the reference, for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Distance between a seed and the solution [rad or m]: the motion in one step of a controller."""
+"""Distance between a seed and the solution [rad or m], as in one step of a controller."""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
@@ -71,7 +71,7 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 def open_chains(plan: Plan) -> list[Ratio]:
     """Pose and Jacobian in actuated coordinates, compared with the main chain without loops.
 
-    The results are checked first: the robot's Jacobian is the Jacobian of the main chain times the
+    The results are checked first. The robot's Jacobian is the Jacobian of the main chain times the
     derivative of the chain joints.
     """
     found = []
@@ -93,7 +93,7 @@ def open_chains(plan: Plan) -> list[Ratio]:
 
 
 def chain_loops(robot: chasles.Robot) -> tuple[Loop, Loop]:
-    """Return the C of a robot, and of its main chain derived as a serial robot."""
+    """Return compiled code for a robot and for its main chain as a serial robot."""
     chain = read(ROBOTS / f"{robot.name}.toml").main_chain
     with tempfile.TemporaryDirectory() as folder:
         write(chain, Path(folder), functions=("fk", "fk_jacobian_mixed"))
@@ -208,12 +208,11 @@ def iterations(plan: Plan) -> list[Limit]:
 
 
 def several(results: object) -> tuple:
-    """Return the results of a function as a tuple, also for a single result."""
     return results if isinstance(results, tuple) else (results,)
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:
-    """Return random coordinates, and for functions with a seed also nearby configurations."""
+    """Return random coordinates, and nearby configurations for functions with a seed."""
     q = closed(robot, VECTORS)
     if not function.endswith("_near"):
         return (q,)

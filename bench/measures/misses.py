@@ -1,7 +1,7 @@
 """The command ``python -m bench misses`` counts the reachable targets that each solver misses.
 
 chasles solves all targets of all sets, and the other libraries solve a sample of each set. A target
-is missed if no solution reported as exact reaches it within 1e-9; least-squares results do not
+is missed if no solution reported as exact reaches it within 1e-9. Least-squares results do not
 count as solutions.
 """
 
@@ -17,7 +17,7 @@ from ..report import out, save, table
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Maximum number of targets per set for other libraries; some libraries take milliseconds per
+"""Maximum number of targets per set for other libraries. Some libraries take milliseconds per
 target."""
 PEERS_SHORT = 100
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")
@@ -25,7 +25,7 @@ RESULT = "misses"
 
 
 def run(short: bool, robot: str | None) -> int:
-    """Print a table per robot, and save all tables after a full run; return 1 if chasles fails."""
+    """Print a table per robot, and save all tables after a full run. Return 1 if chasles fails."""
     for name, install in absent().items():
         out.print(f"{name} is not installed and not compared: pip install {install}")
     cases = [case for case in CASES if robot is None or case.name == robot]

@@ -43,7 +43,7 @@ ROWS_OF(nearest_of, {robot}_ik_nearest(T, q_seed, 0, 0, 0, out, out + 256, out +
 
 
 def run() -> int:
-    """Print the times and their ratios; return 1 if a ratio exceeds the limit."""
+    """Print the times and their ratios. Return 1 if a ratio exceeds the limit."""
     robot = chasles.load(ROBOT)
     T, near, far = poses(robot, POSES)
     agree(robot, T, near)

@@ -31,7 +31,7 @@ THREADS = 2
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return missed poses and times of all robots, and some time ratios to another library."""
+    """Return missed poses, times and time ratios of all robots."""
     has_peer = "toolbox" not in absent()
     if not has_peer:
         out.print("the Robotics Toolbox is not installed: only ik_numeric is timed")
@@ -62,7 +62,7 @@ def one_robot(
     rounds: int,
     rows: list[tuple[object, ...]],
 ) -> list[Ratio | Limit]:
-    """Return missed poses, times and ratios of a robot; append a table row per solver."""
+    """Return missed poses, times and ratios of a robot, and append table rows."""
     solvers: dict[str, Callable] = {OWN: task.solve, **dict([peer] if peer else [])}
     poses = [pose.copy() for pose in task.T]
     taken: dict[str, list[np.ndarray]] = {name: [] for name in solvers}

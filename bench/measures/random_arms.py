@@ -28,11 +28,11 @@ COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar",
 
 
 def run(count: int, first: int) -> int:
-    """Print the times of random arms; return 1 if an arm with errors exceeds the limit.
+    """Print the times of random arms. Return 1 if an arm with errors exceeds the limit.
 
     Args:
         count: Number of arms of each kind.
-        first: Number of the first random arm; an arm's number determines its geometry.
+        first: Number of the first random arm. An arm's number determines its geometry.
     """
     rows = []
     for number in range(first, first + count):

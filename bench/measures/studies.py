@@ -35,7 +35,7 @@ LINED, PROCESS = 1000, 4901
 
 
 def run(samples: int) -> int:
-    """Print times of chasles and other libraries, and the memory of the process; return 0."""
+    """Print times of chasles and other libraries, and the memory of the process."""
     table = Table(title=f"Studies, two cores where there are two; {samples:,} configurations")
     for name in ("study", "seconds", "ns a configuration", "a peer's ns", "ratio"):
         table.add_column(name, justify="left" if name == "study" else "right")

@@ -31,7 +31,7 @@ ROOM = 512
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function, called for each row of an array; each call overwrites the results.
+    """A compiled function, called for each row of an array. Each call overwrites the results.
 
     Attributes:
         library: The loaded library.
@@ -61,7 +61,7 @@ class Kernel:
 
 
 def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
-    """Return a robot function, compiled like in chasles; a row contains all inputs."""
+    """Compile a robot function as chasles does. A row contains all inputs."""
     inputs, outputs = robot.functions[function].inputs, robot.functions[function].outputs
     sizes = [math.prod(array.shape) for array in inputs]
     arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]

@@ -33,7 +33,7 @@ class Loop:
     context: int | None = None
 
     def fk(self, q: np.ndarray, T: np.ndarray) -> None:
-        """Compute the pose of each row of q; if T has a single row, each pose overwrites it."""
+        """Compute the pose of each row of q. Each pose overwrites T if T has a single row."""
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:

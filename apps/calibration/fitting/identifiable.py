@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 SEPARABLE = 1e-4
-"""Minimum relative pivot of an identifiable column; a column with a smaller pivot would amplify
+"""Minimum relative pivot of an identifiable column. A column with a smaller pivot would amplify
 noise more than ten thousand times."""
 VISIBLE = 1e-3
 """Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
@@ -31,7 +31,8 @@ class Unidentifiable:
     """A parameter or unknown that the measurements do not distinguish from other parameters.
 
     Attributes:
-        name: The parameter, fixed at its nominal value, or the unknown, fixed at its start value.
+        name: Name of the parameter or unknown. A parameter stays nominal, and an unknown keeps its
+            start value.
         combination: Names and coefficients of the parameters that have the same effect.
     """
 

@@ -24,15 +24,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
-"""Initial damping relative to the largest curvature. The damping is small, because start values are
-near the solution, and parameters with little effect have a relative curvature of only 1e-8."""
+"""Initial damping relative to the largest curvature. The damping is small because start values are
+near the solution. Parameters with little effect have a relative curvature of only 1e-8."""
 _MIN_WEIGHT = 1e-10
-"""Minimum curvature of the loss relative to the value at 0; the exact curvature can be negative."""
+"""Minimum curvature of the loss relative to the curvature at 0. The exact curvature can be
+negative."""
 _MIN_FACTOR = 0.1
 """Factor by which a good step changes the damping."""
 _MAX_DAMPING = 1e12
-"""Maximum damping relative to the initial damping; with more damping, the sum of squares changes
-only by rounding."""
+"""Maximum damping relative to the initial damping. With more damping, only rounding changes the sum
+of squares."""
 
 
 class Errors(NamedTuple):
@@ -51,12 +52,12 @@ def least_squares(
     step: float,
     evaluations: int,
 ) -> FloatArray:
-    """Return the (k,) variables that minimize the sum of squares or of a robust loss.
+    """Return the (k,) variables that minimize the sum of squares, or a robust loss.
 
     Args:
         errors: The errors as a function of the variables.
         x: (k,) start values of the iteration.
-        scale: Scale of all variables, or the (k,) scales of the variables.
+        scale: One scale for all variables, or (k,) scales.
         loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
             squares.
         step: Relative change of the sum of squares and of the variables at which the iteration
@@ -106,7 +107,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the step, computed by least squares if rounding makes the matrix indefinite."""
+    """Return the step, also if rounding makes the matrix indefinite."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

@@ -1,8 +1,8 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
-Errors near the solution are e + J dx, with the change dx in scaled variables. Known standard
-deviations of parameters add the errors d + D dx, the scaled deviations from nominal. The matrix H
-combines both kinds of errors with the noise s:
+Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx. If
+standard deviations of parameters are known, the scaled deviations from nominal, d + D dx, are
+errors too. The matrix H combines both kinds of errors with the noise s:
 
     H = J^T J + s^2 D^T D
 
@@ -11,10 +11,10 @@ fit adapts to an error, so only the fraction 1 - h of the error's variance remai
 sum of 1 - h is the residual number of degrees of freedom.
 
 Without known standard deviations, s^2 = sum e^2 / (M - k) for M errors and k variables. With known
-standard deviations, s maximizes the marginal likelihood of the measurements. Along the singular
-vectors of J D^-1, an error has the variance lambda + s^2, with lambda the squared singular value.
+standard deviations, s maximizes the marginal likelihood of the measurements. An error along a
+singular vector of J D^-1 has the variance lambda + s^2, where lambda is the squared singular value.
 If there are few measurements, s is uncertain. A wide prior of log s about the stated noise
-regularizes the estimate; thirty degrees of freedom outweigh the prior.
+regularizes the estimate. Thirty degrees of freedom outweigh the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
@@ -53,13 +53,14 @@ CHANCE = float(scipy.special.ndtr(-OUTLYING))
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""Minimum residual fraction 1 - h of the variance of errors that are tested as outliers."""
+"""Minimum 1 - h of an error that is tested as an outlier."""
 _STRAY = math.log(10)
 """Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
-"""Below this relative diagonal entry of the triangular factor, the variables are undetermined."""
+"""Minimum relative diagonal entry of the triangular factor. Below this value, the variables are
+undetermined."""
 
 
 class Undetermined(Exception):
@@ -112,7 +113,7 @@ class Linearized:
         return float(np.sqrt(self.e @ self.e / surplus)) if surplus > 0 else 0.0
 
     def contradicting(self, every: Linearized, used: BoolArray, noise: float) -> BoolArray:
-        """Return (M,) whether each error is an outlier relative to the errors in use.
+        """Return (M,) booleans: whether each error is an outlier.
 
         Args:
             every: The linearized errors of all M rows.
@@ -130,8 +131,7 @@ class Linearized:
     def _most_probable_noise(self) -> float:
         """Return the noise with the maximum marginal likelihood."""
         has_prior = self.D.any(0)
-        # The errors at the nominal parameters and their derivative are projected, which removes the
-        # components that the free variables explain.
+        # The projection removes the components that the free variables explain.
         per_tolerance = self.J[:, has_prior] / self.D[:, has_prior].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~has_prior])[0]

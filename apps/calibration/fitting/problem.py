@@ -4,7 +4,7 @@ The identified parameters and unknowns minimize the sum of squared errors, each 
 standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the generated
 identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
-s is the noise relative to the stated standard deviations, and t_k the standard deviation of
+s is the noise relative to the stated standard deviations. t_k is the standard deviation of
 parameter k about its nominal value. The most probable parameters minimize the sum
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
@@ -46,18 +46,17 @@ Inputs = ParamSpec("Inputs")
 Output = TypeVar("Output")
 
 _ROUNDS = 12
-"""Maximum number of updates of outliers and noise; two or three usually suffice."""
+"""Maximum number of updates of outliers and noise. Two or three usually suffice."""
 _STEP = 1e-12
 """Relative change of the sum of squares and of the variables at which the iteration stops."""
 _EVALUATIONS = 100
-"""Maximum number of evaluations per solution; about twenty suffice. For exact data, the iteration
+"""Maximum number of evaluations per solution. About twenty suffice. For exact data, the iteration
 does not converge before rounding errors dominate."""
 _NEARNESS = 0.3
 """Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
 smaller than the noise, but it selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
-"""Penalty on frames and targets, which the design does not determine, relative to the penalty on
-the design."""
+"""Penalty on frames and targets, relative to the penalty on the design."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes target positions
 and base position only weakly, so the estimates may be far from the start values."""
@@ -100,7 +99,7 @@ def problem_at(
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        p: The geometry, including unidentifiable parameters, or None for the nominal geometry.
+        p: The geometry with all parameters, or None for the nominal geometry.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
@@ -157,9 +156,8 @@ def problem_nearby(
     """Return the problem with the identifiable variables of a robot with loops.
 
     Parameters may be identifiable for a real robot, but not for its nominal design. For example,
-    the rods of a real delta robot are not parallel. A first fit therefore varies all candidates,
-    and distributes the deviation among candidates with the same effect. The variables of the
-    returned problem are identified at the first fit.
+    the rods of a real delta robot are not parallel. A first fit therefore varies all candidates.
+    The returned problem has the variables that are identifiable at the first fit.
 
     Args:
         first: The problem with the variables that are identified at the nominal robot.
@@ -200,8 +198,8 @@ def _candidates(
 ) -> IntArray:
     """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device frame is never exactly known. Parameters of joint axes can absorb the error of this
-    # frame; if they are not varied, base corrections do.
+    # The device frame is never exactly known. Varied joint axes can absorb the error of the device
+    # frame. If no axes are varied, base corrections absorb the error.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements._fixes_tool:
@@ -210,7 +208,7 @@ def _candidates(
 
 
 class Fit(NamedTuple):
-    """The fitted variables, a mask of the used rows, and the noise of these rows."""
+    """Fitted variables, used rows and noise."""
 
     x: FloatArray
     used: BoolArray
@@ -386,7 +384,7 @@ class Problem:
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
-        """Return the variables that minimize the sum of squares, or of a robust loss, of some rows.
+        """Return the variables that fit the used rows best.
 
         Configurations with open loops at the start values are ignored.
         """

@@ -1,4 +1,4 @@
-"""Tables without a header: the columns are inferred from their count and values.
+"""Infer the columns of a table without a header from their count and values.
 
 Coordinates are the first or the last columns of the table. Points at constant distances are several
 targets, not a pose.
@@ -29,7 +29,7 @@ _MIN = 3
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """Return the inferred header of a table, and append the assumption about the columns to `said`.
+    """Infer the header of a table, and append the assumptions to `said`.
 
     Raises:
         InputValueError: The columns are ambiguous; the message suggests a header.

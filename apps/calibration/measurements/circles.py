@@ -4,8 +4,8 @@ For the joint angle t_i, up to an offset, a target moves on a circle with center
 
     y_i = c + a cos t_i + b sin t_i
 
-This equation is linear in c, a and b. The joint axis passes through c along a x b. Fitting
-the nominal to the measured joint axes gives the base frame in the device frame in closed form.
+This equation is linear in c, a and b. The joint axis passes through c along a x b. A fit of the
+nominal axes to the measured axes gives the base frame in the device frame.
 
 Source:
     B. W. Mooring, Z. S. Roth, M. R. Driels, Fundamentals of Manipulator Calibration, 1991, chapter
@@ -71,8 +71,7 @@ class CirclePoints(Positions):
             T: (N, 4, 4) nominal tool poses; they determine the joint angles.
 
         Raises:
-            InputValueError: On one of the circles, the tool does not rotate about a single axis by
-                at least 0.2 rad.
+            InputValueError: A circle lacks a rotation about one axis by at least 0.2 rad.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])
@@ -95,7 +94,7 @@ class CirclePoints(Positions):
 
 
 def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
-    """Return the rotation axis of poses in the base frame, and angles relative to the first."""
+    """Return (rotation axis in the base frame, angles relative to the first pose)."""
     apart = T @ se3.inverse(T[0])
     turns = so3.log(apart[:, :3, :3])
     direction = np.linalg.svd(turns)[2][0]
@@ -113,9 +112,8 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Tolerance for rotation about a different axis [rad], because coordinates may be rounded to six
-digits. This tolerance is also the relative singular value below which a direction is
-undetermined."""
+"""Tolerance for rotation about a different axis [rad]. Coordinates may be rounded to six digits.
+Below this relative singular value, a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:

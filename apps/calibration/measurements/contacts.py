@@ -51,12 +51,11 @@ class _OneNumber(Measurements):
 
     @property
     def _stated(self) -> str:
-        """The standard deviation of a measured value, as text."""
         return stated(self.sigma)
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; a row is one measurement with one error."""
+        """Row index of each error. A row is one measurement."""
         return np.arange(len(self.values))
 
     @property
@@ -70,7 +69,6 @@ class _OneNumber(Measurements):
         return self.rows
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
-        """Absolute error of each measurement."""
         return np.asarray(self.sigma * np.abs(errors))
 
     def at(self, index: IntArray) -> Self:
@@ -78,16 +76,14 @@ class _OneNumber(Measurements):
         return replace(self, values=self.values[index])
 
     def _scaled(self, factor: float) -> Self:
-        """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, values=factor * self.values)
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements unchanged, because they contain no estimated frame."""
         del other
         return self
 
     def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
-        """Return the best of the fits from several start targets, because of local minima.
+        """Return the best fit from several start targets, which avoids local minima.
 
         Args:
             T: (N, 4, 4) nominal tool poses.
@@ -98,7 +94,7 @@ class _OneNumber(Measurements):
         )
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """Fit only the unknowns at the nominal poses, and return the start values."""
+        """Fit the unknowns at the nominal poses."""
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
@@ -111,10 +107,11 @@ class _OneNumber(Measurements):
 
 @dataclass(frozen=True, eq=False)
 class Distances(_OneNumber):
-    """Distances of a target on the tool from a fixed point: a ball bar, or contacts with a sphere.
+    """Distances of a target on the tool from a fixed point, for example measured by a ball bar.
 
     Attributes:
-        values: (N,) distances [m]; for a sphere, the sum of its radius and the probe radius.
+        values: (N,) distances [m]. For contacts with a sphere, use the sum of the sphere radius and
+            the probe radius.
         sigma: Standard deviation [m].
     """
 
@@ -124,11 +121,10 @@ class Distances(_OneNumber):
         return (*_point("target"), *_point("center"))
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with targets at and around the tool origin."""
         return self._best(T, lambda target: self._linear(T, target))
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
-        """Return the unknowns for a target (3,), with the fixed point from a linear fit."""
+        """Fit the fixed point linearly for a target (3,)."""
         # The squared distance of point p from the center c is d^2 = |p|^2 - 2 p . c + |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
@@ -145,7 +141,6 @@ class Distances(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return derivatives of the distances, from the target's velocity towards the center."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         along = apart / np.linalg.norm(apart, axis=-1, keepdims=True) / self.sigma
         by_p = np.einsum("ni,nip->np", along, velocities_on_tool(T, J, x[None, :3])[:, 0])
@@ -171,11 +166,10 @@ class SphereContacts(_OneNumber):
         return (*_point("target"), *_point("center"), "radius")
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with targets at and around the tool origin."""
         return self._best(T, lambda target: self._linear(T, target))
 
     def _linear(self, T: FloatArray, target: FloatArray) -> FloatArray:
-        """Return the unknowns for a target (3,); a linear fit gives the sphere."""
+        """Fit the sphere linearly for a target (3,)."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
@@ -189,7 +183,6 @@ class SphereContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return derivatives of the distances, from the target's velocity towards the center."""
         by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
@@ -216,7 +209,6 @@ class PlaneContacts(_OneNumber):
         return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def _start(self, T: FloatArray) -> Start:
-        """Start with the target at the tool origin, and the least-squares plane."""
         p = T[:, :3, 3]
         normal = np.linalg.svd(p - p.mean(0))[2][2]
         found = replace(self, normal=tuple(normal.tolist()))
@@ -225,7 +217,6 @@ class PlaneContacts(_OneNumber):
         return found._refined(T, x)
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements with the estimated normal of other measurements."""
         return replace(self, normal=other.normal)
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -236,7 +227,6 @@ class PlaneContacts(_OneNumber):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return derivatives of the distances, from the target's velocity along the normal."""
         n, points = self._direction(x), points_on_tool(T, x[None, :3])[:, 0]
         by_p = np.einsum("i,nip->np", n, velocities_on_tool(T, J, x[None, :3])[:, 0])
         slopes = points @ self._across().T
@@ -248,7 +238,7 @@ class PlaneContacts(_OneNumber):
         return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
 
     def _direction(self, x: FloatArray) -> FloatArray:
-        """Return the normal for slopes x[3:5], of unit length to first order in the slopes."""
+        """Return the normal for slopes x[3:5]. Its length is 1 to first order in the slopes."""
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
 
@@ -260,16 +250,16 @@ _EVALUATIONS = 50
 _TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 0.06
 """Targets at which the fit starts [m]: the tool origin, and the corners of a tetrahedron."""
 _HEIGHT = 0.1
-"""Minimum height of a fixed point above a plane of points, relative to the extent of these
-points."""
+"""Minimum height of a fixed point above a plane of points, relative to the extent of the points."""
 _FLAT = 1e-6
 """Below this relative singular value, points count as coplanar or collinear."""
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Solve 2 p . c + rest = right for center c (3,) and rest, with points p (N, 3) of mean 0.
+    """Solve 2 p . c + rest = right for the center c (3,) and rest.
 
-    The third result is a direction in which c is undetermined, or 0 if the points determine c.
+    The points p (N, 3) have mean 0. The third result is a direction in which c is undetermined, or
+    0 if the points determine c.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -1,8 +1,8 @@
 """Estimation of device frames with the nominal robot, to start an identification.
 
 A laser tracker or a camera measures in its device frame W. The target positions in the tool frame
-are unknown. With the nominal tool poses T_i in the base frame, the targets x_j have the positions
-y_ij = T_W_base (T_i x_j), and a probe has the poses Y_i = T_W_base T_i T_tool_probe.
+are unknown. At the nominal tool poses T_i, the measured target positions are
+y_ij = T_W_base (T_i x_j). The measured poses of a probe are Y_i = T_W_base T_i T_tool_probe.
 
 Source:
     S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST_ROUNDS = 5
-"""Number of steps from each of the 24 start rotations; only the best rotations are refined."""
+"""Number of steps from each of the 24 start rotations."""
 _FINISHED = 6
-"""Number of rotations that are refined."""
+"""Number of best rotations that are refined further."""
 _ROUNDS = 60
 """Maximum number of refinement steps."""
 _SETTLED = 1e-6
@@ -37,8 +37,8 @@ _FULL = 1e-9
 _ACROSS = 0.1
 """Below this second singular value of axis directions, the axes count as parallel."""
 _LEVER = 0.1
-"""Minimum distance of points that represent an orientation [m]: 0.05 mrad moves the points by 5
-um."""
+"""Minimum distance of points that represent an orientation [m]. At this distance, a rotation by
+0.05 mrad moves a point by 5 um."""
 _REPEATED = 0.999
 """Above this ratio of the two largest singular values, orientations alone are ambiguous."""
 
@@ -97,7 +97,7 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frames from probe points, for a tool that rotates about at most one axis.
+    """Estimate the frames if the tool rotates about at most one axis.
 
     Four points represent the probe: its origin and one point on each axis. The points are as
     far apart as the tool positions, but at least `_LEVER`.
@@ -112,7 +112,7 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """Return the base frame that fits nominal to measured axes best, None if the axes are parallel.
+    """Return the base frame that fits the axes best, or None for parallel axes.
 
     Args:
         nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.
@@ -157,9 +157,9 @@ class _Registrations:
     """Registration errors as a function of the rotation R alone.
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i, with nominal orientations
-    R_i and origins p_i. For each R, these equations are linear in x_j and c. The least-squares
-    residual of these equations is linear in the entries of R; a QR factorization compresses the
-    residual to a few rows.
+    R_i and origins p_i. For each R, these equations are linear in x_j and c. The residual of the
+    equations is linear in the entries of R. A QR factorization compresses the residual to a few
+    rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
@@ -179,7 +179,7 @@ class _Registrations:
         everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
         triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
         rows, right = np.split(triangle, [rows.shape[1]], axis=1)
-        # A target without observations is placed at the tool origin, the point of minimum norm.
+        # A target without observations is placed at the tool origin.
         u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
         rank = int((sizes > _FULL * sizes[0]).sum())
         along = u[:, :rank].T @ right
@@ -187,7 +187,7 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """Return error vectors (k, r) for rotations (k, 3, 3); the norms are RMS distances."""
+        """Return error vectors (k, r) for rotations (k, 3, 3). Their norms are RMS distances."""
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:
@@ -267,4 +267,4 @@ _GENERATORS = np.array(
     ],
     dtype=np.float64,
 )
-"""The matrices [e_k]x; the derivative of R exp([w]x) at w = 0 is R [w]x."""
+"""Cross-product matrices [e_k]x. The derivative of R exp([w]x) at w = 0 is R [w]x."""

@@ -6,7 +6,7 @@ several positions are X1, x_1, P1_x, target_1_x, SMR1.X, left_x, right_x, or x t
 Headings of quaternions are qw, quat_w, orientation.w, or q1 ... q4 or q0 ... q3 if joints have
 other names. Headings of rotation vectors are rx, rot_x, rotvec_x. Headings of angles are roll,
 pitch, yaw, or w, p, r of FANUC, or c, b, a of KUKA. Headings of matrices are r11, R_1_1, T[0][0],
-m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball; the heading
+m00, or nx, ox, ax ... Headings of target names are target, marker, SMR, point and ball. The heading
 of a station is "station".
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
@@ -103,7 +103,7 @@ class Column(NamedTuple):
     Attributes:
         heading: The heading without the unit.
         number: Column index, from 0.
-        unit: A key of `UNITS`, or "" without a stated unit; an unknown unit is unchanged.
+        unit: A key of `UNITS`, or "" without a stated unit. An unknown unit is unchanged.
     """
 
     heading: str
@@ -112,7 +112,7 @@ class Column(NamedTuple):
 
 
 class NamedColumns(NamedTuple):
-    """The recognized columns, keyed by name; repeated names; and assumptions as sentences."""
+    """The recognized columns of a table."""
 
     columns: dict[str, Column]
     repeated: tuple[str, ...]
@@ -187,7 +187,7 @@ def _heading(cell: str, number: int) -> _Heading | None:
 
 
 def _is_named(inside: str) -> bool:
-    """Return whether brackets contain a part of the name, not a unit."""
+    """Return whether brackets contain a part of the heading's name."""
     words = _TOKEN.findall(inside.lower())
     return inside.isdecimal() or (bool(words) and set(words) <= _LEFT_OUT | _PLANNED | _OTHER)
 
@@ -305,7 +305,7 @@ def _all_of(
 
 
 def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
-    """Find the nine entries of a rotation matrix, and the fourth column as a position."""
+    """Find the entries of a rotation matrix or a homogeneous matrix."""
     for first in (1, 0):
         spellings = [
             {(word, *digits) for word in _MATRICES for digits in ((f"{i}{j}",), (str(i), str(j)))}
@@ -320,7 +320,7 @@ def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
 
 
 def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Find positions, with or without numbers, and columns of target and station names."""
+    """Find the columns of positions, target names and station names."""
     del own, said
     found = {}
     for heading in rest:

@@ -7,10 +7,10 @@ The orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, q
 
 The columns of the table can be in any order. `headings.py` lists the supported headings,
 `table_text.py` the separators. Units are in the headings or in a row below the header. If no angle
-or no position has a unit, the unit is inferred from the values;
-:attr:`MeasurementTable.assumptions` reports it. Without a header, columns are inferred from their
-count and values (`bare_table.py`). Empty position cells mean that the target was invisible. All
-other columns of the table are ignored.
+or no position has a unit, the unit is inferred from the values.
+:attr:`MeasurementTable.assumptions` reports the inferred unit. Without a header, columns are
+inferred from their count and values (`bare_table.py`). Empty position cells mean that the target
+was invisible. All other columns of the table are ignored.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _HALL = 20.0
-"""Maximum distance from a device [m]; larger positions without a unit are in millimeters."""
+"""Maximum distance from a device [m]. Larger positions without a unit are in millimeters."""
 _TITLES = 30
 """Maximum number of lines before the header."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
@@ -75,7 +75,7 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
 
     Raises:
         InputValueError: A column or a unit is missing, a unit is of the wrong kind, or a cell is
-            not a number; the message states file, line and column.
+            not a number. The message states file, line and column.
     """
     table = _with_units(_read(as_path("path", path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
@@ -131,7 +131,7 @@ def _is_units(line: Sequence[str]) -> bool:
 
 
 def _unit(units: Sequence[str], column: Column) -> str:
-    """Return the unit from the row of units, or else from the heading."""
+    """Return the unit from the row of units or from the heading."""
     return (unit_of(units[column.number]) if column.number < len(units) else "") or column.unit
 
 
@@ -151,7 +151,7 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """Return a column in m or rad; a column of kind "1" is not scaled."""
+        """Return a column in m or rad. A column of kind "1" is not scaled."""
         factor = self._factor(self.columns[name], kind)
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
@@ -168,7 +168,7 @@ class _Table(NamedTuple):
         return points
 
     def plain(self, names: Sequence[str]) -> FloatArray:
-        """Return the unscaled values of columns (rows, k), without incomplete rows."""
+        """Return the unscaled values (rows, k) of the complete rows."""
         columns = [self.columns[name].number for name in names]
         cells = [[_cell(row, column) for column in columns] for row in self.rows]
         found = np.array([[number(cell) for cell in row] for row in cells]).reshape(-1, len(names))
@@ -285,7 +285,7 @@ def _of_stations(points: FloatArray, station: IntArray) -> Measurements:
 
 
 def _stations(table: _Table) -> IntArray:
-    """Return the station index of each row; stations are numbered in the order of appearance."""
+    """Return the station index of each row, in the order of appearance."""
     if STATION not in table.columns:
         return np.zeros(len(table.rows), dtype=np.intp)
     names = table.names_of_rows(STATION)
@@ -305,9 +305,10 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 
 
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
-    """Read a table with one row per target: rows with equal coordinates are one configuration.
+    """Read a table with one row per target.
 
-    A repeated target at the same coordinates starts a new configuration.
+    Rows with equal coordinates are one configuration. A repeated target at the same coordinates
+    starts a new configuration.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -1,7 +1,7 @@
-"""Target positions measured from several stations of a device, each with an unknown frame.
+"""Target positions that a device measures from several unknown stations.
 
 A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
-station. The frame of station s in W is T_W_station[s], identified together with the robot:
+station. The frame T_W_station[s] of station s in W is identified together with the robot:
 
     y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j), with s the station at configuration i
 """
@@ -39,7 +39,7 @@ _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class StationPositions(Measurements):
-    """Positions of targets at unknown positions on the tool, from stations with unknown frames.
+    """Positions of unknown targets on the tool, measured from stations with unknown frames.
 
     Each station must measure at least three positions that are not collinear.
 
@@ -48,7 +48,7 @@ class StationPositions(Measurements):
             NaN for invisible targets.
         station: (N,) station index of each configuration, from 0.
         sigma: Standard deviation of each position coordinate [m].
-        T_W_station: (stations, 4, 4) station frames in W, estimated before the identification;
+        T_W_station: (stations, 4, 4) station frames in W, estimated before the identification.
             :meth:`frames` returns the identified frames.
     """
 
@@ -67,7 +67,6 @@ class StationPositions(Measurements):
 
     @property
     def _stated(self) -> str:
-        """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
     @property
@@ -78,7 +77,7 @@ class StationPositions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; a row is one visible target with three errors."""
+        """Row index of each error. A row is one visible target with three errors."""
         return self._placed.rows
 
     @property
@@ -98,7 +97,6 @@ class StationPositions(Measurements):
         return self._placed.targets
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance between the computed and the measured position of each target."""
         return self._placed._lengths(errors)
 
     def at(self, index: IntArray) -> Self:
@@ -109,18 +107,16 @@ class StationPositions(Measurements):
         )
 
     def _placed_as(self, other: Self) -> Self:
-        """Return these measurements with the station frames of `other`."""
         return replace(self, T_W_station=other.T_W_station)
 
     def _scaled(self, factor: float) -> Self:
-        """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         frames = scale * self.T_W_station
         return replace(self, points=factor * self.points, T_W_station=frames)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield mirrored device frames: swapping two axes is a reflection, up to a rotation."""
+        """Yield mirrored device frames, which correspond to swapped axes."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:
@@ -148,7 +144,7 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate targets by their mean from the first station, then the other frames."""
+        """Estimate the targets from the first station, then the other frames."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)
@@ -164,7 +160,6 @@ class StationPositions(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of positions; a small station motion gives -(v + omega x y)."""
         by_p, by_x = self._placed._derivatives(T, J, self._targets(x))
         seen = self._placed._seen
         y, at = self._in_W(x)[seen], self.station[self.configurations]
@@ -186,7 +181,7 @@ class StationPositions(Measurements):
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6) of the station frames; the first is 0."""
+        """Return the correction twists (stations, 6) of station frames. The first twist is 0."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:

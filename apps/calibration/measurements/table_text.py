@@ -19,21 +19,21 @@ _ARCHIVE = b"PK\x03\x04"
 """First bytes of a spreadsheet file, which is a ZIP archive."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
-"""Spaces that separate columns; a space before a bracket belongs to a unit."""
+"""Spaces that separate columns. A space before a bracket belongs to a unit."""
 _MAX_COLUMNS = 10_000
 _GROUP = 3
 """Number of digits between thousands separators."""
 
 
 class TableLine(NamedTuple):
-    """A line of a table: its line number in the file, from 1, and its cells."""
+    """A line of a table, with its cells and its line number from 1."""
 
     number: int
     cells: list[str]
 
 
 class TableText(NamedTuple):
-    """The lines of a table without comments, and the cells of the comment before the table."""
+    """The lines of a table, and the cells of the comment before the table."""
 
     lines: list[TableLine]
     comment: list[str]
@@ -76,7 +76,7 @@ def cells_of(path: Path) -> TableText:
 
 
 def _decoded(path: Path, content: bytes) -> str:
-    """Decode UTF-8 text, or Windows text (UTF-16 with a byte order mark, or code page 1252)."""
+    """Decode UTF-8, UTF-16 with a byte order mark, or code page 1252."""
     if content.startswith(_ARCHIVE):
         raise InputValueError(f"{path} is a spreadsheet; save the table as text (CSV)")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

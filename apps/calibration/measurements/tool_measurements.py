@@ -1,8 +1,8 @@
-"""Measurements of a robot's tool in the frame W of a measuring device, with error derivatives.
+"""Measurements of a robot's tool in the frame W of a measuring device.
 
 A `Measurements` object contains the measured values at N configurations. The object defines
 additional unknowns, such as the positions of targets in the tool frame. Errors are divided by their
-standard deviations. A row is a pose or a target position; outliers are excluded row by row.
+standard deviations. A row is a pose or a target position. Outliers are excluded row by row.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""Default standard deviation of positions [m] and rotations [rad], also the scale of variables."""
+"""Default standard deviation of positions [m] and rotations [rad]. The value is also the scale of
+the variables."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
@@ -37,7 +38,7 @@ _TURNED_BACK = "rotations are inverse: they transform from the device frame to t
 
 
 class Start(NamedTuple):
-    """Closed-form estimates of frames and unknowns, with the nominal robot.
+    """Closed-form estimates of frames and unknowns from the nominal robot.
 
     Attributes:
         T_W_base: (4, 4) the base frame in the device frame W.
@@ -58,9 +59,9 @@ class Measurements(ABC):
     _n_frame_unknowns: ClassVar[int]
     """Number of unknowns of the frames that `_start` estimates."""
     _fixes_tool: ClassVar[bool]
-    """Whether the tool orientation is measured; then tool corrections replace the targets."""
+    """Whether the tool orientation is measured. If so, tool corrections replace the targets."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
-    """Shapes of the measured arrays, keyed by field, or None for any size."""
+    """Shapes of the measured arrays, keyed by field. None stands for any size."""
 
     def __post_init__(self) -> None:
         """Check the measured arrays.
@@ -142,7 +143,7 @@ class Measurements(ABC):
         """Return the measurements with all lengths multiplied by a factor."""
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield possible mistakes in the conventions, and the corrected measurements."""
+        """Yield (possible mistake in the conventions, corrected measurements)."""
         return iter(())
 
     @abstractmethod
@@ -197,7 +198,6 @@ class Positions(Measurements):
 
     @property
     def _stated(self) -> str:
-        """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
     @property
@@ -212,7 +212,7 @@ class Positions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; a row is one visible target with three errors."""
+        """Row index of each error. A row is one visible target with three errors."""
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
@@ -231,7 +231,6 @@ class Positions(Measurements):
         return tuple(f"target {j + 1}" for j in np.argwhere(self._seen)[:, 1])
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance between the computed and the measured position of each target."""
         return np.asarray(self.sigma * np.linalg.norm(errors.reshape(-1, 3), axis=-1))
 
     def at(self, index: IntArray) -> Self:
@@ -239,25 +238,21 @@ class Positions(Measurements):
         return replace(self, points=self.points[index])
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements unchanged, because they contain no estimated frame."""
         del other
         return self
 
     def _scaled(self, factor: float) -> Self:
-        """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, points=factor * self.points)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield a mirrored device frame: swapping two axes is a reflection, up to a rotation."""
+        """Yield a mirrored device frame, which corresponds to swapped axes."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the base frame and targets by :func:`register_points`."""
         found = register_points(T, self.points)
         return Start(found.T_W_base, found.points.ravel(), self, found.error)
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the targets by their mean positions in the tool frame."""
         return start._replace(unknowns=targets_at(T, self.points).ravel())
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -268,7 +263,6 @@ class Positions(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return derivatives v + omega x (R x_j) for the parameters, and R for the targets x_j."""
         N, m, _ = self.points.shape
         by_p = velocities_on_tool(T, J, x.reshape(-1, 3))
         by_x = np.zeros((N, m, 3, 3 * m))
@@ -303,17 +297,16 @@ class Poses(Measurements):
 
     @property
     def _stated(self) -> str:
-        """The standard deviations of position and orientation, as text."""
         return f"{stated(self.sigma[0])} and {1e3 * self.sigma[1]:.3g} mrad"
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """There are no unknowns: the tool corrections, which are parameters, locate the probe."""
+        """There are no unknowns. Tool corrections, which are parameters, locate the probe."""
         return ()
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error; a row is one pose with six errors."""
+        """Row index of each error. A row is one pose with six errors."""
         return np.repeat(np.arange(len(self.T)), 6)
 
     @property
@@ -327,7 +320,6 @@ class Poses(Measurements):
         return np.arange(len(self.T))
 
     def _lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance between the computed and the measured probe origin."""
         return np.asarray(self.sigma[0] * np.linalg.norm(errors.reshape(-1, 6)[:, :3], axis=-1))
 
     def at(self, index: IntArray) -> Self:
@@ -335,11 +327,9 @@ class Poses(Measurements):
         return replace(self, T=self.T[index])
 
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements with the probe frame of other measurements."""
         return replace(self, T_tool_probe=other.T_tool_probe)
 
     def _scaled(self, factor: float) -> Self:
-        """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         return replace(self, T=scale * self.T)
@@ -357,18 +347,16 @@ class Poses(Measurements):
             yield words, replace(self, T=T)
 
     def _start(self, T: FloatArray) -> Start:
-        """Estimate the base and probe frames by :func:`register_poses`."""
         T_W_base, T_tool_probe = register_poses(T, self.T)
         apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
         misfit = float(np.sqrt((apart**2).sum(-1).mean()))
         return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe), misfit)
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Estimate the probe frame by its mean pose in the tool frame."""
         return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Return position errors, and rotation vectors from measured to computed axes in W."""
+        """Return the position errors, then the rotation vectors from measured to computed axes."""
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
         turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))

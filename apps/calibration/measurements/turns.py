@@ -17,12 +17,12 @@ from .quaternions import rotations
 FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi + 0.01
-"""Maximum joint angle [rad], for one turn in either direction; larger values are degrees."""
+"""Maximum joint angle [rad], for one turn in either direction. Larger values are degrees."""
 _MOVED = 0.1
-"""Minimum range [rad] of the joint that moves most; in degrees, this range would be useless."""
+"""Minimum range [rad] of the joint that moves most. The same range in degrees would be useless."""
 _ROUNDED = 0.02
-"""Tolerance for values with two decimal places: relative error of the length of a quaternion, or
-deviation of a rotation matrix from orthogonality."""
+"""Tolerance for quaternions (relative length) and rotation matrices (deviation from orthogonality).
+The values in a table may have only two decimal places."""
 
 
 class WrongRow(ValueError):
@@ -39,7 +39,7 @@ class WrongRow(ValueError):
 
 
 class Form(NamedTuple):
-    """A format of orientations with its column names, kind of unit, description and reader."""
+    """A format of orientations in a table."""
 
     names: tuple[str, ...]
     kind: str
@@ -48,7 +48,7 @@ class Form(NamedTuple):
 
 
 def unit_by_size(values: FloatArray) -> str:
-    """Infer the unit of angles, "deg" or "rad", from their values (N, k), or "" if ambiguous."""
+    """Infer the unit of angles (N, k): "deg", "rad", or "" if ambiguous."""
     if np.abs(values).max(initial=0.0) > _TURN:
         return "deg"
     span = float(np.ptp(values, axis=0).max(initial=0.0)) if len(values) else 0.0

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 MM = 1e3
 STRONG = 0.9
-"""Minimum correlation that is listed; a stronger correlation makes two parameters hard to
+"""Minimum correlation that is listed. Parameters with a stronger correlation are hard to
 distinguish."""
 _LISTED = 8
 _SHOWN_OUTLIERS = 12

@@ -30,7 +30,7 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 
 
 def write_tex(found: Calibration, path: Path) -> None:
-    """Write a one-page report, and plots as PDF files with the report's name as prefix."""
+    """Write a one-page report. The plots are PDF files with the report's name as prefix."""
     plots = {
         path.with_name(f"{path.stem}_residuals.pdf"): _pdf(plot_residuals(found).figure),
         path.with_name(f"{path.stem}_parameters.pdf"): _pdf(plot_parameters(found).figure),

@@ -6,9 +6,9 @@ P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
-The pole W is scaled so that W^T C W = -P^T C Q / 2; its sign selects one of the two arcs. For half
-an ellipse, the pole W is at infinity. The arc length is computed by Gauss quadrature on pieces and
-inverted by Newton's method.
+The pole W is scaled so that W^T C W = -P^T C Q / 2. The sign of W selects one of the two arcs. For
+half an ellipse, the pole W is at infinity. The arc length is computed by Gauss quadrature on pieces
+and inverted by Newton's method.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -37,7 +37,7 @@ _POINTS = 5
 _PIECES, _ORDER = 128, 16
 """Number of pieces of an arc, and number of quadrature points on each piece."""
 _NEWTON = 4
-"""Number of Newton steps that invert the arc length, from the nearest entry of the table."""
+"""Number of Newton steps that invert the arc length."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
 
 
@@ -90,7 +90,7 @@ def conic(poses: ArrayLike) -> ConicArc:
             collinear.
 
     Returns:
-        The arc; the orientation is a smooth curve through the orientations of the poses.
+        The arc. The orientation is a smooth curve through the orientations of the poses.
 
     Raises:
         ShapeError: `poses` has the wrong shape.
@@ -117,7 +117,7 @@ def conic(poses: ArrayLike) -> ConicArc:
 
 
 def _plane(p: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Return center and size [m] of coplanar points, and two axes (2, 3) of the plane."""
+    """Return (center, size [m], plane axes (2, 3)) of coplanar points."""
     middle = p.mean(0)
     _, spread, axes = np.linalg.svd(p - middle)
     if spread[2] > STRAIGHT * spread[0]:
@@ -136,7 +136,7 @@ def _require_corners(points: FloatArray) -> None:
 
 
 def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return control points (3, 3) of the arc through homogeneous points (5, 3), and parameters."""
+    """Return (control points (3, 3), parameters) of the arc through homogeneous points (5, 3)."""
     x, y, _ = points.T
     terms = np.column_stack([x * x, x * y, y * y, x, y, np.ones(_POINTS)])
     a, b, c, d, e, f = np.linalg.svd(terms)[2][-1]
@@ -174,7 +174,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _arc_length(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return arc lengths (m,) between parameters (m,) that belong to the same piece [m]."""
+    """Return arc lengths (m,) between parameters (m,) on the same piece [m]."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2
     t = middle[:, None] + half[:, None] * nodes

@@ -1,7 +1,7 @@
 """Curves of a tool or of the coordinates, without time.
 
 A curve is a function of the length s from its start. For tool curves, s is the path length of the
-tool origin [m], or the angle [rad] of a pure rotation; for coordinates, s runs from 0 to 1. Curves
+tool origin [m], or the angle [rad] of a pure rotation. For coordinates, s runs from 0 to 1. Curves
 return exact first and second derivatives with respect to s, so rates and accelerations are exact.
 """
 
@@ -56,7 +56,7 @@ class PoseCurve(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointLine:
-    """A straight line in the coordinates, which all move proportionally.
+    """A straight line in the coordinates. All coordinates move proportionally.
 
     Attributes:
         q_start: (n,) values at s = 0.
@@ -103,7 +103,7 @@ class TaskLine:
         start: (k,) task coordinates at the start, as arguments of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of the positions [m]; for equal positions, the norm of the coordinate
+        length: Distance of the positions [m]. For equal positions, the norm of the coordinate
             change.
     """
 
@@ -149,9 +149,9 @@ class TaskCurve:
     """A curve of the tool origin in the coordinates of a task.
 
     Attributes:
-        curve: The curve; its orientation is ignored.
+        curve: The curve of the tool origin, without orientation.
         start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]; the pitch or angle is linear in s.
+        end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
         task: "position", "position_pitch" or "planar".
         length: Length of the curve [m].
     """
@@ -181,9 +181,9 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool; its orientation is ignored.
+        curve: The curve of the tool. The orientation is ignored.
         start: Pitch or angle at the start [rad].
-        end: Pitch or angle at the end [rad]; the pitch or angle is linear in s.
+        end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
 
     Raises:
         InputValueError: The task is unknown, or an angle is not finite.
@@ -200,7 +200,7 @@ def _require_task(name: str, task: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Turning:
-    """The orientation along a curve: rotation about one axis by an angle proportional to s."""
+    """The orientation along a curve, a rotation about one axis proportional to s."""
 
     R_0: FloatArray
     turn: FloatArray
@@ -216,7 +216,7 @@ class _Turning:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A straight line; the tool rotates about one axis."""
+    """A straight line on which the tool rotates about one axis."""
 
     start: FloatArray
     step: FloatArray
@@ -235,7 +235,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Arc:
-    """A circular arc; the tool rotates about one axis."""
+    """A circular arc on which the tool rotates about one axis."""
 
     center: FloatArray
     axes: FloatArray
@@ -258,12 +258,12 @@ class Arc:
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
-    """Return a straight line of the tool origin; the tool rotates about one axis.
+    """Return a straight line of the tool origin.
 
     Args:
         T_start: (4, 4) pose at the start.
-        T_end: (4, 4) pose at the end. For a rotation by half a turn, the sign of the axis is
-            ambiguous.
+        T_end: (4, 4) pose at the end. The tool rotates about one axis. For half a turn, the sign of
+            this axis is ambiguous.
 
     Returns:
         The line. For a pure rotation, the length s of the line is the rotation angle [rad].
@@ -285,7 +285,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     Args:
         T_start: (4, 4) pose at the start.
         via: (3,) point on the arc between start and end [m].
-        T_end: (4, 4) pose at the end; the tool rotates about one axis.
+        T_end: (4, 4) pose at the end. The tool rotates about one axis.
 
     Raises:
         InputValueError: The points are collinear or equal, a number is not finite, or a pose is not
@@ -340,7 +340,7 @@ def _pose(name: str, T: ArrayLike) -> FloatArray:
 
 
 def _vector(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the displacement between two positions [m]; a rounding error counts as 0."""
+    """Return the displacement between two positions [m], or 0 for a rounding error."""
     step = b - a
     size = max(1.0, float(np.abs(a).max()))
     return step if np.linalg.norm(step) > IN_PLACE * size else np.zeros(step.shape)
@@ -355,7 +355,7 @@ def _require_long(name: str, length: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """A curve through poses, or past the corners that poses define; s is the chord length."""
+    """A smooth curve that follows poses. The length s is the chord length."""
 
     positions: Any
     rotations: Any
@@ -372,23 +372,23 @@ class Spline:
 def curve_poses(
     rotations: Any, s: FloatArray, p: FloatArray, v: FloatArray, a: FloatArray
 ) -> CurvePoses:
-    """Return the poses at lengths s (m,), from a SciPy spline of rotations and (m, 3) positions.
+    """Return the poses at lengths s (m,) from a spline of rotations and from positions (m, 3).
 
     `v` and `a` are the first and second derivatives of the positions.
     """
     R = rotations(s).as_matrix()
-    # SciPy returns the angular velocity in body axes. The derivative in base axes needs no
+    # SciPy returns the angular velocity in body axes. In base axes, the derivative needs no
     # additional term, because omega x omega = 0.
     turn, turn_rate = ((R @ rotations(s, order)[..., None])[..., 0] for order in (1, 2))
     return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
 def spline(poses: ArrayLike) -> Spline:
-    """Return a smooth curve through poses: cubic splines of position and orientation.
+    """Return a smooth curve through poses.
 
     Args:
-        poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)
-            positions [m] with the orientation of the base.
+        poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
+            base. Consecutive positions must differ.
 
     Raises:
         ShapeError: There are fewer than three poses, or the array has the wrong shape.
@@ -402,11 +402,11 @@ def spline(poses: ArrayLike) -> Spline:
 
 
 def parabola(poses: ArrayLike) -> Spline:
-    """Return the parabola through three poses, parameterized by the chord length.
+    """Return the parabola through three poses.
 
     Args:
-        poses: (3, 4, 4) poses with different positions; or (3, 3) positions [m] with the
-            orientation of the base.
+        poses: (3, 4, 4) poses, or (3, 3) positions [m] with the orientation of the base. The
+            positions must differ.
 
     Raises:
         ShapeError: The number of poses is not three.
@@ -429,14 +429,14 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
     """Return straight lines between poses with corners blended by parabolas.
 
     A parabola replaces each corner, between two points at the same distance from the corner. The
-    direction of the curve is continuous; the curvature jumps. The distance from the corner is at
+    direction of the curve is continuous. The curvature jumps. The distance from the corner is at
     most half of the blend radius. At each corner, the curve has the orientation of the corner pose.
 
     Args:
-        poses: (m, 4, 4) three or more poses with different consecutive positions; or (m, 3)
-            positions [m] with the orientation of the base.
-        radius: Distance of the ends of the parabolas from each corner [m], at most half the
-            length of the adjacent lines.
+        poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
+            base. Consecutive positions must differ.
+        radius: Distance from each corner to the ends of its parabola [m], at most half the length
+            of the adjacent lines.
 
     Raises:
         ShapeError: There are fewer than three poses, or the array has the wrong shape.
@@ -466,11 +466,11 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
 
 
 def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return poses (m, 4, 4) of a curve, and their chord lengths from the start (m,).
+    """Return (poses (m, 4, 4) of a curve, chord lengths from the start (m,)).
 
     Args:
         name: Name of the calling function, for error messages.
-        poses: (m, 4, 4) poses or (m, 3) positions, three or more; consecutive poses differ.
+        poses: three or more poses (m, 4, 4) or positions (m, 3). Consecutive positions differ.
 
     Raises:
         ShapeError: There are fewer than three poses, or the array has the wrong shape.

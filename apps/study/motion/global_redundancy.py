@@ -1,10 +1,10 @@
 """The redundancy parameters of a motion, resolved over the whole curve.
 
-Dynamic programming over the self-motion: at knots on the curve, the inverse solves the pose for a
-grid of parameters. Among all sequences of these configurations within the limits, the sequence with
-the smallest integral of squared joint rates is chosen. The search continues with finer grids around
-this sequence. A cubic spline passes through the parameters. A spline exceeds limits that a motion
-must follow, so the last attempt uses a monotone interpolation.
+The method is dynamic programming over the self-motion. At knots on the curve, the inverse solves
+the pose for a grid of parameters. Each sequence of configurations within the limits has an integral
+of squared joint rates. The sequence with the smallest integral is chosen. The search continues with
+finer grids around this sequence. A cubic spline passes through the parameters. A spline exceeds
+limits that a motion must follow. The last attempt therefore uses a monotone interpolation.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _TRIES = (
     (65, 4.0, 0.001, CubicSpline),
     (129, 1.0, 0.0001, PchipInterpolator),
 )
-"""Attempts of the search: number of knots, relative grid resolution, margin from the limits
-relative to the joint range, and interpolation of the parameters.
+"""Attempts of the search. Each attempt has a number of knots, a relative grid resolution, a margin
+from the limits relative to the joint range, and an interpolation of the parameters.
 
-The next attempt follows if no sequence exists, or if the joints between the knots leave the limits.
-A spline between configurations at a limit exceeds the limit between them. A monotone interpolation
-stays between the values at the knots, but its second derivatives jump at the knots.
+The next attempt follows if no sequence exists, or if the joints leave the limits between the knots.
+A spline through configurations at a limit exceeds the limit between the knots. A monotone
+interpolation stays between the knot values, but the second derivatives jump at the knots.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Number of grid values per parameter, for each number of parameters."""
@@ -60,8 +60,8 @@ class ParameterCurve:
 
     Attributes:
         names: The parameters.
-        spline: The parameters (m, p) at positions (m,). The first derivatives are continuous; so
-            are the second derivatives, except for parameters that must follow a limit.
+        spline: The parameters (m, p) at positions (m,). The first derivatives are continuous. The
+            second derivatives are continuous except for parameters that must follow a limit.
         q_start: (n,) coordinates at the start [rad or m].
     """
 
@@ -77,14 +77,14 @@ class ParameterCurve:
 def resolve_redundancy(
     robot: Robot, T: ArrayLike, q_seed: ArrayLike, *, limits: Any = "robot"
 ) -> JointPath:
-    """Return coordinates along a path of poses, with the redundancy resolved over the whole path.
+    """Return coordinates along a path of poses that resolve the redundancy over the whole path.
 
-    The coordinates minimize the integral of the squared joint rates over the whole path, plus the
-    squared joint displacement from `q_seed` to the start, among all motions within the limits.
-    Prismatic joints are scaled by `unit_length`. Dynamic programming finds the best sequence on a
-    grid, and finer grids refine it, so the result is a minimum near the best sequence. The
-    computation takes a fraction of a second for one parameter, and up to some seconds for two
-    parameters.
+    Among all motions within the limits, the coordinates minimize a sum of two terms. The first term
+    is the integral of the squared joint rates over the path. The second term is the squared joint
+    displacement from `q_seed` to the start. Prismatic joints are scaled by `unit_length`. Dynamic
+    programming finds the best sequence on a grid, and finer grids refine the sequence. The result
+    is therefore a local minimum near the best sequence on the grid. The computation takes a
+    fraction of a second for one parameter, and up to some seconds for two parameters.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
@@ -112,7 +112,7 @@ def resolve_redundancy(
 def parameter_curve(
     robot: Robot, s: FloatArray, T: FloatArray, q_seed: FloatArray, bounds: FloatArray
 ) -> tuple[ParameterCurve, JointPath]:
-    """Return the parameters on a curve, and the coordinates; see :func:`resolve_redundancy`.
+    """Return (parameters on a curve, coordinates) as :func:`resolve_redundancy` finds them.
 
     Args:
         robot: A robot with redundancy parameters.
@@ -188,7 +188,7 @@ class _Search:
         return " and ".join(self.names)
 
     def best(self, resolution: float) -> tuple[FloatArray, FloatArray]:
-        """Return the parameters (K, p) of the best sequence, and its first configuration (n,)."""
+        """Return (parameters (K, p) of the best sequence, first configuration (n,))."""
         start, low, high = self._ranges()
         ends = zip(start, low, high, strict=True)
         most = int(_MAX_GRID ** (1 / len(low)))
@@ -206,7 +206,7 @@ class _Search:
         return chosen.parameters, chosen.q[0]
 
     def _ranges(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the parameters (p,) at the seed, and lower and upper bounds of each (p,)."""
+        """Return (parameters (p,) at the seed, lower bounds (p,), upper bounds (p,))."""
         robot, ends = self.robot, []
         limits = dict(zip(robot.coordinate_names, self.bounds.tolist(), strict=True))
         for item in robot.redundancy:
@@ -219,7 +219,7 @@ class _Search:
         return start, low, high
 
     def _reached(self, name: str) -> tuple[float, float]:
-        """Return the range of a joint over random coordinates; infinite for an angle."""
+        """Return the range of a joint over random coordinates, or infinity for an angle."""
         if name not in self.robot.joint_names:
             return -np.inf, np.inf
         theta = self.robot.chain(self.robot.random_q(_RANDOM, rng=0))
@@ -227,7 +227,7 @@ class _Search:
         return float(np.nanmin(values)), float(np.nanmax(values))
 
     def _sequence(self, parameters: FloatArray) -> tuple[_States, float]:
-        """Return the best sequence among parameters (K, c, p), and its cost."""
+        """Return (best sequence among parameters (K, c, p), cost)."""
         states = self._states(parameters)
         features = [self._features(state.q) for state in states]
         weight = max(len(states) - 1, 1)
@@ -297,7 +297,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return changes (n, 2) that move each limit inwards by the whole range; 0 if infinite."""
+    """Return changes (n, 2) that move each limit inwards by the whole range, or 0 if infinite."""
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 
@@ -311,7 +311,7 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
 def _through(
     interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
 ) -> Callable[..., FloatArray]:
-    """Return the curve through parameters; constant for a single knot."""
+    """Return the curve through parameters, or a constant for a single knot."""
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
     spline: Callable[..., FloatArray] = interpolation(s, parameters)

@@ -50,10 +50,10 @@ def limit_violations(
     rate_limits: ArrayLike | None = None,
     acceleration_limits: ArrayLike | None = None,
 ) -> list[LimitViolation]:
-    """Return the limits that a trajectory exceeds, with the largest excess of each limit.
+    """Return the limits that a trajectory exceeds.
 
     Args:
-        robot: The robot; its coordinate limits are always checked.
+        robot: The robot. Its coordinate limits are always checked.
         trajectory: A trajectory of the robot.
         rate_limits: () or (n,) maximum rates [rad/s or m/s], where None means no check.
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2], where None means

@@ -36,7 +36,7 @@ Redundancy = Literal["fixed", "minimum_norm", "global"]
 _HALVINGS = 4
 """Number of times that the sample spacing is halved before a jump of a joint is reported."""
 _SAMPLES = 521
-"""Number of sample poses if the redundancy is resolved over the whole curve; the limits are
+"""Number of sample poses if the redundancy is resolved over the whole curve. The limits are
 satisfied at these poses."""
 _ROUNDING = 1e-9
 """Relative excess of a time scaling over the curve length that counts as a rounding error."""
@@ -51,15 +51,14 @@ class Motion:
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
         q_seed: (n,) coordinates near the start that select the branch on a curve of the tool.
-        fixed: Names or indices of joints that keep their values at q_seed on a curve of the tool
-            pose, or a mapping of joints to values. If joints other than redundancy parameters are
-            fixed, the configurations are computed by iteration.
+        fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
+            to values. The curve must be a curve of the tool pose. If joints other than redundancy
+            parameters are fixed, the configurations are computed by iteration.
         redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
-            their values at q_seed, and the coordinates stay on one branch. With "minimum_norm",
-            each pose is solved from q_seed by minimum-norm steps in the joints of the main chain.
-            With "global", the parameters move so that no limit is exceeded and the integral of the
-            squared joint rates over the curve is minimal, as in `resolve_redundancy`; the start is
-            free.
+            their values at q_seed. The coordinates stay on one branch. With "minimum_norm", each
+            pose is solved from q_seed by minimum-norm steps in the joints of the main chain. With
+            "global", the parameters minimize the integral of the squared joint rates over the curve
+            within the limits, as in `resolve_redundancy`. The start is free.
 
     Raises:
         InputValueError: `redundancy` is unknown, "minimum_norm", "global" or `fixed` is used
@@ -118,7 +117,7 @@ class Motion:
             frequency: Samples per second.
 
         Raises:
-            OutOfReachError: The curve leaves the workspace, the branch or the limits; the message
+            OutOfReachError: The curve leaves the workspace, the branch or the limits. The message
                 states position and reason.
         """
         return self.at(_times(self.duration, frequency))
@@ -148,7 +147,7 @@ class Motion:
             s: (m,) lengths in ascending order.
 
         Returns:
-            (m, n) coordinates, and their first and second derivatives with respect to s.
+            (m, n) coordinates, first derivatives and second derivatives with respect to s.
 
         Raises:
             OutOfReachError: As for `sample`.
@@ -207,7 +206,7 @@ class Motion:
         return q
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
-        """Return coordinates on the branch of q_seed, with more samples if a joint moves far."""
+        """Return coordinates on the branch of q_seed, with more samples where a joint moves far."""
         for halvings in range(_HALVINGS + 1):
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)

@@ -1,15 +1,14 @@
-"""Redundancy "minimum_norm", for robots with more joints than the curve constrains.
+"""Redundancy "minimum_norm" for robots with more joints than the curve needs.
 
 Each pose of the curve is solved independently by Newton's method in the joints theta of the main
 chain, from the same start configuration:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
-The pseudo-inverse J^+ gives the smallest joint step; cylinder lengths do not affect the norm. The
-configuration at a pose depends only on the start configuration and the pose, not on the path or on
-the samples. So a closed curve returns to the same configuration, unlike integrated minimum-norm
-rates. The configuration is near the start, but not the nearest possible configuration, because each
-step minimizes only its length.
+The pseudo-inverse J^+ gives the smallest joint step. Cylinder lengths do not affect the norm. The
+configuration at a pose depends only on the start configuration and the pose. So a closed curve
+returns to the same configuration. Integrated minimum-norm rates do not return. The configuration is
+near the start, but another configuration may be nearer.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -35,7 +34,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 30
-"""Maximum number of Newton steps; converging iterations need 5 to 8 steps."""
+"""Maximum number of Newton steps. Converging iterations need 5 to 8 steps."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
 """Nodes of finite differences at the start, inside and at the end of a curve."""
 
@@ -59,9 +58,9 @@ def minimum_norm(
 ) -> OnCurve:
     """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
 
-    Derivatives with respect to s match the twist of the curve and the derivative of the twist up to
-    rounding errors. The null-space components are fourth-order differences. The differences are
-    inaccurate near singularities, where joints move far within a hundredth of the curve.
+    The derivatives with respect to s match the twist of the curve up to rounding errors. The
+    null-space components are fourth-order differences. The differences are inaccurate near
+    singularities, where joints move far within a hundredth of the curve.
 
     Args:
         robot: A robot with as many joints in its main chain as coordinates.
@@ -91,7 +90,7 @@ def minimum_norm(
 def parametrized(
     robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, moves: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of the coordinates on a curve, for known motions of the parameters.
+    """Return derivatives of the coordinates on a curve with known parameter motions.
 
     Args:
         robot: A robot whose redundancy parameters are joints of the main chain.
@@ -129,7 +128,7 @@ def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
 def _solved(
     robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
-    """Return joint positions (m, n) at lengths (m,), each by iteration from theta_0."""
+    """Return joint positions (m, n) at lengths (m,). Each iteration starts from theta_0."""
     T = curve.at(s).T
     theta = np.tile(theta_0, (len(s), 1))
     met = False
@@ -157,7 +156,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates; correct them to the curve's twist."""
+    """Convert joint positions and differences to coordinates that match the curve's twist."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)
@@ -210,7 +209,7 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weights (3, 5) of the nodes for the value and for both derivatives."""
+    """Return the weights (3, 5) of the nodes for the value and both derivatives."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

@@ -111,8 +111,8 @@ class MotionSequence:
         """Add a motion on a straight line in the coordinates.
 
         Args:
-            q_goal: (n,) coordinates at the end, or for space "chain" joints of the main chain
-                [rad or m].
+            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", these are joints of
+                the main chain.
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
@@ -158,13 +158,13 @@ class MotionSequence:
         Args:
             curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
-            fixed: Joints with constant values, as in `Motion`; named joints keep their values at
+            fixed: Joints with constant values, as in `Motion`. Named joints keep their values at
                 the start of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
                 start of the stage.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path, and the other limits refer to the path
+                plan, duration is the time of the whole path. The other limits refer to the path
                 length in the coordinates.
 
         Raises:
@@ -215,7 +215,7 @@ class MotionSequence:
             )
 
     def sample(self, frequency: float = 100.0) -> Trajectory:
-        """Sample all stages; the field `stage` of the result has the index of each sample's stage.
+        """Sample all stages. The result's field `stage` has the stage index of each sample.
 
         Args:
             frequency: Samples per second.

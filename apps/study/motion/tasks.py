@@ -2,8 +2,8 @@
 
 The rates are exact, without damping or limits, so they are large close to a singularity.
 
-The equations contain the directions x and z of the tool's first and third axes, the tool twist
-(v, omega) and the derivative (a, alpha) of the twist:
+In the equations, x and z are the directions of the tool's first and third axes. The tool twist is
+(v, omega), and its derivative is (a, alpha):
 
     pitch: sin P = z_z,  P' cos P = (omega x z)_z,  P'' cos P - P'^2 sin P = z''_z
 
@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 
 _STEP = 2e-3
 """Step of fourth-order differences [rad or m]. The truncation error is about the fourth power of
-the step, 2e-11; second derivatives divide rounding errors by the squared step."""
+the step, 2e-11. Second derivatives divide rounding errors by the squared step."""
 
 
 def task_rates(
@@ -40,8 +40,8 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s on a curve in task coordinates.
 
-    Joints that the inverse for the task sets to constant values do not move. The number of moving
-    joints must equal the number of task coordinates; otherwise the task does not determine the
+    A joint does not move if the inverse for the task keeps the joint constant. The number of moving
+    joints must equal the number of task coordinates. Otherwise, the task does not determine the
     joint rates.
 
     Args:
@@ -102,11 +102,11 @@ def parameter_rates(
     A: FloatArray,
     moves: Sequence[FloatArray] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives, as `curve_rates` does, for known motions of redundancy parameters.
+    """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    An angle a(q), such as the swivel angle, has the rate a' if a motion c along the null vector n
-    of the Jacobian compensates for the difference: D_n a c = a' - D_p a, where D_n and D_p are
-    derivatives along n and along a particular rate p.
+    For an angle a(q), such as the swivel angle, the rate a' is known. A motion c along the null
+    vector n of the Jacobian compensates for the difference: D_n a c = a' - D_p a, where D_n and D_p
+    are derivatives along n and along a particular rate p.
 
     Args:
         robot: The robot.
@@ -136,7 +136,7 @@ def parameter_rates(
 def _along(
     angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return first and second derivatives (m,) of an angle along rates (m, n), by differences."""
+    """Return first and second derivatives (m,) of an angle along rates (m, n)."""
     size = np.linalg.norm(rate, axis=1)
     step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
     moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]

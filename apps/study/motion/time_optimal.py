@@ -1,8 +1,8 @@
 """Time-optimal motion: at each moment, a rate or an acceleration is at its limit.
 
 The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
-fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly, so the time
-scaling is stretched by the largest excess on a ten times finer grid.
+fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly. The time
+scaling is therefore stretched by the largest excess on a ten times finer grid.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -39,10 +39,10 @@ _FINER = 10
 _REFINEMENTS = 3
 """Number of rounds in which samples are added near the largest values."""
 _ROUNDS = 4
-"""Maximum number of grids; each adds nodes where the previous time scaling exceeds a limit."""
+"""Maximum number of grids. Each grid adds nodes where the previous time scaling exceeds a limit."""
 _CLOSEST = 1e-5
-"""Minimum node spacing relative to the curve length; rounding errors of rates over smaller
-distances would look like accelerations."""
+"""Minimum node spacing relative to the curve length. Over smaller distances, rounding errors of
+rates would look like accelerations."""
 _LOCAL = 1.01
 """Maximum stretching factor that is applied without a finer grid."""
 _HIDDEN = 1.0
@@ -66,7 +66,7 @@ def time_optimal(
     """Return the same motion in the minimum time within limits.
 
     Args:
-        motion: A motion on the curve; its time scaling is replaced.
+        motion: A motion on the curve. The time scaling is replaced.
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
         tool_speed: The maximum speed of the tool's origin [m/s], where None means no limit.
@@ -106,7 +106,7 @@ def time_optimal(
 
 
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
-    """Return grid nodes with the midpoint of each interval that contains one of `further`."""
+    """Add the midpoint of each interval that contains one of the `further` lengths."""
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
     middles = (s[parts] + s[parts + 1]) / 2
@@ -146,7 +146,7 @@ def _fastest(
 
 
 def _nodes(motion: Motion, count: int) -> FloatArray:
-    """Return grid nodes from start to end, denser where joint rates change by a larger factor."""
+    """Return grid nodes, denser where joint rates change by a larger factor."""
     s = np.linspace(0, motion.curve.length, count + 1)
     _, by_s, by_ss = motion.on_curve(s)
     if not by_s.any():
@@ -158,7 +158,7 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
 
 
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
-    """Return the curve as a toppra path; the tool path length is an additional coordinate."""
+    """Return the curve as a toppra path. The tool path length is an additional coordinate."""
     with requires("chasles[study]"):
         from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
 
@@ -185,10 +185,11 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return the time factor, at least 1, that brings rates and accelerations within limits.
 
-    The second result lists lengths at which a larger factor is needed, as additional grid nodes.
+    The second result lists the lengths of additional grid nodes, where a larger factor is needed.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if the larger of its end values plus a fraction of their difference exceeds the maximum.
+    again if its values may exceed the maximum. The estimate is the larger end value plus a fraction
+    of the difference of the end values.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

@@ -65,7 +65,7 @@ class TimeScaling:
         """Return length, rate and acceleration.
 
         Args:
-            t: (m,) times [s]; before the start and after the end, rates are 0.
+            t: (m,) times [s]. Before the start and after the end, rates are 0.
 
         Returns:
             Three arrays (m,), in the unit of the path, per second, and per second squared.
@@ -104,7 +104,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """Return a derivative just before and just after each break; 0 outside the motion."""
+        """Return a derivative just before and just after each break, or 0 outside the motion."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
@@ -135,7 +135,7 @@ def time_scaling(
         duration: The time [s], where None means the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
-        jerk: The maximum jerk, per second cubed; "cubic" and "trapezoidal" ignore it.
+        jerk: The maximum jerk, per second cubed. "cubic" and "trapezoidal" ignore the jerk.
 
     Raises:
         InputValueError: A limit that the profile needs is missing, the duration is shorter than the
@@ -176,7 +176,7 @@ def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
 
 
 def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Return limits that result in the duration, in thirds: accelerate, cruise and brake."""
+    """Return limits for a duration with equal times to accelerate, cruise and brake."""
     if duration is None:
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"

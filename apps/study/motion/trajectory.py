@@ -108,7 +108,7 @@ class Trajectory(StudyResult):
                 [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
                 ignored. If the file contains no times, the time step is 0.05 s. Missing rates and
                 accelerations are computed by finite differences.
-            robot: The robot, checked against the file; required unless `to_npz` wrote the file.
+            robot: The robot, checked against the file. Required unless `to_npz` wrote the file.
 
         Raises:
             InputValueError: The file cannot be read or belongs to a different robot, a column is
@@ -218,7 +218,7 @@ def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
 
 
 def _table(path: Path, robot: Robot) -> dict[str, Any]:
-    """Return arrays t and q of a table, and qd and qdd if the table has these columns."""
+    """Return the arrays t and q of a table, with optional arrays qd and qdd."""
     try:
         lines = io.StringIO(read_input(path).decode("utf-8-sig"), newline="")
         head, *rows = [row for row in csv.reader(lines) if row]

@@ -1,7 +1,7 @@
 """Intersection of several annuli: border arcs and area.
 
 The border of the intersection consists of circular arcs. Each circle is cut at its intersections
-with the other circles; an arc whose midpoint lies in all annuli belongs to the border. Green's
+with the other circles. An arc belongs to the border if its midpoint lies in all annuli. Green's
 theorem gives the exact area from these arcs:
 
     2 A = sum over arcs, counterclockwise around the region, of r^2 (b - a) + r (c_x (sin b - sin a)
@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _SAME = 1e-12
-"""Below this distance relative to the radii, circles coincide and points lie on a circle."""
+"""Relative tolerance for coinciding circles, and for points on a circle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,8 @@ class BorderArc:
         center: (2,) center [m].
         radius: Radius [m].
         start: Angle at the start of the arc [rad].
-        end: Angle at the end of the arc [rad]; less than the start angle for a clockwise arc.
+        end: Angle at the end of the arc [rad]. The end angle of a clockwise arc is less than the
+            start angle.
     """
 
     center: FloatArray
@@ -77,7 +78,7 @@ class BorderArc:
 
 
 def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
-    """Return the border arcs of the intersection of annuli; none for an empty intersection."""
+    """Return the border arcs of the intersection of annuli."""
     found = []
     for k, own in enumerate(annuli):
         for radius, outward in ((own.outer, True), (own.inner, False)):
@@ -99,7 +100,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which other circles cross a circle; the last closes the turn."""
+    """Return the angles at which other circles cross a circle. The last angle closes the turn."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

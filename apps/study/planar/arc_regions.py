@@ -31,12 +31,13 @@ _TURN = 2 * math.pi
 _BLOCK = 20_000
 """Maximum number of point-arc pairs processed at once, so that they fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Direction [rad] of the rays for counting crossings; such rays are rarely tangent to arcs."""
+"""Direction [rad] of the rays for counting crossings. Rays in this direction are rarely tangent to
+arcs."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
-    """A region bounded by arcs, a curve of arcs, or a point, which is an arc of radius 0.
+    """A region bounded by arcs, a curve of arcs, or a point. A point is an arc of radius 0.
 
     Attributes:
         arcs: The border arcs, with the region on their left.
@@ -65,7 +66,7 @@ class ArcRegion:
         return np.array([points.min(0), points.max(0)])
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (m, 2) are enclosed: a ray crosses arcs an odd number of times."""
+        """Return whether points (m, 2) are enclosed, by counting the crossings of a ray."""
         if not self.arcs:
             return np.zeros(len(points), dtype=bool)
         parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
@@ -115,7 +116,7 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
         region: The region.
         center: (2,) the point [m].
         lower: The smallest angle of the rotation [rad].
-        upper: The largest angle [rad]; a range of a full turn or more means all angles.
+        upper: The largest angle [rad]. A range of a full turn or more means all angles.
     """
     is_circle = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:
@@ -247,7 +248,7 @@ def _crossings(
     """Return the intersections of a circle with k circles, as angles (2, ..., k) on both circles.
 
     The angles are NaN if the circles do not intersect. Tangent circles do not count as crossing,
-    because rounding would decide whether they cross.
+    because rounding errors would decide.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
@@ -261,7 +262,7 @@ def _crossings(
 
 
 def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
-    """Group arcs by circle; circles that differ by rounding errors are equal."""
+    """Group arcs by circle. Circles that differ by rounding errors are equal."""
     found: list[list[BorderArc]] = []
     for arc in arcs:
         if arc.radius <= SAME_ARC * size:
@@ -304,7 +305,7 @@ def _covers(arc: BorderArc, angle: Any) -> Any:
 
 
 def _extremes(arc: BorderArc) -> FloatArray:
-    """Return the ends of an arc and its points with extreme coordinates (k, 2)."""
+    """Return the end points and extreme points (k, 2) of an arc."""
     angles = [arc.start, arc.end]
     angles += [k * math.pi / 2 for k in range(4) if _covers(arc, k * math.pi / 2)]
     return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))

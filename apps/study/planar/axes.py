@@ -1,7 +1,7 @@
 """The joint axes of a serial arm that move a point, as lines at one configuration.
 
-Two consecutive axes that intersect do not move their intersection point, such as the center of a
-spherical wrist, or the intersection of axes 5 and 6 of a UR arm.
+Two intersecting consecutive axes do not move their intersection point. Examples are the center of a
+spherical wrist, and the intersection of axes 5 and 6 of a UR arm.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ def of_tool(robot: Robot) -> MovingAxes:
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
     """Yield the axes that move each intersection of consecutive axes, from the tool to the base.
 
-    The point p + s a of an axis nearest to another axis follows from the condition that p + s a -
-    p' - s' a' is normal to both directions a and a'.
+    The point p + s a of an axis is nearest to another axis. The difference p + s a - p' - s' a' is
+    normal to both directions a and a'.
     """
     S = robot.jacobian_space(_configurations(robot))
     for j in range(robot.n - 1, 0, -1):

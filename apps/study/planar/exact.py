@@ -1,8 +1,8 @@
 """Workspaces with exact borders, for arms that move a point in a plane.
 
-If the axes that move the point are parallel, the workspace is planar, or a prism if prismatic
-joints move along the axes. If the first axis is vertical and the other axes are normal to a plane
-that the first joint rotates, the workspace is a body of revolution. The plane may be offset from
+If the axes that move the point are parallel, the workspace is planar. With prismatic joints along
+the axes, the workspace is a prism. The workspace is a body of revolution if the first axis is
+vertical, and the first joint rotates a plane normal to the other axes. The plane may be offset from
 the axis. In both cases, the rotations about the axes are applied one by one, from the tip to the
 base. The border of the swept section consists of arcs. `meridian.py` computes volumes.
 """
@@ -43,9 +43,11 @@ class ExactWorkspace(StudyResult):
         robot: The robot's name.
         point: "tool" or "wrist".
         joints: The names of the joints that move the point.
-        section: The reachable region in the plane. For a body of revolution, its coordinates are
-            (u, z); u is 0 at the points nearest to the first axis and negative on the far side.
-        origin: (3,) origin of the plane [m]; for a body of revolution, a point on the first axis.
+        section: The reachable region in the plane. For a body of revolution, the coordinates of the
+            region are (u, z). At the points nearest to the first axis, u is 0. On the far side, u
+            is negative.
+        origin: (3,) origin of the plane [m]. For a body of revolution, the origin is a point on the
+            first axis.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
         offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1], or
             0 for a planar workspace.
@@ -90,7 +92,7 @@ class ExactWorkspace(StudyResult):
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Return the meridian section: the reached distances from the first axis, and heights.
+        """Return the meridian section: distances from the first axis and heights.
 
         Raises:
             InputValueError: The workspace is planar.
@@ -108,8 +110,8 @@ class ExactWorkspace(StudyResult):
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
-        # At each angle of the first joint, x and y are linear in u, so that their extremes are at
-        # the extremes of u.
+        # At each angle of the first joint, x and y are linear in u. The extremes of x and y are
+        # therefore at the extremes of u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
         ends = []
         for u in (u_0, u_1):
@@ -143,9 +145,9 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             revolute joints, and prismatic joints along their axes. An arm with a rotated plane has
             a first joint with a vertical axis, and revolute joints normal to a plane that this
             joint rotates.
-        point: "tool": the tool origin; "wrist": the last intersection of consecutive axes for which
-            the previous joints have one of these structures, such as the center of a spherical
-            wrist.
+        point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
+            as the center of a spherical wrist. The wrist is the last intersection for which the
+            previous joints have one of the two structures.
 
     Raises:
         InputValueError: The joint axes of the arm have neither of these structures.
@@ -193,7 +195,7 @@ def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArr
 
 
 def _plane(n: FloatArray) -> FloatArray:
-    """Return two directions normal to n; the x and y axes of the base if n is z."""
+    """Return two directions normal to n. If n is z, return the x and y axes of the base."""
     least = np.eye(3)[int(np.argmin(np.abs(n)))]
     u = least - (least @ n) * n
     u /= np.linalg.norm(u)

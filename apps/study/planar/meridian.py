@@ -1,9 +1,9 @@
-"""Bodies of revolution swept by a planar region that rotates about an axis outside its plane.
+"""Bodies of revolution that a rotating planar region sweeps.
 
-The plane has the distance d from a vertical axis and contains a region of points (u, v), where u =
-0 is nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 + d^2)
-at height v; (-u, v) describes the same circle. Since rho d(rho) = u du, the volume is an integral
-over the region (Pappus).
+The plane has the distance d from a vertical axis. The region in the plane has points (u, v), where
+u = 0 is nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 +
+d^2) at height v. The point (-u, v) describes the same circle. Since rho d(rho) = u du, the volume
+is an integral over the region (Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
 arc of the point -u begins at an angle larger by pi - 2 a(u), with a(u) = atan2(d, u). If both
@@ -48,7 +48,7 @@ integrand."""
 
 @dataclass(frozen=True, eq=False)
 class Meridian:
-    """The meridian section of a body of revolution: distances from the axis and heights (rho, z).
+    """The meridian section of a body of revolution, with points (distance from the axis, height).
 
     Attributes:
         both: The union of the planar region with its reflection at u = 0.
@@ -98,7 +98,7 @@ class Meridian:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
         If the region crosses u = 0, the border includes straight lines at the distance of the
-        plane, since no point of the plane is nearer to the axis.
+        plane. No point of the plane is nearer to the axis.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])
@@ -182,7 +182,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
 def _along(
     arcs: Sequence[BorderArc], value: Callable[[float], float], at: Sequence[float]
 ) -> float:
-    """Integrate value(max(u, 0)) dv along arcs; the derivative of `value` jumps at u = `at`."""
+    """Integrate value(max(u, 0)) dv along arcs. The derivative of `value` jumps at u = `at`."""
     with requires("chasles[study]"):
         from scipy.integrate import quad  # noqa: PLC0415
 
@@ -201,7 +201,7 @@ def _along(
 
 
 def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
-    """Return the end angles of an arc, and the angles between them at specified values of u."""
+    """Return the end angles of an arc, and the angles at specified values of u."""
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:

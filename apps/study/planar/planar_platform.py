@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""The border of a leg's region counts as circles up to this relative residual of the polynomial."""
+"""Maximum relative residual of the polynomial for a border that consists of circles."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
@@ -40,7 +40,7 @@ class PlanarRegion(StudyResult):
     Attributes:
         robot: The robot's name.
         name: The name of the region.
-        pieces: Disjoint parts of the region; each is the intersection of annuli, one per leg.
+        pieces: Disjoint parts of the region. Each part is the intersection of annuli, one per leg.
     """
 
     _parts = (Annulus,)
@@ -265,7 +265,7 @@ def _of_distance(
 
 
 def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """Return the center of a leg's annulus, from the two leading orders of a polynomial in x and y.
+    """Return the center of a leg's annulus from the leading terms of a polynomial in x and y.
 
     For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)
     + lower orders.

@@ -75,12 +75,12 @@ def singularity_curves(
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]; by default the bounds of the region that all legs reach.
         y: Lower and upper bound of y [m]; by default the bounds of the region that all legs reach.
-        slot: Solution slot of `ik_planar`, which states the branch of each leg; 0 is the reference
-            branch.
+        slot: Solution slot of `ik_planar`, which states the branch of each leg. Slot 0 is the
+            reference branch.
         resolution: Number of grid lines per axis.
 
     Returns:
-        Type-1 and type-2 curves; type-2 curves end at the boundary of leg reach.
+        Type-1 and type-2 curves. Type-2 curves end at the boundary of leg reach.
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.

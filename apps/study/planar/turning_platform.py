@@ -1,16 +1,17 @@
 """Workspaces of planar platforms for a range of angles.
 
-At the platform angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves
-on an arc of radius r about a point m. A leg reaches a position at all angles if its distance is at
-most b from the farthest point of this arc and at least a from the nearest point. Circles
-bound both regions: about the ends of the arc with radii a and b, about m with radii b - r, r + a
-and |r - a|. So circular arcs bound the total workspace.
+At the platform angle phi, a leg reaches an annulus with radii a and b about c(phi). The center
+c(phi) moves on an arc of radius r about a point m. A leg reaches a position at all angles under two
+conditions. The farthest point of the arc is at most b away from the position, and the nearest point
+is at least a away. Circles bound both regions. The circles about the ends of the arc have radii a
+and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the total
+workspace.
 
-The border of the inclusive workspace also contains other curves: two legs reach their limits on
-these curves. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all
-legs reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
+The border of the inclusive workspace also contains other curves, on which two legs reach their
+limits. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs
+reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
 center of the square by d. The inside test and the outside test have a closed form. Other squares
-are subdivided; the remaining undecided area is the error.
+are subdivided. The remaining undecided area is the error.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ class OrientationRangeWorkspace(StudyResult):
     Attributes:
         robot: The robot's name.
         angles: (2,) the range [rad].
-        total: The region in which every angle of the range is possible; its area is exact.
+        total: The region in which every angle of the range is possible. The area of the region is
+            exact.
         inclusive: The area in which some angle is possible [m^2], with an error bound.
     """
 

@@ -30,7 +30,7 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
 
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the index (2, n, m) of the zero on each cell edge, or -1, and the zeros (k, 2)."""
+    """Return (index (2, n, m) of the zero on each cell edge or -1, zeros (k, 2))."""
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
     ends: list[FloatArray] = []

@@ -1,11 +1,11 @@
-"""Configuration space of a robot among obstacles, with rounded shapes for its bodies.
+"""Configuration space of a robot among obstacles.
 
-Segments between configurations are checked continuously, not at samples. If the clearance at a
-configuration exceeds the largest motion of any point of the robot on the segment, the segment is
-free. If the clearance is smaller, the segment is halved; a segment as short as the resolution
-counts as blocked. `loop_bounds.py` bounds the joint motion caused by loops, `hulls.py` the body
-motion caused by joints. A segment near a dead point or a parallel singularity counts as blocked, so
-that no segment connects different assembly modes.
+Segments between configurations are checked continuously, not at samples. A segment is free if the
+clearance exceeds the largest motion of any point of the robot on the segment. Otherwise, the
+segment is halved. A segment with a length below the resolution counts as blocked. `loop_bounds.py`
+bounds the joint motion caused by loops. `hulls.py` bounds the body motion caused by joints. A
+segment near a dead point or a parallel singularity counts as blocked. Therefore no segment connects
+different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -45,9 +45,9 @@ halved."""
 class ConfigurationSpace:
     """The configurations within limits, with a test for contacts of bodies and obstacles.
 
-    Bodies, rods and cylinders have the rounded lines and plates of the robot's drawing as shapes.
-    Bodies connected by a joint may touch. Bodies may also touch if they do so in each of many
-    random configurations.
+    The shapes of bodies, rods and cylinders are the rounded lines and plates of the robot's
+    drawing. Bodies connected by a joint may touch. Bodies that touch in each of many random
+    configurations may also touch.
 
     Attributes:
         robot: The robot.
@@ -56,8 +56,8 @@ class ConfigurationSpace:
         radii: (k,) radius of each of the k `bodies` [m].
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
-        checks: Index pairs to check: a shape of the robot, and an obstacle or another shape. The
-            indices of the shapes follow the indices of the obstacles.
+        checks: Index pairs to check. Each pair has a shape of the robot, and an obstacle or another
+            shape. The indices of the shapes follow the indices of the obstacles.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 
@@ -111,14 +111,15 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Bound how much nearer the shapes of each check can be than at the middle of a segment.
+        """Bound the decrease of each distance relative to the middle of a segment.
 
         Args:
             a: (n,) start of the segment [rad or m].
             b: (n,) end of the segment [rad or m].
 
         Returns:
-            (checks,) distances [m]; inf if loops on the segment are open or near a dead point.
+            (checks,) distances [m]. A distance is inf if loops on the segment are open or near a
+            dead point.
         """
         z, w = (a + b) / 2, np.abs(b - a) / 2
         if self.bounds is not None:
@@ -138,8 +139,8 @@ class ConfigurationSpace:
             q: (n,) coordinates [rad or m].
 
         Returns:
-            The distance [m], at most 0 for a collision or an open loop, and the names of the
-            nearest shapes.
+            The distance [m] and the names of the nearest shapes. For a collision or an open loop,
+            the distance is at most 0.
         """
         distances = self.distances(q)
         k = int(np.argmin(distances))
@@ -151,7 +152,7 @@ class ConfigurationSpace:
         return float(distances[k]), f"{self._named(own)} and {name}"
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """Return distances (checks,) at a configuration (n,) [m]; -inf if loops are open."""
+        """Return distances (checks,) at a configuration (n,) [m], or -inf if loops are open."""
         z = self.hulls.configuration(q[None])
         if not np.isfinite(z).all():
             return np.full(len(self.checks), -np.inf)
@@ -203,7 +204,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return the shapes of each check (-1: an obstacle), and the last body that moves both."""
+        """Return (shapes, other shapes or negative for obstacles, common bodies) of the checks."""
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [
@@ -259,7 +260,7 @@ def configuration_space(
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the limits; a revolute actuator of a loop without limits has the range of a full turn.
+    """Return the limits, or a full turn for a revolute loop actuator without limits.
 
     The full turn is centered at the reference configuration, at which the loops close.
     """
@@ -273,7 +274,7 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
-    """Return the space and the pairs to check: two moving shapes, or a shape and an obstacle.
+    """Return the space with the pairs of shapes to check.
 
     A pair is not checked if both shapes are on one body, if a joint connects their bodies, or if
     they touch in each of many random configurations.

@@ -1,13 +1,13 @@
 """The bodies of a robot as rounded shapes, and bounds of their motion.
 
-The shapes follow the drawing: each line of a body is a capsule, each plate a rounded hull of its
-corners, each rod or cylinder a capsule between its ends. Lines and plates of the ground between
-several joints are ignored.
+The shapes follow the drawing. Each line of a body is a capsule, and each plate is a rounded hull of
+its corners. Each rod or cylinder is a capsule between its ends. Lines and plates of the ground
+between several joints are ignored.
 
-The motion of a point is bounded by a sum over the joints before the point: joint motion times lever
-arm at the middle configuration. The lever arms at the middle configuration are enough, because a
-joint moves all following axes together with the point. The bound is a convex function of the point,
-so the corners bound the whole shape.
+A sum over the joints before a point bounds the motion of the point. Each term is the joint motion
+times the lever arm at the middle configuration. The lever arms at the middle configuration are
+enough, because a joint moves all following axes together with the point. The bound is a convex
+function of the point, so the corners bound the whole shape.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ class Hulls:
         """Return the poses of the shapes at configurations (m, n_z).
 
         Returns:
-            (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) lengths of struts
-            [m], 0 for other shapes.
+            (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) strut lengths
+            [m]. The length of any other shape is 0.
         """
         T = self.skeleton.poses_from_configuration(z)
         found, lengths = T[:, self._first] @ self._placements, np.zeros((len(z), len(self.hulls)))
@@ -143,7 +143,7 @@ class Hulls:
         displacements = self._carried * (
             turned[:, None] * levers + (steps * joints.slides)[:, None]
         )
-        # Row j contains the motion caused by joint j and the joints after it; the last row is 0.
+        # Row j contains the motion caused by joint j and the following joints. The last row is 0.
         beyond = np.zeros((len(steps) + 1, len(points)))
         beyond[:-1] = np.cumsum(displacements[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
@@ -152,7 +152,7 @@ class Hulls:
         return found
 
     def common(self, i: int, j: int) -> int:
-        """Return the index of the last body that moves all corners of two hulls; 0 for ground."""
+        """Return the index of the last body that moves two hulls, or 0 for the ground."""
         bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
         shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
         return max(shared & {0, *self._moving.tolist()})
@@ -198,7 +198,7 @@ class Hulls:
 
     @cached_property
     def _placements(self) -> FloatArray:
-        """(hulls, 4, 4) poses of capsules and spheres on their bodies; the identity for plates."""
+        """(hulls, 4, 4) poses of capsules and spheres on their bodies. Plates have the identity."""
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
             if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line has two ends
@@ -273,8 +273,8 @@ def hulls_of(robot: Robot) -> Hulls:
 def joined(bones: Skeleton) -> list[set[str]]:
     """Return the names of the two bodies or struts that each joint connects.
 
-    Bodies fixed to each other have the name of the first body, which has the shapes of all these
-    bodies.
+    Bodies fixed to each other share the name of the first body. The first body has the shapes of
+    all these bodies.
     """
     names: list[str] = []
     for body in bones.bodies:
@@ -297,7 +297,7 @@ def _rounded(corners: FloatArray, radius: float) -> Any:
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # coal searches the farthest corner along edges; with all edges, the search is exact.
+    # coal searches the farthest corner along edges. With all edges, the search is exact.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)

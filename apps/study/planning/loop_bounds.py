@@ -1,19 +1,19 @@
-"""Guaranteed bounds of the passive joints of loops on a straight segment of actuator positions.
+"""Guaranteed bounds of passive joints while the actuators move along a straight segment.
 
-Loops are equations c(z) = 0 in all joints z: trigonometric polynomials in angles, polynomials in
-prismatic coordinates. At the middle of the segment, the actuators are at q0 and the other joints at
-x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For a step w of all
-joints, with the actuator steps d, Taylor's formula gives
+Loops are equations c(z) = 0 in all joints z. The equations are trigonometric polynomials in angles,
+and polynomials in prismatic coordinates. At the middle of the segment, the actuators are at q0 and
+the other joints at x0. B is a left inverse of dc/dx, and H bounds all second derivatives of c. For
+a step w of all joints, with the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-If a box of x satisfies this inequality strictly, the joints stay inside the box, since the
-inequality would not hold on the border. The box is the limit, from below, of the iteration of the
-right-hand side F, which is convex and increasing in w. The steps d of the iteration satisfy d' >=
-F'(w) d > 0, with d' the next step, and converge to 0, so no eigenvalue of F' exceeds 1. The matrix
-|B| H w bounds the difference of B dc/dx from the identity in the box; its eigenvalues are below 1,
-since the box is slightly widened. So B dc/dx is regular in the box, and the solution is continuous
-and on one branch. The bounds do not include rounding errors, which are about 1e-13.
+Suppose that a box of x satisfies this inequality strictly. The joints then stay inside the box,
+since the inequality would not hold on the border. The iteration of the right-hand side F converges
+to the box from below. F is convex and increasing in w. A step d of the iteration and the next step
+d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The matrix
+|B| H w bounds the difference of B dc/dx from the identity in the box. The eigenvalues of the matrix
+are below 1, since the box is slightly widened. So B dc/dx is regular in the box, and the solution
+is continuous and on one branch. The bounds do not include rounding errors, which are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -59,7 +59,8 @@ _WIDER = 1 + 1e-6
 _ROUNDING = 1e-12
 """Minimum half width of the box [rad or m], for rounding errors of joints at rest."""
 _CONDITION = 1e10
-"""Above this condition number of the equations, the actuators do not determine the joints."""
+"""Maximum condition number of the equations. Above this value, the actuators do not determine the
+joints."""
 _CLOSED = 1e-9
 """Maximum closure error of loops [rad or m] at the ends of a segment."""
 
@@ -73,11 +74,12 @@ class LoopBounds:
         given: (g,) indices in z of the joints that actuators move directly.
         gears: (g, n) motion of each directly moved joint per unit of each actuator.
         turns: (z,) whether a joint is revolute.
-        widest: (z,) joint motion up to which the bounds hold [m]; inf for revolute joints.
+        widest: (z,) joint motion up to which the bounds hold [m]. For revolute joints, the value is
+            inf.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
         lengths: (equations, 1 + z) strut length as a linear function of the joints: the length at
-            joint values 0, and the slopes; zeros for other equations. A strut equation d = l, with
-            end distance d and strut length l, is bounded as d^2 - l^2.
+            joint values 0, and the slopes. The row of any other equation is zero. A strut equation
+            d = l, with end distance d and strut length l, is bounded as d^2 - l^2.
     """
 
     robot: Robot
@@ -129,7 +131,7 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the derivatives (equations,) of the squared equations by the equations."""
+        """Return the derivatives (equations,) of squared equations with respect to equations."""
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
@@ -163,7 +165,7 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
 def closed_configurations(
     robot: Robot, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return random coordinates (m, n) at which the loops close, and configurations (m, n_z).
+    """Return random (coordinates (m, n), configurations (m, n_z)) with closed loops.
 
     Raises:
         InputValueError: The loops close at too few random configurations.
@@ -192,7 +194,7 @@ def closed_configurations(
 def _given(
     robot: Robot, names: list[str], chain: NDArray[np.intp], q: FloatArray
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return the indices of the joints that actuators move directly, and the gear ratios."""
+    """Return (indices of the joints that actuators move directly, gear ratios)."""
     own = [
         (names.index(c.name), row)
         for c, row in zip(robot.coordinates, np.eye(robot.n), strict=True)
@@ -244,7 +246,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return strut lengths, and bounds (equations, z, z) on second derivatives of the equations."""
+    """Return (strut lengths, bounds (equations, z, z) of the second derivatives)."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
@@ -272,7 +274,7 @@ def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[Floa
 
 
 def _equation(robot: Robot, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return a loop equation as a function; a strut equation d - l becomes d^2 - l^2."""
+    """Return a loop equation as a function. A strut equation d - l becomes d^2 - l^2."""
 
     def value(z: FloatArray) -> FloatArray:
         found = robot.constraint(z)[:, row]
@@ -334,6 +336,6 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The first array axis belongs to the next joint; the previous array axes are summed.
+        # The first array axis belongs to the next joint. The previous array axes are summed.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

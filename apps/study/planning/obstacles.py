@@ -98,7 +98,7 @@ def mesh(
 
 
 def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return distances (m,) of point pairs, and middle poses (m, 4, 4) with z along each pair."""
+    """Return (distances (m,), middle poses (m, 4, 4) with z along each pair) of point pairs."""
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])

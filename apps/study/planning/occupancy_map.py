@@ -18,7 +18,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """A planar grid of cells; the space outside the grid is occupied.
+    """A planar grid of cells. The space outside the grid is occupied.
 
     Attributes:
         occupied: (nx, ny) whether each cell is occupied. Cell (i, j) extends from `origin` +
@@ -88,7 +88,7 @@ def occupancy_map(
     """Return the occupancy map of an array.
 
     Args:
-        occupied: (nx, ny) whether each cell is occupied; the first index is along x.
+        occupied: (nx, ny) whether each cell is occupied. The first index is along x.
         cell_size: Side of a cell [m].
         origin: (2,) lower corner of the first cell [m].
 

@@ -47,9 +47,9 @@ class Plan(StudyResult):
     """The result of a planner.
 
     Attributes:
-        q: (m, n) corners of the path from start to goal; (0, n) without a path.
-        length: Length of the path in the coordinates; inf without a path.
-        reason: The reason for a missing path; "" with a path.
+        q: (m, n) corners of the path from start to goal, or (0, n) without a path.
+        length: Length of the path in the coordinates, or inf without a path.
+        reason: The reason for a missing path, or "" with a path.
         n_checked: Number of checked segments.
     """
 

@@ -1,6 +1,6 @@
 """Probabilistic roadmaps: graphs of random free points, connected by edges.
 
-Edges are checked lazily, when a path first uses them; most edges are never checked.
+Edges are checked lazily, when a path first uses them. Most edges are never checked.
 
 Source:
     L. E. Kavraki, P. Svestka, J.-C. Latombe, M. H. Overmars, Probabilistic roadmaps for path
@@ -76,8 +76,8 @@ class Roadmap:
         Args:
             q_start: (n,) the start point.
             q_goal: (n,) the goal point.
-            algorithm: "astar", or "dijkstra", which finds a path of the same length but visits more
-                points.
+            algorithm: "astar" or "dijkstra". Dijkstra's algorithm finds a path of the same length
+                but visits more points.
 
         Returns:
             The path, or the reason for a missing path.
@@ -115,7 +115,7 @@ class Roadmap:
                 return plan_along(points[path], checked)
 
     def _graph(self, points: FloatArray) -> Any:
-        """Return the roadmap graph without edge checks; start and goal are its last two points."""
+        """Return the roadmap graph without edge checks. Start and goal are the last two points."""
         with requires("chasles[study]"):
             import networkx as nx  # noqa: PLC0415
             from scipy.spatial import cKDTree  # noqa: PLC0415
@@ -134,7 +134,7 @@ class Roadmap:
         return graph
 
     def _check(self, graph: Any, points: FloatArray, path: list[int]) -> tuple[bool, int]:
-        """Remove the first blocked edge; return whether there is one, and the number of checks."""
+        """Remove the first blocked edge. Return (whether there is one, number of checks)."""
         checked = 0
         for i, j in pairwise(path):
             if graph[i][j]["free"]:
@@ -166,7 +166,7 @@ def prm(
     dispersion: float = 0.0,
     rng: Rng = 0,
 ) -> Roadmap:
-    """Return a probabilistic roadmap: random free points with edges to their nearest neighbors.
+    """Return a probabilistic roadmap of random free points and edges.
 
     Args:
         space: The space.

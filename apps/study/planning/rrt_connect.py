@@ -39,7 +39,7 @@ def rrt_connect(
         q_goal: (n,) the goal point.
         time_limit: Time after which the search ends [s].
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. Only the first seed of a
-            process has an effect; ompl ignores later seeds.
+            process has an effect. ompl ignores later seeds.
 
     Returns:
         The path, or the reason for a missing path. All segments of the path are checked.
@@ -57,7 +57,7 @@ def rrt_connect(
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    # Random seeds of ompl begin at 1; ompl logs an error if a seed is set twice.
+    # Random seeds of ompl begin at 1. ompl logs an error if a seed is set twice.
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(key_of("rrt_connect", rng) % _SEEDS + 1)
     util.setLogLevel(util.LOG_ERROR)

@@ -22,7 +22,7 @@ def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> 
 
     Args:
         space: The space.
-        plan: A plan; a plan without a path is returned unchanged.
+        plan: A plan. A plan without a path is returned unchanged.
         attempts: Number of attempts to connect two random points of the path.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.
 

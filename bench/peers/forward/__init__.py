@@ -67,7 +67,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Batch:
-    """A batch interface of another library: fk and fk_jacobian of q (m, n), as arrays."""
+    """A batch interface of another library, with fk and fk_jacobian of arrays q (m, n)."""
 
     name: str
     fk: Callable[[np.ndarray], Any]

@@ -1,7 +1,7 @@
 """Forward kinematics and mixed Jacobian as products of elementary motions, for any number type.
 
 Users of symbolic libraries would write these equations. Zeros and ones from right angles are
-already simplified, so all other libraries start from the same equations.
+already simplified. All other libraries therefore start from the same equations.
 """
 
 from collections.abc import Callable, Sequence

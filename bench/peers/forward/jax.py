@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
-# JAX creates its threads at first use; these threads stay on the cores allowed at that time.
+# JAX creates its threads at first use. The threads stay on the cores allowed at that time.
 with one_core():
     jax.devices()
 

@@ -39,7 +39,7 @@ def plain_loop(arm: Arm) -> Loop:
 def generated_loop(
     folder: Path, name: str, joints: int, pair: bool = True, flags: Sequence[str] = ()
 ) -> Loop:
-    """Compile a loop over the generated C in a folder; without `pair`, the loop calls fk only."""
+    """Compile a loop over the generated C in a folder. Without `pair`, the loop calls fk only."""
     both = f"{name}_fk_jacobian_mixed(q, T, J);" if pair else "(void)q, (void)T, (void)J;"
     main = f"""
 #include "{name}.c"
