@@ -1,1 +1,1 @@
-"""Kinematics of a serial chain: groups of parallel axes, poses, Jacobians, derivatives."""
+"""Kinematics of a serial chain."""

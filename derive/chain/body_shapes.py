@@ -1,7 +1,7 @@
 """Shapes for drawing the bodies of a robot: lines, plates and joint symbols.
 
 All points are in the frame of the body that carries the shape. Rigidly connected bodies are drawn
-as one body, in the frame of the first body.
+as one body. Its shapes are in the frame of the first of these bodies.
 """
 
 import math
@@ -24,12 +24,13 @@ BARREL = 0.85
 INSIDE = 0.15
 """Minimum rod length inside the barrel, as a fraction of the retracted cylinder length."""
 WITHOUT_LENGTH = 0.55
-"""Barrel length as a fraction of the reference length, for cylinders with retracted length 0."""
+"""Barrel length of a cylinder with retracted length 0, as a fraction of the reference length."""
 DETOUR = 1.6
-"""Maximum length of a link drawn along the common normal, relative to a straight link. Longer
-links are drawn straight."""
+"""Links along the common normal of two axes are drawn straight if they would be longer than this
+multiple of the straight link.
+"""
 APART = 0.08
-"""Maximum shift of a symbol that overlaps another symbol, relative to the robot size."""
+"""Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class Skeleton:
         shapes: The drawn shapes of each body.
         tip: Index of the body that carries the tip.
         tip_placement: The tip frame in the frame of the tip body (4, 4).
-        q_drawn: The default configuration q for drawing a serial robot; () for a robot with loops.
+        q_drawn: The configuration q in which a serial robot is drawn. The tuple is empty for a
+            robot with loops.
         size: Diagonal of the box around frames, joints and tip at the reference (meter).
         closures: The frame pairs connected by loop-closing joints.
     """
@@ -58,9 +60,9 @@ class Skeleton:
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     """Returns the bodies with their shapes.
 
-    Consecutive passive joints share one symbol if no extended body is between them: two revolute
-    joints are ``universal``, three are ``ball``. Consecutive prismatic joints have no symbol,
-    because they only position a platform.
+    Two consecutive passive revolute joints share the symbol ``universal``, three share the symbol
+    ``ball``. There must be no extended body between the joints. Consecutive prismatic joints have
+    no symbol, because they only position a platform.
 
     Args:
         rigid: The bodies that joints move.
@@ -70,10 +72,11 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Returns groups of consecutive passive joints without an extended body between them.
+    """Returns groups of consecutive passive joints.
 
-    A prismatic joint with limits has a separate guide and does not belong to a group of passive
-    joints.
+    No extended body lies between the joints of a group.
+
+    A prismatic joint with limits is not in a group, because it has a guide of its own.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -96,7 +99,6 @@ def _slides(rigid: RigidBodies, row: Sequence[int]) -> int:
 
 
 def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
-    """Whether the body between two joints has no extent and carries no other part."""
     carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
     joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
     if (
@@ -113,7 +115,6 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
 
 
 def _attached_bodies(rigid: RigidBodies) -> set[int]:
-    """Returns the bodies attached to closures and struts."""
     if not isinstance(rigid.robot, Mechanism):
         return set()
     frames = [
@@ -124,8 +125,6 @@ def _attached_bodies(rigid: RigidBodies) -> set[int]:
 
 @dataclass
 class _Attached:
-    """Connection points of a rigid group of bodies, with their axes."""
-
     points: list[Array] = field(default_factory=list)
     axes: list[Array | None] = field(default_factory=list)
 
@@ -135,8 +134,6 @@ class _Attached:
 
 
 class _Shapes:
-    """Builds the shapes of all bodies, member by member."""
-
     def __init__(self, rigid: RigidBodies, actuated: set[str]) -> None:
         self.rigid, self.actuated = rigid, actuated
         self.bodies = list(rigid.bodies)
@@ -172,7 +169,6 @@ class _Shapes:
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:
-        """Returns, per body, the root of its rigid group and the body frame in the root frame."""
         root, frames = [0], [np.eye(4)]
         for k, body in enumerate(self.bodies[1:], 1):
             joint = body.joint
@@ -214,8 +210,7 @@ class _Shapes:
             return
         if _slides(self.rigid, row) > 1:
             return
-        # A series of revolute joints counts as one joint between the body before the series and the
-        # body after it.
+        # Several revolute joints in series count as one joint.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -233,7 +228,6 @@ class _Shapes:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
     def _slide(self, k: int, joint: BodyJoint, start: Array, axis: Array) -> None:
-        """Adds a prismatic joint as a carriage on a guide, or a ram in a rotating sleeve."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
         low, high = self._travel(k, joint)
@@ -247,7 +241,6 @@ class _Shapes:
         )
 
     def _travel(self, k: int, joint: BodyJoint) -> tuple[float, float]:
-        """Returns the value range of a prismatic joint; without limits, 0.4 of the robot size."""
         low, high = self.bodies[k].limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]
@@ -291,7 +284,6 @@ class _Shapes:
         self._part(self.rigid.span(strut, from_end=True), strut, "piston", (-piston, 0.0))
 
     def _part(self, span: Span, strut: Strut, kind: str, along: tuple[float, float]) -> None:
-        """Adds a separate body for a barrel, rod or other section of a strut."""
         name = strut.name if kind == "rod" else f"{strut.name}_{kind}"
         k = len(self.bodies)
         self.bodies.append(TreeBody(name, -1, np.eye(4), span=span))
@@ -304,7 +296,6 @@ class _Shapes:
     # --- overlapping symbols ---
 
     def _part_from_next(self, k: int) -> None:
-        """Moves a revolute symbol along the joint axis to avoid overlap with the next symbol."""
         for c, body in enumerate(self.rigid.bodies):
             if body.parent != k or not (self._is_turn(k) and self._is_turn(c)):
                 continue
@@ -327,7 +318,7 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Point, end: int) -> float:
-        """Returns the signed distance of a line end along an axis; 0 if the end is off the axis."""
+        """Returns the signed distance of a line end along an axis, or 0 off the axis."""
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
             return 0.0
@@ -339,7 +330,6 @@ class _Shapes:
         return math.copysign(min(length / 2, APART * self.size), float(displacement @ axis))
 
     def _stub(self, k: int, joint: BodyJoint) -> None:
-        """Adds a short line along the axis of a point-like body, with the symbol at its end."""
         ends = [np.array(joint.at), joint.at + APART * self.size / 2 * np.array(joint.axis)]
         points = tuple(self._rounded(point, self.digits) for point in ends)
         self.shapes[k].insert(0, Shape("link", self.bodies[k].name, points))
@@ -354,7 +344,6 @@ class _Shapes:
     # --- bodies ---
 
     def _body(self, k: int) -> None:
-        """Adds the line or plate between the joints of a body, below their symbols."""
         if self.root[k] != k:
             return
         own = self.attached[k]
@@ -389,13 +378,11 @@ class _Shapes:
 
     @staticmethod
     def _in_order(points: Sequence[Array]) -> list[Array]:
-        """Sorts collinear points along their line."""
         offsets = np.array(points) - points[0]
         along = offsets[int(np.argmax(np.linalg.norm(offsets, axis=1)))]
         return [points[k] for k in np.argsort(np.round(offsets @ along, 12), kind="stable")]
 
     def _along_axes(self, own: _Attached) -> list[Array]:
-        """Returns the path between two joints: along an axis, the common normal, the other axis."""
         (p, q), (u, v) = own.points, own.axes
         feet = [p, q]
         if u is not None and v is not None:
@@ -408,7 +395,10 @@ class _Shapes:
 
 
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
-    """Returns the end points of the common normal of two lines, through q for parallel lines."""
+    """Returns the end points of the common normal of two lines.
+
+    If the lines are parallel, the normal passes through q.
+    """
     c = float(u @ v)
     s2 = 1 - c * c
     if s2 < SAME_VIEW:

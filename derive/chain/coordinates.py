@@ -15,7 +15,7 @@ Matrix = Sequence[Sequence[sp.Expr]]
 
 
 class Motion(Protocol):
-    """Values and derivatives of the moving joints of a chain.
+    """Joint values of a chain and their derivatives.
 
     Attributes:
         values: Values of all moving joints (radian or meter).
@@ -45,23 +45,25 @@ class Motion(Protocol):
 
 
 class InProportion:
-    """Joint motion of a serial robot, in which each joint is coupled or has its own coordinate."""
+    """Motion of the joints of a serial robot. A joint has its own coordinate or is coupled."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
-        """Computes the joint values from the coordinates and couplings."""
         self.terms = terms
         self.values = robot.joint_values(q)
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """Returns the constant derivatives: 1, -1 or ratios of couplings."""
+        """Returns the matrix of the derivatives.
+
+        Its entries are constant: 1, -1 or ratios of couplings.
+        """
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:
-        """Returns None, because the matrix ``D_q`` is constant."""
+        """Returns None, because ``D_q`` is constant."""
 
     def D_q_q(self) -> None:
-        """Returns None, because the matrix ``D_q`` is constant."""
+        """Returns None, because ``D_q`` is constant."""
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
         """Returns ``D_q qd``."""
@@ -77,28 +79,28 @@ class InProportion:
 
 
 class LoopRates(Protocol):
-    """Time derivatives (rates) of all terms that depend on the coordinates through loops."""
+    """Rates (time derivatives) of the terms that depend on the solution of the loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """Returns the time derivatives of all terms for unit speed of one coordinate at a time."""
+        """Returns the rates of all terms, once for unit velocity of each coordinate."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of all terms at coordinate velocities qd."""
+        """Returns the rates of all terms at the coordinate velocities qd."""
         ...
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of terms that depend on q and qd, at coordinate accelerations qdd."""
+        """Returns the time derivatives of the rates at the accelerations qdd."""
         ...
 
 
 @dataclass(frozen=True)
 class SolvedRates:
-    """Time derivatives of terms that depend on loops with a closed-form solution.
+    """Rates of these terms if the loops have a closed-form solution.
 
     Attributes:
         terms: Table of named terms.
-        loops: Time derivatives of the solved angles, keyed by angle; callers may add entries.
+        loops: Time derivatives of the solved angles. Callers may add entries.
         q: The coordinates.
     """
 
@@ -107,15 +109,15 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """Returns the time derivatives of all terms for unit speed of one coordinate at a time."""
+        """Returns the rates of all terms, once for unit velocity of each coordinate."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of all terms at coordinate velocities qd."""
+        """Returns the rates of all terms at the coordinate velocities qd."""
         return self._of(dict(zip(self.q, qd, strict=True)))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the rates of terms that depend on q and qd, at coordinate accelerations qdd."""
+        """Returns the time derivatives of the rates at the accelerations qdd."""
         pairs = (*zip(self.q, qd, strict=True), *zip(qd, qdd, strict=True))
         return self._of(dict(pairs))
 
@@ -124,21 +126,15 @@ class SolvedRates:
 
 
 class ThroughLoops:
-    """Motion of joints that depend on the coordinates through loops."""
+    """Motion of the joints of a robot with loops."""
 
     def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
-        """Stores the joint values and the object that computes the time derivatives of terms.
-
-        Args:
-            values: Values of all moving joints (radian or meter).
-            rates: Computes the time derivatives of the terms in the joint values.
-        """
         self.values, self._rates = tuple(values), rates
         self._units = rates.units()
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
-        """Returns the derivatives from the loop equations (implicit function theorem)."""
+        """Returns the matrix of the derivatives by the implicit function theorem."""
         if self._D_q is None:
             self._D_q = [[unit.of(value) for unit in self._units] for value in self.values]
         return self._D_q

@@ -1,4 +1,4 @@
-"""Maps between the coordinates and the joints of a coupled serial robot, theta = C q + c."""
+"""Maps theta = C q + c between coordinates q and joints theta of a coupled serial robot."""
 
 from collections.abc import Mapping, Sequence
 
@@ -29,11 +29,11 @@ _NOUNS = ("", "rates", "accelerations")
 def coupling_maps(
     robot: SerialRobot, terms: Terms, arguments: Mapping[str, Argument]
 ) -> dict[str, SymbolicFunction]:
-    """Returns the maps between coordinates and joints, keyed by name; empty without couplings.
+    """Returns the maps, keyed by name. The dictionary is empty for a robot without couplings.
 
     Args:
         robot: The description.
-        terms: Receives the named terms.
+        terms: Table of named terms, which grows.
         arguments: The arguments ``q``, ``qd`` and ``qdd``.
     """
     if not robot.couplings:
@@ -71,8 +71,6 @@ def coupling_maps(
 
 
 class _Map:
-    """A constant linear map, with its derivative and rates."""
-
     def __init__(
         self,
         terms: Terms,

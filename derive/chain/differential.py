@@ -1,13 +1,12 @@
 """Jacobians, their time derivatives, Hessian, twists and accelerations from screw theory.
 
-Column j of a Jacobian is (v_j; omega_j): omega_j is the axis of joint j, and v_j is the velocity of
-the observed point at unit velocity of joint j. The three Jacobians differ in the observed point and
-in the frame whose axes express the columns. The Jacobian `space` observes the point at the base
-origin, in base axes. The Jacobian `mixed` observes the tool origin, in base axes. The Jacobian
-`body` observes the tool origin, in tool axes.
+Column j of a Jacobian is (v_j; omega_j). Let joint j move at unit velocity: then omega_j is the
+angular velocity, and v_j is the velocity of the observed point. There are three Jacobians. The
+Jacobian `space` observes the point at the base origin, in base axes. The Jacobian `mixed` observes
+the tool origin, in base axes. The Jacobian `body` observes the tool origin, in tool axes.
 
-A revolute joint moves a point at position r (in joint axes) with velocity z x r = (-r_y, r_x, 0)
-per unit joint velocity.
+Let z be the axis of a revolute joint and r = (r_x, r_y, r_z) the point in joint axes. At unit
+velocity, the point moves with z x r = (-r_y, r_x, 0).
 """
 
 from collections.abc import Sequence
@@ -44,7 +43,7 @@ class Twist:
 
     @property
     def entries(self) -> tuple[sp.Expr, ...]:
-        """The six components of a twist, linear first."""
+        """The linear and the angular components."""
         return (*self.v, *self.omega)
 
 
@@ -82,16 +81,15 @@ def columns(forward: Forward, representation: Representation) -> list[Twist]:
 def rates(
     terms: Terms, representation: Representation, screws: Sequence[Twist], speeds: Sequence[sp.Expr]
 ) -> list[Twist]:
-    """Returns the time derivatives of Jacobian columns at joint speeds.
+    """Returns the time derivatives of the Jacobian columns at given joint velocities.
 
-    In the space Jacobian, column j has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the
-    twist of the links before joint j.
+    Space Jacobian: J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the twist of the link before joint j.
 
-    In the body Jacobian, column j has the derivative J_j' = ad(J_j) (V - V_j), where V - V_j is the
-    twist due to the joints after j.
+    Body Jacobian: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist that the joints after j
+    cause.
 
-    In the mixed Jacobian, omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v
-    due to the joints after j).
+    Mixed Jacobian: omega_j' = Omega_(j-1) x omega_j, and v_j' = Omega_j x v_j + omega_j x v. Here v
+    is the tool velocity that the joints after j cause.
     """
     scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
     before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]
@@ -113,10 +111,12 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Returns the derivatives of the mixed Jacobian: entry [j][k] is d(column j)/d(joint k).
+    """Returns the derivatives of the mixed Jacobian.
 
-    With i the smaller and l the larger of the joint indices j and k, dv_j/dq_k = omega_i x v_l. If
-    k is before j, domega_j/dq_k = omega_k x omega_j; otherwise domega_j/dq_k is zero.
+    Entry [j][k] is the derivative of column j with respect to joint k.
+
+    The linear part is omega_i x v_l, where i is the smaller and l the larger of the indices j and
+    k. The angular part is omega_k x omega_j if k is before j, otherwise zero.
     """
     count = range(len(screws))
     return [
@@ -146,7 +146,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # The product z x lever is computed in the frame axes that need the fewest multiplications.
+    # The product is computed in the frame that needs the fewest multiplications.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:
@@ -182,7 +182,7 @@ def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
 
 
 def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
-    """Returns, for each twist, the sum of the preceding twists."""
+    """Returns a list whose entry j is the sum of the twists before j."""
     sums = [NO_TWIST]
     for twist in twists[:-1]:
         sums.append(_total(terms, (sums[-1], twist)))

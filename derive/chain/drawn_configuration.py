@@ -1,4 +1,4 @@
-"""Default configuration for drawing a serial robot, with well-separated links."""
+"""Selects a configuration in which the links of a serial robot are drawn well apart."""
 
 import itertools
 import math
@@ -16,13 +16,15 @@ SLIDES = (0.5, 0.7, 0.9)
 """Candidate positions of prismatic joints, as fractions of the joint range."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""View direction of spatial drawings, in which legs 60 degrees apart do not overlap."""
+"""View direction of spatial drawings. Legs that are 60 degrees apart do not overlap in this
+view.
+"""
 _AREA = 4.0
-"""Reward for the spread of the joints in both image directions, relative to the robot size."""
+"""Weight of the spread of the joints in the image, relative to the robot size."""
 _BENDS = 0.02
 """Cost of a joint angle of 90 degrees, relative to the robot size."""
 _BELOW = 0.5
-"""Cost of a joint below the base, per unit of depth below the base."""
+"""Cost of a joint below the base, for each unit of depth."""
 _SHORT = 0.02
 """Links that are shorter than this fraction of the robot size are drawn as one point."""
 
@@ -34,23 +36,22 @@ def from_aside() -> Array:
 
 
 def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
-    """Returns coordinates within the limits that separate the joints in the default view.
+    """Returns a configuration within the limits whose joints lie well apart in the default view.
 
-    Selects the best of up to two thousand configurations with round angles. The score is the
-    smallest joint distance in the image plus the overall spread. Bent joints, and joints below the
-    base, reduce the score. The result is the same on every computer.
+    The configuration is the best of up to two thousand configurations with round angles. The score
+    is the smallest distance between joints in the image plus the spread of all joints. Bent joints,
+    and joints below the base, reduce the score.
 
     Args:
         rigid: The bodies of a serial robot.
 
     Returns:
-        One value per coordinate (radian or meter), or () for a robot with loops, which is drawn at
-        its reference.
+        One value per coordinate (radian or meter). The tuple is empty for a robot with loops.
     """
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # The last digits of equal costs may differ between computers, so costs are rounded.
+    # Rounded, because the last digits of equal costs differ between computers.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 
@@ -68,7 +69,6 @@ def _choices(rigid: RigidBodies, k: int) -> list[float]:
 def _of_joint(
     rigid: RigidBodies, joint: BodyJoint, low: float | None, high: float | None
 ) -> list[float]:
-    """Returns the values of a joint between two limits."""
     if joint.kind == "prismatic":
         low, high = low if low is not None else 0.0, high if high is not None else 0.3 * rigid.size
         return [_round(low + part * (high - low)) for part in SLIDES]
@@ -81,10 +81,10 @@ def _of_joint(
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """Returns all combinations of the values, or an even sample of them if there are many."""
+    """Returns all combinations of the values. If there are too many, an even sample is returned."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
-    # Multiples of square roots of primes, modulo 1, are spread evenly and equal on every computer.
+    # Multiples of square roots of primes, taken modulo 1, are spread evenly.
     steps = [math.sqrt(prime) % 1 for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)]
     return [
         tuple(
@@ -96,7 +96,6 @@ def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
 
 
 def _costs(rigid: RigidBodies, q: Array) -> Array:
-    """Returns the cost of each configuration (m, n), relative to the robot size."""
     points = _points(rigid, q)
     seen = points @ from_aside()[:2].T
     away = seen - seen.mean(1, keepdims=True)
@@ -114,7 +113,6 @@ def _costs(rigid: RigidBodies, q: Array) -> Array:
 
 
 def _points(rigid: RigidBodies, q: Array) -> Array:
-    """Returns the end points (m, k, 3) of links with nonzero length, from first joint to tip."""
     poses, points = [np.tile(np.eye(4), (len(q), 1, 1))], []
     for body in rigid.bodies[1:]:
         assert body.joint is not None

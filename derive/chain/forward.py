@@ -1,14 +1,14 @@
 """Forward kinematics of a chain: group axes, link poses and joint levers.
 
-The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. The axes of group g+1
-are the axes of group g after the last rotation and the tilt of group g. Horner's scheme transforms
-a point p from the tool to the base. In the axes of group g, station k has the rotation angle phi_k,
-the constant vector reach_k and the lever lever_k:
+The groups of parallel axes are defined in :mod:`chasles.derive.chain.groups`. Group g+1 has the
+axes of group g after the last rotation and the tilt of group g. Horner's scheme transforms a point
+p from the tool to the base. In the axes of group g, station k has the rotation angle phi_k. The
+vector reach_k is constant, and lever_k follows from the next lever:
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
-Each lever is the tool position relative to one joint axis. The levers determine the columns of the
-Jacobian.
+A lever is the vector from a joint axis to the tool. The columns of the Jacobian follow from the
+levers.
 """
 
 from collections.abc import Sequence
@@ -38,12 +38,11 @@ Pose = tuple[Basis, Vector]
 
 @dataclass(frozen=True)
 class Levers:
-    """Position of one point relative to every joint axis of a group of parallel axes.
+    """Position of a point relative to every joint axis of one group.
 
     Attributes:
-        from_axis: Tool position relative to each joint axis, in the axes of the group.
-        turned: Tool position relative to the last joint axis of the group, in the axes after this
-            joint.
+        from_axis: Tool position relative to each joint axis, in group axes.
+        turned: Tool position relative to the last joint axis, in the axes after this joint.
     """
 
     from_axis: tuple[Vector, ...]
@@ -51,13 +50,13 @@ class Levers:
 
 
 class Forward:
-    """Forward kinematics of a chain, computed once and shared by all functions.
+    """Forward kinematics of a chain, computed once for all functions.
 
     Attributes:
         terms: Table of named terms.
         groups: The chain.
-        axes: Axes of each group of parallel axes, in the base frame.
-        end_axes: Axes after the last joint of each group of parallel axes, in the base frame.
+        axes: Axes of each group in the base frame.
+        end_axes: Axes after the last joint of each group, in the base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -79,7 +78,7 @@ class Forward:
         return orientation, self.levers_of_tool()[0].from_axis[0]
 
     def link_poses(self) -> list[Pose]:
-        """Returns the pose of every link frame in the base frame, ordered from the base."""
+        """Returns the poses of all link frames in the base frame."""
         poses: list[Pose] = []
         origin = ORIGIN
         for axes, group, angles in zip(self.axes, self.groups, self.trigonometry, strict=False):
@@ -92,7 +91,7 @@ class Forward:
         return poses[:-1]
 
     def levers_of_tool(self) -> list[Levers]:
-        """Returns the tool-origin position relative to every axis, per group, from the base."""
+        """Returns one list per group: the tool origin relative to each joint axis."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
@@ -108,7 +107,7 @@ class Forward:
         return levers[::-1]
 
     def levers_of_base(self) -> list[Levers]:
-        """Returns the base-origin position relative to every axis, per group."""
+        """Returns one list per group: the base origin relative to each joint axis."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups, self.trigonometry, strict=True):
@@ -126,7 +125,7 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Returns, in the tool frame, the axes of each group and the axes after its last joint."""
+        """Returns the axes of each group and the axes after its last joint, in the tool frame."""
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]
         axes: list[Basis] = []
@@ -139,7 +138,7 @@ class Forward:
         return axes[::-1], end_axes[::-1]
 
     def stations(self) -> list[tuple[int, int, Station]]:
-        """Returns every station with its group index and its index in the group."""
+        """Yields each station with two indices: its group, and its place in the group."""
         return [
             (g, k, station)
             for g, group in enumerate(self.groups)

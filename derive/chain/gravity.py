@@ -1,8 +1,7 @@
-"""Gravity torques on the coordinates of a chain with point masses, and their derivatives.
+"""Gravity torques of a chain with point masses, and their derivatives.
 
-Let M_k be the mass that joint k carries, c_k the first moment of this mass about the base origin,
-and (v_k; omega_k) the joint screw in the base frame. The gravity torque tau_k of joint k follows
-from the gravity vector g:
+Joint k has the screw (v_k; omega_k) in the base frame. It carries the mass M_k, whose first moment
+about the base origin is c_k. The gravity vector g causes the torque tau_k of joint k:
 
     w_k = M_k v_k + omega_k x c_k, tau_k = g . w_k.
 
@@ -31,7 +30,8 @@ class GravityTorques:
     """Gravity torques on the coordinates.
 
     Attributes:
-        values: The torque on each coordinate (N m), or the force (N).
+        values: The torque on each revolute coordinate (N m), and the force on each prismatic
+            coordinate (N).
         D_q: Derivatives of the torques with respect to the coordinates, one row per torque.
     """
 
@@ -67,7 +67,7 @@ def gravity_torques(
     derivatives = sp.Matrix(
         [[dot(terms, turned[min(j, k)], works[max(j, k)]) for j in count] for k in count]
     )
-    # The torque of a coupled joint acts on all its coordinates.
+    # A coupled joint exerts its torque on all its coordinates.
     by_q = robot.joint_values_D_q()
     of_q = by_q.T * sp.Matrix(torques)
     D_q = by_q.T * derivatives * by_q
@@ -78,15 +78,15 @@ def gravity_torques(
 
 
 def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
-    """Returns upper bounds of sum_j |d tau_k / d q_j| for all coordinates within limits.
+    """Returns an upper bound of sum_j |d tau_k / d q_j| for each joint k.
 
     Args:
-        robot: A chain of revolute and prismatic joints; at zero, all link frames equal the base
+        robot: A chain of revolute and prismatic joints, whose link frames at zero equal the base
             frame.
         load: One mass per link, with the gravity vector.
 
     Returns:
-        One bound per joint k (N m/rad or N/m), computed from the length of the stretched chain.
+        One bound for each joint (N m/rad or N/m).
 
     Raises:
         DescriptionError: A prismatic joint has no limits.
@@ -103,7 +103,6 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
 
 
 def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
-    """Returns the largest distance from a revolute joint to each mass of the following links."""
     reaches, distance = [], 0.0
     at = np.zeros(3)
     for k, joint in enumerate(robot.joints[first:], first):
@@ -126,7 +125,7 @@ def _stroke(joint: Joint) -> float:
 
 
 def _beyond(robot: SerialRobot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:
-    """Returns the mass beyond each moving joint, with its first moment about the base origin."""
+    """Returns (mass, first moment about the base origin) of the load beyond each moving joint."""
     terms = forward.terms
     placed = {
         name: (axes, origin)

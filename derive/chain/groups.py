@@ -1,16 +1,16 @@
-"""Minimal form of a chain; the equations of a serial robot are built from this form.
+"""Minimal form of a chain. All equations of a serial robot are built from it.
 
-A chain is a product of z rotations (constant or by a joint), constant x rotations (tilts) and
-translations. Adjacent z rotations are merged into one rotation by the angle sum, so consecutive
-parallel axes share one angle in every convention:
+A chain is a product of rotations about z, constant rotations about x (tilts) and translations.
+Adjacent rotations about z are merged. Therefore consecutive parallel axes share one angle, which is
+the sum of their joint angles:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
-z axis of the group frame. The *stations* of a group are the successive angles phi, one per joint;
-each has a translation (*reach*) that rotates with the station. Antiparallel axes (with a tilt of pi
-between the axes) stay in the same group and get the sign -1. Rotations by constant right angles are
-exact permutations of axes and need no operations.
+z axis of the group frame. The angles phi of a group are its *stations*, one for each joint. The
+translation of a station is its *reach*, which rotates with the station. Antiparallel axes stay in
+one group and have the sign -1. Rotations by constant right angles only permute the axes, so they
+need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,12 +39,12 @@ from ..terms.vectors import (
 )
 
 ANGLE_FRACTIONS = 24
-"""Constant angles are snapped to multiples of pi divided by this number."""
+"""Constant angles are rounded to multiples of pi divided by this number."""
 
 
 @dataclass(frozen=True)
 class SlidingJoint:
-    """A prismatic joint: index among the moving joints, and direction in station axes."""
+    """A prismatic joint: its index among the moving joints, and its direction in station axes."""
 
     joint: int
     direction: Vector
@@ -52,7 +52,7 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """A link or tool frame: constant orientation, and the origin in station axes."""
+    """A link frame or the tool frame: its constant orientation, and its origin in station axes."""
 
     name: str
     orientation: Basis
@@ -61,18 +61,17 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """One angle of a group, with the prismatic joints and frames that rotate by this angle.
+    """One angle of a group, with the prismatic joints and frames that the angle rotates.
 
     Attributes:
-        joint: Index of the revolute joint that defines the station, or None for the angle at the
-            start of a group.
+        joint: Index of the revolute joint that defines the angle. None for the angle before the
+            first joint of a group.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
-        angle: Angle of the station axes in the group frame.
-        reach: Vector from the axis of this station to the axis of the next station, in station
-            axes.
-        slides: The prismatic joints between the axes of this station and the next.
-        frames: The link frames between the axes of this station and the next.
+        angle: Angle of the station axes relative to the group frame.
+        reach: Vector from this joint axis to the next, in station axes.
+        slides: The prismatic joints between this joint axis and the next.
+        frames: The link frames between this joint axis and the next.
     """
 
     joint: int | None
@@ -90,7 +89,7 @@ class Station:
         return (*turning, *(slide.joint for slide in self.slides))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> "Station":
-        """Returns the station with all vectors changed by a rotation or reflection."""
+        """Returns the station with rotated or reflected vectors."""
         slides = (replace(slide, direction=change(slide.direction)) for slide in self.slides)
         frames = (
             LinkFrame(frame.name, _mapped(frame.orientation, change), change(frame.origin))
@@ -101,14 +100,14 @@ class Station:
 
 @dataclass(frozen=True)
 class Group:
-    """Consecutive parallel axes, with cosine and sine of the tilt about x to the next group."""
+    """Consecutive parallel axes. The cosine and sine define the tilt about x to the next group."""
 
     stations: tuple[Station, ...]
     tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z; the angle is exact or has 40 digits."""
+    """A constant rotation about x or z, with an exact angle or 40 digits."""
 
     axis: str
     angle: sp.Expr
@@ -116,8 +115,6 @@ class _Turn(NamedTuple):
 
 @dataclass
 class _Stretch:
-    """The constant transform between two revolute joints, in the axes at its start."""
-
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
     slides: list[SlidingJoint] = field(default_factory=list)
@@ -129,11 +126,11 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
 
     Args:
         robot: The description.
-        terms: Table that receives the named constants and angles.
+        terms: Table of named terms, which receives the constants and angles.
         values: The value of every moving joint (radian or meter).
 
     Returns:
-        The groups from base to tool; the tool frame is the last frame of the last group.
+        The groups from base to tool. The last frame of the last group is the tool frame.
     """
     stretches, turning = _stretches(robot, terms, values)
     builder = _Builder(terms)
@@ -194,7 +191,6 @@ def _about_x_and_z(motion: Rotation) -> tuple[_Turn, ...]:
 
 
 def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Merges adjacent rotations about the same axis and removes full turns."""
     reduced: list[_Turn] = []
     for rotation in rotations:
         angle = rotation.angle
@@ -206,7 +202,6 @@ def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
 
 
 def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Rewrites numeric rotations as Rz Rx Rz; symbolic rotations are unchanged."""
     reduced = _reduced(rotations)
     if sum(rotation.axis == "x" for rotation in reduced) <= 1 or not all(
         terms.is_number(rotation.angle) for rotation in reduced
@@ -244,16 +239,16 @@ def _recognised(angle: mpmath.mpf) -> sp.Expr:
 
 
 class _Builder:
-    """Collects the joints of a chain into groups of parallel axes, from the base to the tool.
+    """Collects the joints of a chain into groups of parallel axes.
 
     Attributes:
         groups: The finished groups.
-        stations: The stations (joint angles) of the incomplete group.
-        turned: Signed sum of the joint values in the incomplete group; opposite axes count
+        stations: The stations of the incomplete group.
+        turned: Sum of the joint values in the incomplete group. The values of opposite axes are
             negative.
         offset: Sum of the constant angles in the incomplete group.
-        unsettled: Constant angle by which the axes of the last station still must be rotated.
-        sign: -1 while the axes are opposite to the group axes, otherwise 1.
+        unsettled: Constant angle that the axes of the last station must still rotate. sign:
+        -1 if the joint axes are opposite to the group axes, otherwise 1.
     """
 
     stations: list[Station]
@@ -268,14 +263,13 @@ class _Builder:
         self._open_group()
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
-        """Adds a revolute joint; its value is added to the group angle."""
         turned = self.turned + self.sign * value
-        # Sums of solved angles stay unnamed, so that an angle minus itself cancels.
+        # The sum of solved angles has no name of its own, so that an angle minus itself cancels.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """Adds the constant transform after a joint; a tilt ends the group."""
+        """Adds the constant transform after a joint. A tilt ends the group."""
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
             if rotation.axis == "z":
@@ -287,7 +281,6 @@ class _Builder:
                 self._close_group(rotation.angle)
 
     def finish(self, tool: str) -> tuple[Group, ...]:
-        """Returns all groups; the tool frame is the last frame of the last station."""
         self._settle()
         last = self.stations[-1]
         frame = LinkFrame(tool, _mapped(IDENTITY, partial(_flipped, self.sign)), last.reach)
@@ -302,7 +295,7 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # If the axes at the end of the group are antiparallel, the tilt increases by pi.
+        # For antiparallel axes at the end of the group, the tilt increases by pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()
@@ -318,9 +311,9 @@ class _Builder:
         self.stations[-1] = filled.mapped(partial(_flipped, self.sign))
 
     def _settle(self) -> None:
-        """Rotates the axes of the last station by the constant angles that follow its joint.
+        """Rotates the axes of the last station by the constant angles after its joint.
 
-        The end of the group and the translation before it then share one angle.
+        The translation before the end of the group then needs no other angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())
@@ -337,6 +330,5 @@ def _mapped(basis: Basis, change: Callable[[Vector], Vector]) -> Basis:
 
 
 def _flipped(sign: int, vector: Vector) -> Vector:
-    """Returns ``Rx(pi) v`` for opposite axes (sign -1), otherwise ``v``."""
     x, y, z = vector
     return x, sign * y, sign * z

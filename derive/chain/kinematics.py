@@ -1,7 +1,8 @@
 """Functions of a chain: poses, Jacobians and their derivatives, twists, accelerations.
 
-The coordinates may differ from the joints. A :class:`~chasles.derive.chain.coordinates.Motion` maps
-coordinates to joints: linearly in a serial robot, and through loop equations in other robots.
+The coordinates can differ from the joint values. A
+:class:`~chasles.derive.chain.coordinates.Motion` maps coordinates to joint values. The map is
+linear in a serial robot and follows from loop equations in other robots.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -34,7 +35,7 @@ FUNCTIONS = (
     *(f"twist_{representation}" for representation in REPRESENTATIONS),
     *(f"acceleration_{representation}" for representation in REPRESENTATIONS),
 )
-"""Names of all functions of a chain, in the order of derivation and output."""
+"""Names of all functions of a chain, in output order."""
 ROLES = {
     "fk": "pose",
     "link_poses": "link poses",
@@ -52,10 +53,9 @@ BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
 @dataclass(frozen=True)
 class Kinematics:
-    """A chain with the named terms of its functions.
+    """A chain and the named terms of its functions.
 
     Attributes:
-        robot: The description of the chain, used for names.
         terms: Table of named terms.
         motion: The joint motion as a function of the coordinates.
         arguments: The arguments ``q``, ``qd`` and ``qdd``.
@@ -80,23 +80,17 @@ class Kinematics:
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
     ) -> "Kinematics":
-        """Builds the forward kinematics and names the axes of a chain.
+        """Returns the kinematics of a chain in its minimal form.
 
-        Args:
-            robot: The description of the chain, used for names.
-            terms: Table of named terms.
-            groups: The chain in its minimal form.
-            motion: The joint motion as a function of the coordinates.
-            arguments: The arguments ``q``, ``qd`` and ``qdd``.
-            links: The forward kinematics with all links, if ``groups`` omits links.
+        If ``groups`` omits links, ``links`` is the forward kinematics with all links.
         """
         forward = Forward(terms, groups)
         return cls(robot, terms, motion, arguments, forward, links or forward)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Derives the named functions in the order of :data:`FUNCTIONS`.
+        """Derives the named functions.
 
-        Term names depend on the order of :data:`FUNCTIONS`, not on the order of ``names``.
+        The order of ``names`` does not change the names of the terms.
         """
         derivation = _Derivation(self)
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
@@ -107,8 +101,6 @@ class Kinematics:
 
 
 class _Derivation:
-    """Derives several functions of a chain together; the functions share the Jacobian columns."""
-
     def __init__(self, chain: Kinematics) -> None:
         self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
         self.arguments, self.forward, self.links = chain.arguments, chain.forward, chain.links
@@ -118,7 +110,6 @@ class _Derivation:
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """Derives one function; callers follow the order of :data:`FUNCTIONS`."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)
@@ -137,13 +128,11 @@ class _Derivation:
         return others[name]()
 
     def _joints(self, representation: Representation) -> list[Twist]:
-        """Returns the Jacobian columns, one per moving joint."""
         if representation not in self._columns:
             self._columns[representation] = columns(self.forward, representation)
         return self._columns[representation]
 
     def _rates(self, representation: Representation) -> list[Twist]:
-        """Returns the time derivatives of the Jacobian columns."""
         if representation not in self._columns_dot:
             joints, speeds = self._joints(representation), self.motion.speeds(self.qd)
             self._columns_dot[representation] = rates(self.terms, representation, joints, speeds)
@@ -210,8 +199,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # Converts the joint indices of second derivatives to coordinate indices; the index of
-        # differentiation comes first.
+        # Converts both joint indices to coordinate indices. The first index is the variable of
+        # differentiation.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()
@@ -282,7 +271,6 @@ class _Derivation:
         return Result("J", entries, (6, len(self.q)), "m, 1", f"{representation} Jacobian")
 
     def _by_coordinates(self, joints: list[Twist], D_q: Matrix) -> list[Twist]:
-        """Converts columns per moving joint to columns per coordinate."""
         return [self._combined(joints, D_q, k) for k in range(len(self.q))]
 
     def _combined(self, joints: list[Twist], D_q: Matrix, coordinate: int) -> Twist:
@@ -294,7 +282,7 @@ class _Derivation:
 
 
 def coordinates(name: str, count: int) -> tuple[sp.Symbol, ...]:
-    """Returns the symbols of a coordinate vector: ``q1``, ``q2``, ..."""
+    """Returns the symbols of the coordinates: ``q1``, ``q2``, ..."""
     return tuple(sp.Symbol(f"{name}{k}", real=True) for k in range(1, count + 1))
 
 
@@ -321,7 +309,6 @@ def common_unit(units: Iterable[str]) -> str:
 
 
 def _entries(twists: Iterable[Twist]) -> tuple[sp.Expr, ...]:
-    """Returns the row-major entries of a matrix of columns."""
     return matrix_entries(twist.entries for twist in twists)
 
 

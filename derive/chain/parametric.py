@@ -1,8 +1,8 @@
 """Parametric functions of a serial robot, with geometry and coordinates as inputs.
 
-Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain.
-Therefore, the Jacobian of the extended chain contains the screw of every motion. If motion m has
-the value v_m and the screw S_m, the Jacobians follow from two sums:
+Each elementary motion that depends on q or on a parameter is one joint of an extended chain.
+Therefore, the Jacobian of the extended chain contains the screw of every motion. Motion m has the
+value v_m and the screw S_m. The Jacobians are two sums:
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 
@@ -10,8 +10,8 @@ The formulas are exact for any function v_m(q, p).
 
 Source:
     I.-W. Park, B.-J. Lee, S.-H. Cho, Y.-D. Hong, J.-H. Kim, Laser-based kinematic calibration of
-    robot manipulator using differential kinematics, IEEE/ASME Transactions on Mechatronics 17
-    (2012), for parameter columns as screws.
+    robot manipulator using differential kinematics, IEEE/ASME Transactions on
+    Mechatronics 17 (2012).
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -40,7 +40,7 @@ PARAMETRIC = (
     "identification_jacobian_space",
     "identification_jacobian_body",
 )
-"""Names of all parametric functions, in the order of derivation and output."""
+"""Names of all parametric functions, in output order."""
 REPRESENTATION: dict[str, Representation] = {
     "identification_jacobian": "mixed",
     "identification_jacobian_space": "space",
@@ -56,17 +56,17 @@ _TO_Z: dict[str, Placement] = {
     "y": rotation("x", -sp.pi / 2),
     "z": (),
 }
-"""Rotations that map the z axis to the x, y and z axis."""
+"""Rotations from the z axis to the x, y and z axis."""
 
 
 @dataclass(frozen=True)
 class Parametric:
-    """The extended chain of a serial robot; the parametric functions are derived from this chain.
+    """The extended chain of a serial robot.
 
     Attributes:
         geometry: The robot geometry as variables.
         arguments: The arguments ``q`` and ``p``.
-        values: The value of each motion of the extended chain, as a function of q, p and torques.
+        values: The value of each motion as a function of q, p and torques.
         forward: Forward kinematics of the extended chain.
         pose: Name of the tool pose.
         torques: The gravity torques, or None without compliance.
@@ -81,11 +81,11 @@ class Parametric:
 
     @classmethod
     def of(cls, robot: SerialRobot, terms: Terms) -> "Parametric":
-        """Builds the extended chain of a robot.
+        """Returns the extended chain of a robot.
 
         Args:
             robot: The description.
-            terms: Receives the terms of the functions.
+            terms: Table of named terms.
         """
         q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
         found = geometry(robot, q.symbols)
@@ -139,7 +139,6 @@ class Parametric:
         )
 
     def _column(self, screws: Sequence[Twist], variable: sp.Symbol) -> Twist:
-        """Returns sum_m S_m dv_m/dx for one coordinate or parameter x."""
         moved = self._rates[variable]
         return weighted(
             self.forward.terms,
@@ -149,7 +148,7 @@ class Parametric:
 
     @cached_property
     def _rates(self) -> dict[sp.Symbol, dict[int, sp.Expr]]:
-        """The nonzero rates dv_m/dx for each coordinate or parameter x, keyed by motion m."""
+        """The rates dv_m/dx that are not zero, one dictionary over m for each x."""
         found: dict[sp.Symbol, dict[int, sp.Expr]] = {}
         symbols = [value.free_symbols for value in self.values]
         for variable in (x for argument in self.arguments.values() for x in argument.symbols):
@@ -163,7 +162,7 @@ class Parametric:
         return found
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """Returns dv_m/dx; for a coordinate x, the change of the gravity torques is included."""
+        """Returns dv_m/dx. If x is a coordinate, the change of the gravity torques is included."""
         rate = sp.diff(value, variable)
         if self.torques is None:
             return rate
@@ -188,7 +187,6 @@ def _argument(found: Geometry) -> Argument:
 
 
 def _lengthened(robot: SerialRobot, motions: Placement) -> tuple[SerialRobot, tuple[sp.Expr, ...]]:
-    """Returns a chain with one joint per variable motion, and the joint values."""
     joints: list[Joint] = []
     values: list[sp.Expr] = []
     waiting: Placement = ()

@@ -10,7 +10,7 @@ from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.values import shortened
 
 PLACEMENTS = 1024
-"""Cache size for placement matrices; larger than the number of placements of a robot."""
+"""Cache size for placement matrices. No robot has more placements."""
 
 
 def product_of_exponentials(
@@ -18,8 +18,8 @@ def product_of_exponentials(
 ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Screw axes and home pose of a robot in any convention.
 
-    ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee``, where theta contains the values of
-    the moving joints. If no joint is coupled or reversed, theta equals q.
+    ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee``, where theta are the values of the
+    moving joints. If no joint is coupled or reversed, theta equals q.
 
     Args:
         description: A serial robot.
@@ -27,7 +27,7 @@ def product_of_exponentials(
     Returns:
         ``S_space`` (6, moving joints) and ``M_0_ee`` (4, 4). Each column of ``S_space`` is a screw
         (v; omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints at
-        zero. The home pose excludes the offsets of couplings.
+        zero. It excludes the offsets of couplings.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
@@ -50,7 +50,7 @@ def product_of_exponentials(
 
 
 def placement_matrix(placement: Placement) -> sp.Matrix:
-    """Returns a constant placement as a homogeneous matrix (4, 4)."""
+    """Returns the homogeneous matrix (4, 4) of a constant placement."""
     return _matrix_of(placement).copy()
 
 

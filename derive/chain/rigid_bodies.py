@@ -4,10 +4,10 @@ A body on a joint has the following pose in the base frame:
 
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
-Here, z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
-about or translates along the joint axis in the body frame. A joint that several coordinates move is
-a series of motions about one axis, each on a separate body. A strut connects two bodies; the z axes
-of its sections are along the strut.
+Here, z is the full configuration of a robot with loops, or q of a serial robot. The motion is a
+rotation about the joint axis or a translation along the axis. If several coordinates move a joint,
+each coordinate has a body and a motion of its own about the joint axis. A strut connects two
+bodies; the z axes of its sections are along the strut.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,13 +36,13 @@ class TreeBody:
 
     Attributes:
         name: Unique name of the body.
-        parent: Index of the body to which the joint is attached; -1 for the ground and for parts of
+        parent: Index of the body that carries the joint. It is -1 for the ground and for parts of
             struts.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
-        span: The end points of the strut, or None for bodies that are not sections of a strut.
+        span: The two end points of the strut that the section belongs to, or None for other bodies.
         limits: Minimum and maximum of the coordinate, or None if unbounded.
-        is_part: Whether another coordinate of the same joint moves the next body.
+        is_part: Whether the next body belongs to the same joint.
     """
 
     name: str
@@ -55,11 +55,13 @@ class TreeBody:
 
 
 class RigidBodies:
-    """The bodies of a description: the ground, the bodies of each joint, then the strut sections.
+    """The bodies of a description.
+
+    The ground is first, then the bodies on joints, then the strut sections.
 
     Attributes:
         robot: The description.
-        bodies: The bodies; each parent precedes its children.
+        bodies: The bodies. A parent is always before its children.
         index: The index of each body, keyed by its name in the description.
         names: The names of the coordinates that move the bodies.
         poses: The reference pose of each body on a joint, in the base frame (4, 4).
@@ -69,14 +71,7 @@ class RigidBodies:
     """
 
     def __init__(self, robot: Described, terms: Terms, reference: Mapping[str, float]) -> None:
-        """Reads the description.
-
-        Args:
-            robot: A serial robot or a mechanism.
-            terms: Table of named terms, with default parameter values.
-            reference: Coordinate values in order (radian or meter): all entries of z, or of q for a
-                serial robot.
-        """
+        """Reads the description."""
         self.robot, self.terms, self.reference = robot, terms, reference
         self.names = tuple(reference)
         self.bodies = [TreeBody(robot.base_frame, -1, np.eye(4))]
@@ -107,7 +102,6 @@ class RigidBodies:
     def _motions(
         self, joint: Joint, at: Vector, axis: Vector
     ) -> list[tuple[BodyJoint, tuple[float | None, float | None]]]:
-        """Returns the motions of a joint with limits, one for each coordinate that moves it."""
         if joint.kind == "fixed":
             return [(BodyJoint(joint.name, joint.kind, at, axis), (None, None))]
         value = self.terms.value
@@ -122,13 +116,12 @@ class RigidBodies:
         return found
 
     def _moved(self, joint: Joint) -> list[tuple[int, float, Limits]]:
-        """Returns the coordinates that move a joint: index, ratio and limits of each."""
         if isinstance(self.robot, Mechanism) or not self.robot.couplings:
             return [(self.names.index(joint.name), float(joint.direction), joint.limits)]
         row = list(
             self.robot.linear_map.C.row([j.name for j in self.robot.moving].index(joint.name))
         )
-        # A constant joint is described by the first coordinate with the ratio 0.
+        # A joint at a constant value is described by the first coordinate with the ratio 0.
         moving = [k for k, ratio in enumerate(row) if ratio != 0] or [0]
         coordinates = self.robot.coordinates
         return [(k, float(joint.direction * row[k]), coordinates[k].limits) for k in moving]
@@ -162,7 +155,6 @@ class RigidBodies:
         return k, self._on(k, frame.placement)
 
     def _on(self, body: int, placement: Placement) -> Array:
-        """Returns a placement in its body's frame; the ground's frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
     def closure_frames(self, closure: Closure) -> ClosureFrames:
@@ -171,11 +163,11 @@ class RigidBodies:
         return ClosureFrames(closure.name, closure.kind, (a, b), (pose_rows(A), pose_rows(B)))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
-        """Returns the end points of a strut; at a pin, the y axis of the strut is the pin axis."""
+        """Returns the end points of a strut. At a pin, the y axis of the strut is the pin axis."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
-        # In planar mechanisms, an end frame may define only a point; its z axis is then in the
+        # In planar mechanisms, an end frame may define only a point. Its z axis is then in the
         # plane.
         length = max(float(np.linalg.norm(displacement)), 1e-300)
         along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
@@ -186,32 +178,30 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        """Returns the frame axis whose component along the strut is smallest."""
-        # The last digits of equal components may differ between computers, so all components are
-        # rounded.
+        # Rounded, because the last digits of equal components differ between computers.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 
 
 def pose_rows(T: Array) -> tuple[Vector, ...]:
-    """Returns the first three rows of a pose as plain data."""
+    """Returns the first three rows of a pose as nested lists."""
     return tuple(vector(row) for row in T[:3])
 
 
 def vector(values: Array) -> Vector:
-    """Returns an array as plain data."""
+    """Returns an array as nested lists."""
     return tuple(float(value) + 0.0 for value in values)
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
-    """Returns a constant placement as floats (4, 4), rounded from high-precision values."""
+    """Returns the placement matrix (4, 4) in double precision."""
     exact = placement_matrix(placement)
     rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
     return np.array(rows) + 0.0
 
 
 def motions(joint: BodyJoint, coordinates: Array) -> Array:
-    """Returns the motions of a joint in the body frame (m, 4, 4).
+    """Returns the poses (m, 4, 4) of the moved body relative to the joint, in the body frame.
 
     Args:
         joint: The joint.
@@ -231,7 +221,7 @@ def motions(joint: BodyJoint, coordinates: Array) -> Array:
 
 
 def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
-    """Returns the poses of the ground and of all bodies on joints, in the base frame (4, 4).
+    """Returns the poses of all bodies in the base frame (4, 4), without strut sections.
 
     Args:
         bodies: The bodies; strut sections are skipped.
@@ -251,7 +241,6 @@ def skew(w: Array | Vector) -> Array:
 
 
 def _links(robot: Described) -> Sequence[str]:
-    """Returns the names of the bodies on all joints, in joint order."""
     if isinstance(robot, Mechanism):
         return [joint.link for joint in robot.joints]
     return robot.link_names

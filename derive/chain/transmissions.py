@@ -1,15 +1,15 @@
-"""Conversion between controller readings and true coordinates, in both directions.
+"""Conversion between controller readings and true coordinates.
 
-A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
-together with the geometry. All other functions use the true coordinates q. The conversions relate q
-to the controller readings r:
+A calibration identifies drive gains, periodic drive errors and joint compliance together with the
+geometry. All other functions use the true coordinates q. Two functions relate the coordinates q to
+the controller readings r:
 
     T = fk(coordinates_from_readings(r)),
     r = readings_from_coordinates(q), where q is one of ik(T).
 
-The inverse uses Newton's method per drive, starting from r = q / gain, with quadratic convergence.
-Springs couple the coordinates. Each fixed-point iteration uses the deflection at the value of r
-from the preceding iteration.
+Newton's method computes the reading of each drive from the start r = q / gain. It converges
+quadratically. Springs couple the drives. An outer iteration therefore repeats the computation with
+the deflections at the last readings.
 """
 
 from collections.abc import Sequence
@@ -34,15 +34,17 @@ _ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Returns both conversion functions, keyed by name; empty for ideal drives and rigid joints.
+    """Returns both conversion functions, keyed by name.
+
+    The dictionary is empty for ideal drives and rigid joints.
 
     Args:
         robot: The description.
-        terms: Table that receives the named terms.
+        terms: Table of named terms.
         q: The true coordinates.
 
     Raises:
-        DescriptionError: A joint is so compliant that the conversion may not be invertible.
+        DescriptionError: A joint is so compliant that its conversion may have no inverse.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
@@ -74,8 +76,6 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
 
 @dataclass(frozen=True)
 class _Sag:
-    """Springs, and the chain with the masses that load them."""
-
     springs: Springs
     chain: SerialRobot
 
@@ -95,7 +95,6 @@ class _Sag:
         return cls(springs, chain)
 
     def at(self, terms: Terms, r: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Returns the deflection of each joint."""
         load = self.chain.load
         if load is None:
             return [sp.S.Zero for _ in r]
@@ -106,14 +105,11 @@ class _Sag:
 
 @dataclass(frozen=True)
 class _Laws:
-    """Conversion functions of all coordinates."""
-
     terms: Terms
     laws: Sequence[Transmission]
     sag: _Sag | None
 
     def true(self, r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the true coordinates at readings r, as named terms."""
         driven = [_value(self.terms, law, s) for law, s in zip(self.laws, r, strict=True)]
         if self.sag is None:
             return tuple(driven)
@@ -121,7 +117,6 @@ class _Laws:
         return tuple(self.terms.let(a + b) for a, b in zip(driven, sags, strict=True))
 
     def shown(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the readings r at true coordinates, as named terms."""
         r = self._driven_back(q)
         if self.sag is None:
             return r
@@ -135,7 +130,6 @@ class _Laws:
 
 
 def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
-    """Returns the chain of spring axes; at coordinates 0, all link frames equal the base frame."""
     joints, masses = [], []
     for row, joint in zip(springs.rows, robot.coordinates, strict=True):
         to_axis = translation(*row.point) + align_z(row.axis)
@@ -155,7 +149,6 @@ def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
 
 
 def _value(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
-    """Returns the output of a drive at reading r, as a named term."""
     sin1, cos1, sin2, cos2 = law.waves
     if not any(law.waves):
         return terms.let(law.gain * r)
@@ -165,7 +158,6 @@ def _value(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
 
 
 def _rate(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
-    """Returns the derivative of a drive output with respect to r, as a named term."""
     sin1, cos1, sin2, cos2 = law.waves
     c, s = terms.cos_sin(r)
     double = 2 * sin2 * (c**2 - s**2) - 4 * cos2 * s * c
@@ -173,7 +165,6 @@ def _rate(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
 
 
 def _inverted(terms: Terms, law: Transmission, q: sp.Expr) -> sp.Expr:
-    """Returns the reading r for a drive output, as a named term."""
     r = terms.let(q / law.gain)
     for _ in range(_STEPS if any(law.waves) else 0):
         r = terms.let(r - (_value(terms, law, r) - q) / _rate(terms, law, r))

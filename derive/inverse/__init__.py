@@ -1,1 +1,1 @@
-"""Closed-form inverse kinematics: families of axis structures, solution steps and subproblems."""
+"""Closed-form inverse kinematics."""

@@ -1,4 +1,4 @@
-"""Solves a chain by the closed form of its family of axis structures."""
+"""Solution of a chain by the closed form of its family."""
 
 from collections.abc import Mapping
 
@@ -19,13 +19,13 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Solves for the joints of a chain by the closed form of its family.
+    """Solves for the joints of a chain.
 
     Args:
-        work: Table that receives the joint values and the solution steps.
+        work: Record of the solution, which receives the joint values and the steps.
         lines: The chain.
-        found: The family of axis structures that matches the chain.
-        target: The displacement of the last body, which the joints must produce.
+        found: The family that matches the axes of the chain.
+        target: The pose of the last body relative to its pose at zero.
         given: Values of the fixed joints (radian or meter), keyed by joint index.
     """
     left, target = without(lines, target, given)
@@ -36,7 +36,7 @@ def solve_chain(
 
 
 def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
-    """Returns the task ``ik``: all joints from the tool pose and the fixed joint values."""
+    """Returns the task ``ik``, which solves for all joints that are not fixed."""
     work = Work(lines.terms)
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)

@@ -1,4 +1,4 @@
-"""Inverses with fixed joints that the caller chooses."""
+"""Inverses of robots with fixed joints, which the caller chooses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ from .structure.lines import Lines, axes_of
 from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
-"""Maximum number of joint sets tested for an error message (1 to 2 seconds)."""
+"""Maximum number of joint sets to test for an error message, which takes 1 to 2 seconds."""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -27,14 +27,14 @@ MAX_NAMED = 12
 def inverses_for_fixed(
     robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """Derives the inverses of a serial robot with some joints fixed.
+    """Derives the inverses of a serial robot whose caller fixes some joints.
 
     Args:
         robot: The description.
         terms: Table of named terms.
         families: The families of axis structures to try, in order.
-        fixed: Names of the fixed joints; () to select suitable joints of a redundant robot
-            automatically.
+        fixed: Names of the fixed joints. With (), suitable joints of a redundant robot are
+            selected.
 
     Raises:
         InputValueError: A joint name is unknown, or the other joints have no closed-form inverse.
@@ -56,14 +56,14 @@ def hybrid_inverses_for_fixed(
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """Derives the inverses of a robot with loops and some fixed main-chain joints.
+    """Derives the inverses of a robot with loops whose caller fixes some joints of the main chain.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try, in order.
-        fixed: Names of the fixed joints; () to select suitable main-chain joints automatically.
-        closure: Closure equations of loops without a closed form, or None if all loops have a
-            closed form.
+        fixed: Names of the fixed joints. With (), suitable joints of the main chain are selected.
+        closure: Closure equations of loops without a closed form. None if all loops have a closed
+            form.
 
     Raises:
         InputValueError: A main-chain joint name is unknown, or the other joints have no closed-form
@@ -82,7 +82,6 @@ def hybrid_inverses_for_fixed(
 
 
 def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
-    """Returns the indices of the named joints among the moving joints, in ascending order."""
     names = [joint.name for joint in robot.moving]
     fixed = (fixed,) if isinstance(fixed, str) else fixed
     unknown = [name for name in fixed if name not in names]
@@ -99,7 +98,10 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error for fixed joints without a closed form; lists suitable joint sets."""
+    """Returns the error for fixed joints that leave no closed form.
+
+    The error lists suitable joint sets.
+    """
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MAX_NAMED]
@@ -116,9 +118,11 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yields the sets of ``count`` joints that leave a solvable chain when fixed.
+    """Yields sets of ``count`` joints.
 
-    The sets that share the most joints with the requested set come first.
+    If the joints of a set are fixed, the chain has a closed form.
+
+    Sets that share the most joints with the request come first.
     """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))

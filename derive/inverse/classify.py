@@ -1,4 +1,4 @@
-"""Classifies the axes of a chain: tries the families in order and measures each deviation."""
+"""Classification of the axes of a chain, which tries the families in order."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,20 +17,20 @@ from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
 MAX_JOINTS = 6
-"""Maximum joint count of a chain without redundancy."""
+"""Maximum number of joints of a chain without redundancy."""
 MAX_NEAR = 2
-"""Maximum number of structures tried for the nominal arm if an arm fits no structure exactly."""
+"""Maximum number of nominal structures to try if no structure fits exactly."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """The result of testing whether a chain fits one family.
+    """Result of comparing a chain with one family.
 
     Attributes:
         family: The family.
-        reading: The end of the chain (base or tool) at which the numbering of the axes starts.
+        reading: The end of the chain at which the numbering of axes starts: base or tool.
         given: Indices of the joints with fixed values.
-        requirements: The conditions on the remaining axes, with their deviations.
+        requirements: The conditions on the other axes, with deviations.
     """
 
     family: Family
@@ -45,16 +45,16 @@ class Attempt:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the structure includes all joints, numbered from base to tool."""
+        """Whether the structure covers all joints, numbered from base to tool."""
         return not self.given and not self.backwards
 
     @property
     def deviation(self) -> float:
-        """Largest deviation from the conditions: radian, or distance divided by arm length."""
+        """Largest deviation from the conditions: radian, or distance divided by the arm length."""
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """Tests whether another chain, for example a nominal arm, has the same structure."""
+        """Tests whether another chain has the same structure. It may be a nominal arm."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -71,12 +71,12 @@ class Classification:
 
     Attributes:
         lines: The axes of the joints in the chain.
-        found: The family that fits, or None if no family fits.
-        attempts: The tested families, up to the first matching family.
-        missing: The reason why no closed form exists, or an empty text.
-        near: Structures that the axes fit approximately, likeliest first. Each structure defines a
-            nominal arm from which Newton's method may refine the inverse.
-        give: Indices of the joints that the caller fixed, or () if they are selected automatically.
+        found: The family that fits the chain, or None.
+        attempts: The tested families. The last one is the family that fits, if any.
+        missing: The reason why no closed form exists. The text is empty if one exists.
+        near: Structures that fit approximately, best first. Each structure defines a nominal arm
+            for refinement by Newton's method.
+        give: Indices of the joints that the caller fixed. With (), they are selected.
     """
 
     lines: Lines
@@ -88,7 +88,7 @@ class Classification:
 
     @property
     def method(self) -> Literal["exact", "snapped", "none"]:
-        """Whether the axes fit a structure exactly, approximately ("snapped") or not at all."""
+        """How well the axes fit a structure: exactly, approximately ("snapped") or not at all."""
         if self.found is None:
             return "none"
         return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
@@ -103,15 +103,16 @@ def classify(
 ) -> Classification:
     """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
-    If the chain has more coordinates than the tool has degrees of freedom, the redundant joints
+    A redundant chain has more coordinates than the tool has degrees of freedom. Some of its joints
     must be fixed.
 
     Args:
         robot: The description.
-        terms: Table of named terms; receives the constants of the axes.
-        coordinates: Number of coordinates that move the chain, if loops couple some joints.
+        terms: Table of named terms, which receives the constants of the axes.
+        coordinates: Number of coordinates that move the chain, if loops couple joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix, in ascending order, or () for the first suitable set.
+        give: Indices of the joints to fix, in ascending order. With (), the first suitable set is
+            used.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = unfit(robot)
@@ -130,9 +131,9 @@ def of_lines(
 
     Args:
         lines: The chain.
-        coordinates: Number of coordinates that move the chain; by default the joint count.
+        coordinates: Number of coordinates that move the chain. The default is the number of joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix, or () for the first suitable set.
+        give: Indices of the joints to fix. With (), the first suitable set is used.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
@@ -152,7 +153,10 @@ def of_lines(
 
 
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
-    """Whether a fixed revolute joint lies between free joints, so that no nominal arm exists."""
+    """Whether a fixed revolute joint lies between free joints.
+
+    There is no nominal arm in this case.
+    """
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
@@ -163,13 +167,13 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields further structures that fit the chain exactly, possibly with other fixed joints.
+    """Yields more structures that fit the chain exactly. Their fixed joints may differ.
 
     Args:
         lines: The chain.
-        found: The structure already found for the chain.
+        found: The structure that was found first.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix, or () for every possible set.
+        give: Indices of the joints to fix. With (), every possible set is tried.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given
@@ -183,11 +187,10 @@ def further_families(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """Returns the structures that the axes fit approximately, likeliest first.
+    """Returns the structures that fit approximately, best first.
 
-    If a structure is within the tolerance for measurement errors, only this structure is returned.
-    Otherwise, the structures are sorted by deviation. Families with a swivel angle as input are
-    excluded, because they require exact axes.
+    A structure that fits within the tolerance for measurement errors is returned alone. Families
+    with a swivel angle are excluded, because they need exact axes.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -200,7 +203,7 @@ def _near(
 
 
 def unfit(robot: SerialRobot) -> str:
-    """Returns the reason why a chain cannot be classified, or an empty text."""
+    """Returns the reason why a chain cannot be classified. The text is empty if it can."""
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
     if robot.couplings:
         return f"{', '.join(rule.joint for rule in robot.couplings)} follows other coordinates"
@@ -210,11 +213,11 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """Returns the sets of joints that make the chain non-redundant when fixed."""
+    """Returns sets of joints. If the joints of a set are fixed, the chain is not redundant."""
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]
-    # Joints near the tool come first, because an operator can set them most easily.
+    # Joints near the tool come first, because an operator sets them most easily.
     choices = sorted(joint_sets_to_fix(lines, surplus), key=lambda given: given[::-1], reverse=True)
     return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 

@@ -1,20 +1,18 @@
-"""Shortens a coupled chain, so that each joint of the shorter chain moves independently.
+"""Shortens a chain with coupled joints, until each joint moves independently.
 
-A coupled joint that follows other joints has no independent motion. Three identities remove joints
-without independent motion. In the identities, M is the constant placement between two consecutive
-axes.
+A coupled joint does not move independently. Three identities remove coupled joints. In the
+identities, M is the constant placement between two joints in succession.
 
-Two coaxial revolute joints are merged by ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
+Two coaxial revolute joints are merged: ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
 
-Two prismatic joints with equal or opposite directions are merged by ``Tz(a) M Tz(b) = Tz(a + s b)
-M``.
+Two parallel prismatic joints are merged: ``Tz(a) M Tz(b) = Tz(a + s b) M``.
 
-The second of three parallel revolute joints is removed by ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
+The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a)
 T(t) R' Rz(b - s' a)``.
 
-In the last identity, the rotations a and -s a cancel, so that the body with the placement M' only
-translates. Here, t is the translation of M; t' and R' are the translation and rotation of R M',
-with the rotation R of M.
+In the last identity, the rotations by a and -s a cancel, so the body after the second joint only
+translates. There, R and t are the rotation and translation of M. The rotation and translation of R
+M' are R' and t'.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,13 +31,13 @@ _ZERO = sp.Float(10) ** -(EVALUATION_DIGITS // 2)
 
 @dataclass(frozen=True)
 class CoupledChain:
-    """A chain and the linear map from the coordinates of the robot to its joints.
+    """A chain, and the linear map from robot coordinates to joint values.
 
     Attributes:
-        robot: The chain, without couplings; all directions are 1.
-        C: Joint motion per unit of each coordinate (joints, coordinates).
-        c: Joint motions (joints, 1) if all coordinates are 0.
-        members: For each joint, the names of the described joints that were merged into it.
+        robot: The chain without couplings. All directions are 1.
+        C: Motion of each joint per unit of each coordinate (joints, coordinates).
+        c: Joint values (joints, 1) if all coordinates are 0.
+        members: For each joint, the names of the joints that were merged into it.
     """
 
     robot: SerialRobot
@@ -53,14 +51,14 @@ class CoupledChain:
         return int(self.C.rows - self.C.cols)
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns the matrix L in q = L (theta - c), and the indices of the joints in theta."""
+        """Returns the matrix L in q = L (theta - c), with the indices of the joints in theta."""
         _, pivots = self.C.T.rref()
         rows = self.C.extract(list(pivots), list(range(self.C.cols)))
         return sp.ImmutableMatrix(rows.inv()), tuple(pivots)
 
     @property
     def keeps_turns(self) -> bool:
-        """Whether every joint makes full turns if the independent joints make full turns."""
+        """Whether every joint turns fully if the independent joints turn fully."""
         L, joints = self.inverse()
         D = self.C * L
         moving = self.robot.moving
@@ -85,9 +83,9 @@ class CoupledChain:
 
 @dataclass(frozen=True)
 class _Link:
-    """A moving joint, the placement before it, and its equation.
+    """A moving joint with its placement and its equation.
 
-    ``before`` includes the placements of fixed joints.
+    ``before`` includes the placements of the fixed joints before it.
     """
 
     joint: Joint
@@ -106,7 +104,7 @@ class _State:
     values: Mapping[sp.Symbol, sp.Expr]
 
     def shorter(self) -> "_State | None":
-        """Returns the chain with one joint fewer, or None if no joint can be removed."""
+        """Returns the chain without one of its joints, or None if all joints are needed."""
         for k in range(len(self.links) - 1):
             found = self._merged(k)
             if found is not None and found.rank == self.rank:
@@ -116,11 +114,9 @@ class _State:
 
     @property
     def rank(self) -> int:
-        """Number of coordinates that the joints determine."""
         return int(sp.Matrix.vstack(*(link.row for link in self.links)).rank())
 
     def _merged(self, k: int) -> "_State | None":
-        """Returns the chain with joints k and k+1 merged, or None if their axes differ."""
         one, other = self.links[k : k + 2]
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
@@ -138,10 +134,6 @@ class _State:
         return self._with(k, (merged,), other.before, 2)
 
     def _translating(self, k: int) -> "_State | None":
-        """Returns the chain without joint k+1 if joints k to k+2 are parallel, or None.
-
-        Joint k+1 must rotate by the opposite angle of joint k.
-        """
         one, other, last = self.links[k : k + 3]
         sense, sense_of_last = self._sense("revolute", other), self._sense("revolute", last)
         if one.joint.kind != "revolute" or sense * sense_of_last == 0:
@@ -166,7 +158,6 @@ class _State:
         return self._with(k, (first, second), (), 3)
 
     def _with(self, k: int, links: tuple[_Link, ...], behind: Placement, count: int) -> "_State":
-        """Replaces ``count`` joints, starting with joint k, by ``links`` and a final placement."""
         rest = self.links[k + count :]
         if not rest:
             return replace(self, links=self.links[:k] + links, after=behind + self.after)
@@ -174,7 +165,6 @@ class _State:
         return replace(self, links=self.links[:k] + links + rest)
 
     def _sense(self, kind: str, other: _Link) -> int:
-        """Returns 1 or -1 if two consecutive joints of the same kind have parallel axes, else 0."""
         if kind != other.joint.kind or kind not in ("revolute", "prismatic"):
             return 0
         T = self._matrix(other)
@@ -195,9 +185,9 @@ class _State:
 
 
 def coupled_chain(robot: SerialRobot) -> CoupledChain:
-    """Returns the chain of a coupled robot after merging joints that do not move independently.
+    """Returns the chain of a coupled robot in which each joint moves independently.
 
-    The chain has the same tool pose and the same coordinates as the robot. Joints are only removed
+    The chain has the same tool pose and the same coordinates as the robot. A joint is removed only
     while the chain has more joints than coordinates.
     """
     state: _State | None = _described(robot)
@@ -227,7 +217,6 @@ def coupled_chain(robot: SerialRobot) -> CoupledChain:
 
 
 def _described(robot: SerialRobot) -> _State:
-    """Returns the chain of the robot before any joint is merged."""
     links: list[_Link] = []
     before, own = robot.base, robot.linear_map
     for joint in robot.joints:

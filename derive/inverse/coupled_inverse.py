@@ -1,4 +1,4 @@
-"""Expresses the inverse of a chain in the coordinates of a coupled robot, q = L (theta - c)."""
+"""Conversion of an inverse from chain joints to the coordinates of a coupled robot."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,16 +18,17 @@ from .tasks.task import Solved
 def in_coordinates(
     robot: SerialRobot, chain: CoupledChain, terms: Terms, solved: Solved
 ) -> Solved | None:
-    """Returns a task of the chain as a task of the robot.
+    """Converts a task of the chain to a task of the robot.
 
     Args:
         robot: The coupled robot.
-        chain: The chain, with as many joints as the robot has coordinates.
+        chain: The chain. The number of its joints equals the number of robot coordinates.
         terms: Table of named terms.
         solved: The task of the chain.
 
     Returns:
-        The task, or None if it solves for joints whose coordinates also move other joints.
+        The converted task. None if the task solves for a joint whose coordinates also move other
+        joints.
     """
     function = solved.function
     free = _coordinates_of(chain, function.role.free)
@@ -51,7 +52,7 @@ def in_coordinates(
 def coordinates_at(
     chain: CoupledChain, terms: Terms, theta: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the coordinates q = L (theta - c) of the chain joints theta as named terms."""
+    """Returns the coordinates q = L (theta - c) of chain joints theta as named terms."""
     L, joints = chain.inverse()
     moved = [theta[j] - chain.c[j] for j in joints]
     return tuple(
@@ -79,17 +80,16 @@ def refined_in_coordinates(
     refined: NativeSolverFunction,
     solved: Mapping[str, Solved],
 ) -> NativeSolverFunction:
-    """Returns the inverse of a calibrated chain, refined in the coordinates of the robot.
+    """Returns the inverse of a calibrated chain in the coordinates of the robot.
 
-    The general solver, which finds solutions of uncertain branches, is not used because it computes
-    chain joints only.
+    The general solver is not used for uncertain branches, because it computes only chain joints.
 
     Args:
         robot: The coupled robot.
         chain: The chain.
         refined: The inverse of the chain.
-        solved: The tasks as functions of the coordinates. The task of the nominal arm supplies the
-            start values of the refinement.
+        solved: The tasks, with coordinates as results. Refinement starts from the solutions of the
+            nominal arm.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function
@@ -117,15 +117,11 @@ def refined_in_coordinates(
 
 
 def _joint_argument(chain: CoupledChain, joint: int, argument: Argument) -> Argument:
-    """Returns the input for a fixed joint, named after the joint."""
     return replace(argument, name=chain.robot.moving[joint].name)
 
 
 def _coordinates_of(chain: CoupledChain, joints: Sequence[int]) -> tuple[int, ...] | None:
-    """Returns the coordinates that move only the listed joints.
-
-    The result is None if other coordinates also move the listed joints.
-    """
+    """Returns the coordinates that move only the listed joints, or None."""
     rows = range(chain.C.rows)
     found = [
         k

@@ -1,9 +1,9 @@
-"""An arm whose wrist bends at two coupled joints, such as the hollow wrist of a paint robot.
+"""An arm whose wrist bends at two coupled joints. An example is the hollow wrist of a paint robot.
 
 Joints 4 to 7 are revolute, and their axes pass through one point. One motor moves joints 5 and 6 by
-equal or opposite angles, and at zero the four axes lie in one plane. The first three joints
-position the point. Joints 5 and 6 then set the angle between axes 4 and 7
-(:mod:`.subproblems.coupled_turns`), and joints 4 and 7 complete the rotation. Maximum number of
+equal or opposite angles. If both angles are zero, the four axes lie in one plane. The first three
+joints position the common point of the axes. Joints 5 and 6 set the angle between axes 4 and 7
+(:mod:`.subproblems.coupled_turns`). Joints 4 and 7 complete the rotation. Maximum number of
 solutions: four times the number for the first three joints.
 """
 
@@ -33,7 +33,7 @@ _ONE, _OTHER = _WRIST[1:3]
 
 
 def coupled_wrist(chain: CoupledChain) -> tuple[Family, ...]:
-    """Returns the family for a chain with a coupled wrist, or () for other couplings."""
+    """Returns the family of a chain with a coupled wrist. The result is () for other couplings."""
     if chain.C.rows != JOINTS or chain.surplus != 1:
         return ()
     for sense in (1, -1):
@@ -56,7 +56,6 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _in_plane(lines: Lines) -> Requirement:
-    """Requires that the wrist axes lie in one plane."""
     axes = [lines.axes[k] for k in _WRIST]
     triples = combinations([axis.direction for axis in axes], 3)
     deviation = max(abs(float(np.linalg.det(np.array(triple)))) for triple in triples)

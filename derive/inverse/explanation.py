@@ -1,4 +1,4 @@
-"""Text explanation of a robot's inverse: the structure of the axes and the solution steps."""
+"""Text that explains the inverse of a robot: the structure of the axes and the solution steps."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -43,14 +43,14 @@ _GAP = 3
 
 @dataclass(frozen=True)
 class Explanation:
-    """Text explanation of a robot's inverse; shown by ``print(explain(robot))``.
+    """Text that explains the inverse of a robot. ``print(explain(robot))`` prints the text.
 
     Attributes:
         robot: The robot's title.
         chain: The explained chain.
-        inverses: The structure of the chain and the solved tasks, or None if the loops allow
-            several tool poses, as in a parallel platform.
-        loops: A sentence about the inverse of the loops, or an empty text for a serial robot.
+        inverses: The solved tasks and the structure of the chain. None for robots with several tool
+            poses per configuration of the actuators, such as parallel platforms.
+        loops: A sentence about the inverse of the loops. The text is empty for a serial robot.
         hybrid: The loops and their solution, or None for a serial robot.
     """
 
@@ -62,7 +62,7 @@ class Explanation:
 
     @property
     def max_solutions(self) -> int:
-        """Maximum number of solutions per tool pose, or 0 if unknown."""
+        """Maximum number of solutions per tool pose. The value is 0 if the number is unknown."""
         if self.inverses is None:
             return 0
         written = {function.name: function for function in self.inverses.written}
@@ -94,18 +94,11 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """Describes a permanent singularity after a prefix, or returns an empty text."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)
 
     def __str__(self) -> str:
-        """Returns the full explanation, about 30 lines.
-
-        Raises:
-            DescriptionError: The loops cannot be closed at the reference configuration, or the
-                number of actuators differs from the degrees of freedom.
-        """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
         if self.hybrid is not None:
             title = f"{title}\n\n{mechanism_in_words(self.hybrid)}"
@@ -127,7 +120,6 @@ class Explanation:
 
 
 def _couplings(family: Family, chain: CoupledChain) -> str:
-    """States which joints act as one joint, and how the coordinates are computed."""
     sentences = [
         f"{listed(names)} act as one joint, {joint.name}."
         for joint, names in zip(chain.robot.moving, chain.members, strict=True)
@@ -147,20 +139,20 @@ def explain(
     fixed: str | Sequence[str] = (),
     families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
-    """Explains the closed-form inverse of a robot, or why no closed form exists.
+    """Explains the closed-form inverse of a robot, or why there is none.
 
-    For a mechanism, the text starts with the degrees of freedom, the loops and the loop steps.
+    For a mechanism, the text starts with the degrees of freedom and the loops.
 
     Args:
-        description: A serial robot, or a mechanism whose main chain is explained.
-        fixed: Names of the fixed joints, whose values are inputs of ``ik``, or () for the default
-            choice.
+        description: A serial robot, or a mechanism with a main chain.
+        fixed: Names of the fixed joints, whose values are inputs of ``ik``. The default () fixes
+            joints only if needed.
         families: The families of axis structures to try, in order.
 
     Returns:
-        The explanation. The text lists the structure of the axes, the numbered solution steps with
-        degenerate cases, and the maximum solution count. If no closed form exists, the text lists
-        the deviation of the axes from each known structure.
+        The explanation. The text lists the structure of the axes, the solution steps and the
+        maximum number of solutions. If there is no closed form, the text compares the axes with
+        each known structure.
     """
     check_type("explain: description", description, SerialRobot, Mechanism)
     if not isinstance(description, Mechanism):
@@ -185,8 +177,8 @@ def explanation(
 
     Args:
         robot: The robot.
-        inverses: The robot's inverse, or None if the loops allow several tool poses.
-        hybrid: The robot's loops, or None for a serial robot.
+        inverses: The inverse. None if the loops allow several tool poses.
+        hybrid: The loops, or None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
     loops = _of_loops(hybrid) if hybrid is not None else ""
@@ -219,14 +211,14 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """Lists the conditions that the axes satisfy only approximately, with the deviations."""
+    """Lists the conditions that the axes satisfy only approximately."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
 
 
 def singular(inverses: Inverses) -> str:
-    """Describes an arm that has a self-motion in every configuration."""
+    """Describes an arm that can move in every configuration without moving its tool."""
     rest = "ik returns some of infinitely many solutions"
     if inverses.given:
         rest = f"ik takes the value of {listed(inverses.given)}"
@@ -234,7 +226,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Returns remarks on a permanently singular arm, or on an arm refined from a nominal arm."""
+    """Returns remarks on an arm that is always singular, and on a refined arm."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)
@@ -254,13 +246,11 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
 
 
 def _with_added(classification: Classification) -> str:
-    """Returns a clause that lists the auxiliary axes, or an empty text."""
     names = [axis.name for axis in classification.lines.added]
     return f", with {listed(names)} at 0 in addition to the arm's joints" if names else ""
 
 
 def _with_fixed(attempt: Attempt, classification: Classification) -> str:
-    """Returns a clause that lists the fixed joints, or an empty text."""
     names = [classification.lines.axes[k].name for k in attempt.given]
     return f", with {listed(names)} fixed" if names else ""
 
@@ -272,14 +262,13 @@ def _condition(requirement: Requirement, classification: Classification) -> str:
 
 
 def _distance(requirement: Requirement, classification: Classification) -> str:
-    """Formats the deviation from a condition in mm, mrad or degrees."""
     if not np.isfinite(requirement.deviation):
         return NEVER
     return requirement.in_units(classification.lines.length)
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Returns the tested structures, nearest first, with violated conditions and deviations."""
+    """Returns the tested structures with their violated conditions, nearest structure first."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
@@ -304,14 +293,12 @@ def _nearest(classification: Classification) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> list[str]:
-    """Formats a heading and rows of two columns."""
     wide = max(len(left) for left, right in rows if right) + _GAP
     head, *body = (f"{left.ljust(wide)}{right}".rstrip() for left, right in rows)
     return [head, "-" * len(head), *body]
 
 
 def _task(name: str, solved: Solved) -> str:
-    """Formats the solution steps of one task."""
     function = solved.function
     arguments = ", ".join(argument.name for argument in function.inputs)
     several = f"{function.branches} slots" if function.branches > 1 else "one slot"
@@ -336,7 +323,6 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
-    """Describes the joints that are computed from the sum of several joint angles."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
         total = " + ".join(remainder.joints)
@@ -344,7 +330,6 @@ def _remaining(solved: Solved) -> Iterable[str]:
 
 
 def _general(general: GeneralInverse) -> str:
-    """Formats the solution steps of a general arm (an arm of no known family)."""
     most = general.function.branches
     arguments = ", ".join(argument.name for argument in general.function.inputs)
     head = f"ik({arguments}): at most {most} solutions in {most} slots, {general.method}."
@@ -352,7 +337,6 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: SolvedLoops) -> str:
-    """Describes how the actuator coordinates follow from the main-chain joints."""
     mechanism = hybrid.mechanism
     if not mechanism.loop_joints:
         return "The actuators follow from the main chain by constant ratios."
@@ -383,14 +367,13 @@ def _of_loops(hybrid: SolvedLoops) -> str:
 
 
 def _aside(hybrid: SolvedLoops) -> list[str]:
-    """Returns the actuated coordinates that move neither the main chain nor a loop."""
     moving = {joint.name for joint in hybrid.robot.moving}
     moving |= {factor.name for loop in equations(hybrid) for factor in loop.factors}
     return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]
 
 
 def mechanism_in_words(h: SolvedLoops) -> str:
-    """Reports the three counts of degrees of freedom, the loops, and the solution of each loop."""
+    """Describes the degrees of freedom, the loops and the solution of each loop."""
     paragraphs = [_freedoms(h)]
     if h.mechanism.loop_joints:
         paragraphs += [_loops(h), _ways(h)]

@@ -1,14 +1,15 @@
-"""Replaces a chain with fixed joints by a shorter chain with a new target.
+"""Replaces a chain with fixed joints by a shorter chain.
 
-A redundant arm is solved for fixed values of its redundant joints. A fixed joint at either end of
-the chain is removed by inverting its motion. A fixed joint inside the chain is first moved to the
-end. Let E be the motion of a fixed joint. Let P be the motion of the joints before this joint, and
-Q the motion of the joints after it. Then
+The redundant joints of an arm are fixed. A fixed joint at an end of the
+chain is removed: the target is multiplied by its inverse motion. A fixed joint inside the chain is
+first moved to the end. Let E be the motion of a fixed joint. Let P be the motion of all joints
+before the fixed joint, and Q the motion of all joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes after it without rotating them. Therefore, only prismatic joints
-are selected automatically inside the chain, although the user may also fix a revolute joint there.
+A prismatic joint shifts the axes after it without rotating them. Therefore, fixed joints inside the
+chain are prismatic if they are selected automatically. The user may also fix a revolute joint
+there.
 """
 
 from collections.abc import Mapping
@@ -24,19 +25,20 @@ from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
-"""Maximum joint count of a chain in which prismatic joints between other joints may be fixed."""
+"""Maximum number of joints of a chain in which inner prismatic joints may be fixed."""
 
 
 def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """Returns the joint sets that can be fixed: joints at the ends, and prismatic joints anywhere.
+    """Returns the sets of joints that may be fixed.
 
     Args:
         lines: The chain.
         count: Number of joints to fix.
 
     Returns:
-        Joint indices of each set in ascending order. In a chain longer than ``LONG``, only joints
-        at the ends can be fixed.
+        The sets, with joint indices in ascending order. Prismatic joints may be fixed anywhere,
+        revolute joints only at the ends. In a chain longer than ``LONG``, all fixed joints are at
+        the ends.
     """
     joints = range(len(lines.axes))
     sets = set()
@@ -51,12 +53,12 @@ def joint_sets_to_fix(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """Returns the chain of the free joints, and its target pose.
+    """Returns (chain of the free joints, target pose of this chain).
 
     Args:
         lines: The chain.
         target: The target pose of the chain.
-        given: The value of each fixed joint (radian or meter), keyed by its index in the chain; see
+        given: The value of each fixed joint (radian or meter), keyed by joint index. See
             :func:`joint_sets_to_fix`.
     """
     terms, axes = lines.terms, list(lines.axes)
@@ -86,7 +88,7 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """Returns the axes that follow a fixed joint, displaced by the value of this joint."""
+    """Returns the axes after a fixed joint, displaced by its value."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]
@@ -95,7 +97,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """Returns the axis after a fixed rotation; numeric values are computed at a generic angle."""
+    """Returns an axis after a fixed rotation. Its numeric values are those at a generic angle."""
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
@@ -110,6 +112,9 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """Returns the axis after a fixed translation; its numeric origin uses a generic value."""
+    """Returns an axis after a fixed translation.
+
+    Its numeric origin is that at a generic displacement.
+    """
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

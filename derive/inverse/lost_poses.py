@@ -1,9 +1,9 @@
-"""Counts the poses that an inverse misses, on a sample of right-angle configurations.
+"""Counts the poses that an inverse misses. The sample consists of right-angle configurations.
 
-If a joint rotates all later bodies about its axis, its angle is arbitrary, and the solution step
-selects one value. If the other joints reach the pose only for certain values of the arbitrary
-angle, the closed form may miss the solution. An inverse may miss right-angle poses of arms with
-round dimensions, and poses at which a fixed prismatic joint makes axes intersect.
+At some poses, the angle of a joint is arbitrary. The solution step then selects one value. If the
+other joints need another value of this angle, the closed form misses the solution. Right-angle
+poses of arms with round dimensions are at risk. So are poses at which a fixed prismatic joint makes
+axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,7 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""Sample size, which detects with 96 % probability that one pose in 1,200 is missed."""
+"""Sample size. A sample detects with 96 % probability that one pose in 1,200 is missed."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[TaskComponent, ...] = ("pose",)
 
@@ -35,16 +35,15 @@ TARGETS: Mapping[TaskComponent, Callable[[FloatArray], FloatArray]] = {
     "pitch": lambda T: np.arctan2(T[:, 2:3, 2], np.hypot(T[:, 0:1, 2], T[:, 1:2, 2])),
     "heading": lambda T: np.arctan2(T[:, 1:2, 0], T[:, 0:1, 0]),
 }
-"""Returns the target entries (N, size) of each task component for poses (N, 4, 4)."""
+"""Returns the target entries (N, size) of each task component for the poses (N, 4, 4)."""
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
-    """Counts the sampled configurations whose pose no branch of the inverse reaches.
+    """Counts the sampled configurations whose pose the inverse misses.
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task of the arm; inputs other than the target are values of
-            fixed joints.
+        inverse: The inverse of one task. The values of fixed joints are its other inputs.
 
     Returns:
         The count, from 0 to ``SAMPLES``.
@@ -60,9 +59,9 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance: float) -> int:
-    """Counts the input samples (size, N) that no branch of the inverse solves.
+    """Counts the input samples (size, N) without a solution.
 
-    Each branch is evaluated only at samples without a solution in an earlier branch.
+    A branch is evaluated only at samples that the earlier branches do not solve.
     """
     (kernel,) = lower([inverse], "inverse")
     for signs in patterns(inverse):
@@ -77,10 +76,10 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 
 
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
-    """Returns at most ``SAMPLES`` configurations (N, n) with all revolute joints at right angles.
+    """Returns at most ``SAMPLES`` configurations (N, n) whose revolute joints are at right angles.
 
-    A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. A
-    prismatic joint at a sum of link offsets may cancel an offset and make axes intersect.
+    A prismatic joint is at 0, at a generic position, or at a sum of one or two link offsets. At
+    such a sum, the joint may cancel an offset and make axes intersect.
     """
     rng = np.random.default_rng(0)
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])

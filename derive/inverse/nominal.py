@@ -1,8 +1,7 @@
-"""Nominal arm of a calibrated arm, with its axes moved slightly to an exact structure.
+"""Nominal arm of a calibrated arm. The axes of the nominal arm fit a structure exactly.
 
-In a measured arm, no two axes are exactly parallel, and no two axes intersect exactly. The inverse
-of a measured arm starts from the solutions of the nominal arm, and Newton's method refines each
-solution for the measured arm.
+In a measured arm, no two axes are exactly parallel and no two axes intersect exactly. The solutions
+of the nominal arm are start values for Newton's method on the measured arm.
 """
 
 from collections.abc import Iterable, Sequence
@@ -24,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
-    """Returns the nominal arm of a robot: the same joints, on axes that fit a structure exactly.
+    """Returns the nominal arm of a robot. Its axes fit a structure exactly.
 
     Args:
         robot: The calibrated arm.
@@ -32,7 +31,7 @@ def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
         found: The structure that the axes fit approximately.
 
     Returns:
-        A robot without symbolic parameters, with the home pose of the calibrated arm.
+        A robot without parameters, whose home pose is the home pose of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]
@@ -58,7 +57,6 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
 
 
 def _nearest_upright(h: FloatArray, deviation: float) -> FloatArray:
-    """Returns the nearest base axis if ``h`` deviates by at most ``deviation``, else ``h``."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])
@@ -72,7 +70,6 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
 
 
 def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
-    """Rotates one axis until it is perpendicular to a second axis; exact axes do not change."""
     if not indices:
         return
     first, second = (directions[k] for k in indices)
@@ -83,7 +80,6 @@ def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> N
 def _make_meet(
     directions: dict[int, FloatArray], origins: dict[int, FloatArray], indices: Sequence[int]
 ) -> None:
-    """Shifts axes to the point with the smallest distance to all axes."""
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
@@ -96,7 +92,10 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """Returns the joint on an axis; its frames are parallel to the base frame in the home pose."""
+    """Returns the joint on an axis.
+
+    At home, the frames of the joint are parallel to the base frame.
+    """
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
@@ -109,7 +108,7 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
 
 
 def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
-    """Returns a pose as a translation and rotations about z, y and x, at 40-digit precision."""
+    """Returns a pose as a translation and rotations about z, y and x, with 40 digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
@@ -132,7 +131,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle at 40-digit precision, as an exact value if it is a right angle."""
+    """Returns an angle with 40 digits. A right angle is exact."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)
@@ -140,5 +139,5 @@ def _angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def _right_angle_tolerance() -> mpmath.mpf:
-    """Returns the maximum deviation from a right angle (radian) at which an angle is snapped."""
+    """Returns the tolerance (radian) within which an angle counts as a right angle."""
     return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

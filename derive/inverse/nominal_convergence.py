@@ -1,9 +1,8 @@
-"""Convergence of Newton's method from the solutions of a nominal arm to the true arm.
+"""Convergence of Newton's method from a nominal arm to the true arm.
 
-The test samples random configurations of the true arm and solves their poses with the nominal
-inverse. Newton's method on the true arm refines every branch, as ``chasles_polish.h`` does. If the
-true axes are close enough to the nominal axes, one of the branches converges to the sampled
-configuration.
+The nominal inverse solves the poses of random configurations of the true arm. Newton's method on
+the true arm refines the solution on every branch, as in ``chasles_polish.h``. If the two arms are
+close enough, one of the branches converges to the random configuration.
 """
 
 from collections.abc import Iterator
@@ -29,14 +28,14 @@ STEPS = 8
 
 @dataclass(frozen=True)
 class Sampled:
-    """Random configurations of the true arm, and the nominal inverse of their poses.
+    """Random configurations of the true arm, with the nominal solutions for their poses.
 
     Attributes:
         arm: Numeric model of the true arm.
         given: Indices of the fixed joints in the chain.
         q: Configurations (N, n).
         T: Tool poses (N, 4, 4) of the configurations.
-        branches: Coordinates (N, n) and residual (N,) of each branch of the nominal inverse.
+        branches: Coordinates (N, n) and residual (N,) of each nominal branch.
     """
 
     arm: NumericArm
@@ -47,7 +46,7 @@ class Sampled:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
-        """Samples the true arm and solves its poses with the task ``ik`` of a nominal arm.
+        """Samples the true arm and solves the poses with the task ``ik`` of a nominal arm.
 
         Fixed joints have their sampled values.
         """
@@ -59,12 +58,12 @@ class Sampled:
 
     @cached_property
     def refined(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """The result of Newton's method on each branch: coordinates (N, n) and pose errors (N,)."""
+        """The results (coordinates (N, n), pose errors (N,)) of Newton's method on each branch."""
         return tuple(_polished(self.arm, self.T, start, self.given) for start, _ in self.branches)
 
     @property
     def share_converged(self) -> float:
-        """Fraction (0 to 1) of configurations recovered from the nominal solutions."""
+        """Fraction (0 to 1) of the configurations that Newton's method recovers."""
         converged = np.zeros(len(self.q), dtype=bool)
         for found, left in self.refined:
             converged |= (left < RECOVERED) & (_apart(found, self.q).max(-1) < RECOVERED)
@@ -72,9 +71,9 @@ class Sampled:
 
     @property
     def move(self) -> float:
-        """Median joint displacement (radian) from a nominal solution to its refined solution.
+        """Median joint displacement (radian) from a nominal solution to the refined solution.
 
-        The value is 0 if Newton's method does not converge from any nominal solution.
+        The value is 0 if Newton's method never converges.
         """
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]
@@ -92,10 +91,10 @@ class Sampled:
 
     @property
     def separations(self) -> tuple[float, ...]:
-        """Typical separation of the nominal solutions, for each solved joint.
+        """Typical distance between nominal solutions, for each joint.
 
-        Median, over all poses, of the smallest difference (radian) between two solutions, or 0 if
-        no pose has two solutions.
+        Smallest difference (radian) between two solutions of a pose, as a median over all poses.
+        The value is 0 if no pose has two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < RECOVERED for _, residual in self.branches], 1)
@@ -110,11 +109,10 @@ class Sampled:
 def share_near(
     robot: SerialRobot, lines: Lines, nominal: SerialRobot, exact: Lines, given: tuple[int, ...]
 ) -> float:
-    """Returns the fraction of random configurations recovered from a nearby nominal configuration.
+    """Returns the fraction of random configurations that Newton's method recovers.
 
-    Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
-    inverse is needed. Distant branches rarely converge to the sampled configuration. If most
-    configurations have a close nominal branch, the result is nearly
+    Newton's method solves each pose on the nominal arm and then on the true arm. No nominal inverse
+    is needed. If most configurations have a nearby nominal solution, the fraction is nearly
     :attr:`Sampled.share_converged`.
 
     Args:
@@ -133,7 +131,6 @@ def share_near(
 
 
 def _configurations(arm: NumericArm) -> tuple[FloatArray, FloatArray]:
-    """Returns random configurations (N, n) and their tool poses (N, 4, 4)."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(arm.turns)))
     return q, arm.pose_jacobian(q)[0]
 
@@ -149,16 +146,15 @@ def _branches(
 
 
 def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
-    """Returns absolute joint differences modulo full turns, between 0 and pi."""
     return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 
 def _polished(
     arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns configurations (N, n) after Newton's method, and their pose errors (N,).
+    """Returns (configurations (N, n), pose errors (N,)) after Newton's method.
 
-    A pose error is in radian, or a distance divided by the arm length.
+    A pose error is an angle in radian, or a distance divided by the arm length.
     """
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)
     q = np.nan_to_num(q)
@@ -176,7 +172,10 @@ def _polished(
 
 
 def twist_between(here: FloatArray, there: FloatArray) -> FloatArray:
-    """Returns twists (N, 6) between pairs of poses; the angular part is axis times sine."""
+    """Returns the twists (N, 6) between pairs of poses.
+
+    The angular part is the axis times the sine of the angle.
+    """
     turn = there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2)
     skew = (turn - np.swapaxes(turn, 1, 2)) / 2
     angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], -1)

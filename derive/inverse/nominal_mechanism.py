@@ -1,12 +1,11 @@
-"""Nominal mechanism of an as-built robot with loops: the design, or a robot with round lengths.
+"""Nominal mechanism of a built robot with loops.
 
-The lengths and axis directions of an as-built robot differ slightly from its design. If the file
-specifies the design, the design is the nominal mechanism. If the file does not specify a design,
-the lengths of the design are probably round numbers. In a design, some lengths are equal or
-proportional, so that the loops have a closed form. Therefore, lengths are rounded to decimal grids,
-from coarse to fine, and axes to multiples of 15 degrees. The nominal mechanism is the first
-candidate with a suitable closed-form inverse. Newton's method must converge from the nominal
-solutions to solutions of the true robot.
+The dimensions of a built robot differ slightly from its design. If the file names the design, the
+design is the nominal mechanism. Otherwise, the lengths of the design are probably round numbers. In
+a design, some lengths are equal or proportional. The loops then have a closed form. Lengths are
+rounded to decimal grids, from coarse to fine. Axis directions are rounded to multiples of 15
+degrees. The nominal mechanism is the first result that has a suitable closed-form inverse. From its
+solutions, Newton's method must converge to solutions of the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -33,19 +32,19 @@ from .polished_inverse import TURN
 
 FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
+"""Computes (poses (N, 4, 4), mixed Jacobians (N, 6, n)) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Grid spacings (meter), coarsest first, because exact relations between lengths on a coarse grid
-are rarely accidental."""
+"""Grid spacings (meter), coarsest first. On a coarse grid, lengths are rarely equal by accident."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MAX_DRAWN = 100, 600
-"""Number of test configurations, and maximum number of random trials to find them. Many loops can
-be closed in only one of five trials."""
+"""Number of test configurations, and maximum number of random trials.
+
+In some loops, only one of five trials can be closed.
+"""
 STEPS = 8
 CONVERGED = 1e-12
-"""A configuration counts as converged if its last Newton step is below this value (radian, or
-relative length)."""
+"""Newton's method has converged if its last step is smaller (radian, or relative length)."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +52,9 @@ class Nominal:
     """A nominal mechanism that approximates a robot as built.
 
     Attributes:
-        mechanism: The description of the mechanism, with numbers in place of the rounded
-            parameters.
-        moved: Largest change (meter) of a length or of the position of a member.
-        turned: Largest change of an axis direction (radian).
+        mechanism: The mechanism with rounded numbers.
+        moved: Largest change (meter) of a length or position.
+        turned: Largest change (radian) of an axis direction.
     """
 
     mechanism: Mechanism
@@ -65,9 +63,9 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """Yields the design of the robot, or mechanisms with rounded dimensions, coarsest grid first.
+    """Yields nominal mechanisms: the design if it is known, otherwise one mechanism per grid.
 
-    A grid is skipped if the length of a rod would be rounded to 0.
+    The coarsest grid comes first. A grid that rounds a rod length to 0 is skipped.
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)
@@ -89,7 +87,6 @@ Turn = Callable[[Rotation], Rotation]
 
 
 def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
-    """Returns a placement whose lengths and rotations are transformed by two functions."""
     return tuple(
         replace(part, vector=tuple(map(length, part.vector)))
         if isinstance(part, Translation)
@@ -99,7 +96,6 @@ def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
 
 
 def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
-    """Returns a mechanism whose member lengths and rotations are transformed by two functions."""
 
     def placed(placement: Placement) -> Placement:
         return _placed(placement, length, turn)
@@ -122,7 +118,6 @@ def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
 
 
 def _in_numbers(mechanism: Mechanism) -> Mechanism:
-    """Returns a mechanism whose symbolic parameters are replaced by numbers."""
     values = {p.symbol: p.value for p in mechanism.parameters}
 
     def number(value: sp.Expr) -> sp.Expr:
@@ -161,14 +156,13 @@ class _Rounding:
         return _changed(self.mechanism, self._length, self._turn)
 
     def _length(self, value: sp.Expr) -> sp.Expr:
-        """Returns the rounded length as a number and records the change."""
         number = value.xreplace(self.values)
         rounded = self._rounded(number)
         self.moved = max(self.moved, abs(float(rounded - number)))
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Returns the rounded number; an irrational number does not change."""
+        """Returns the rounded number. An irrational number stays."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -190,8 +184,8 @@ class ConvergenceResult:
 
     Attributes:
         share: Fraction (0 to 1) of random configurations that Newton's method recovers.
-        deviation: Largest pose error of the nominal solutions (radian, or relative to the robot
-            length).
+        deviation: Largest pose error of the nominal solutions. An angle is in radian, a distance is
+            divided by the robot length.
     """
 
     share: float
@@ -207,16 +201,16 @@ def convergence_of(
     *,
     is_position: bool = False,
 ) -> ConvergenceResult:
-    """Refines solutions of a nominal robot at random poses of the true robot.
+    """Refines the solutions of a nominal robot at random poses of the true robot.
 
     Args:
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
-        length: Characteristic length (meter) that converts distances to angles.
-        given: Indices of the fixed joints in the chain; their values are inputs after the pose.
-        closure: Closure equations of loops without a closed form, or None if all loops have a
-            closed form.
-        is_position: Whether the task is a position task, which ignores orientation errors.
+        length: Length (meter) that converts distances to angles.
+        given: Indices of the fixed joints, whose values are inputs.
+        closure: Closure equations of loops without a closed form. None if all loops have a closed
+            form.
+        is_position: Whether orientation errors are ignored, because the task is a position task.
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
@@ -234,10 +228,10 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # The loops are solved by continuation from the reference, and may block if a joint rotates
-        # the wrong way.
+        # Loops are solved by continuation from the reference. A joint that rotates the wrong way
+        # may block them.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
-        # If the design has few degrees of freedom, it cannot reach all poses of the as-built robot.
+        # A design with few degrees of freedom cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _newton(fk, T, start, weights, fixed)
@@ -249,7 +243,10 @@ def convergence_of(
 
 
 def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
-    """Returns the number of full turns per unit of each coordinate, or 0 for prismatic joints."""
+    """Returns the number of full turns per unit of each coordinate.
+
+    The number is 0 for prismatic joints.
+    """
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
         for c in hybrid.mechanism.coordinates
@@ -257,12 +254,10 @@ def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
-    """Returns coordinate differences, which are at most half a turn for revolute joints."""
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 
 def _configurations(hybrid: SolvedLoops) -> FloatArray:
-    """Returns random coordinates (N, n) within the limits or around the reference."""
     low, high = [], []
     for c, middle in zip(hybrid.mechanism.coordinates, hybrid.q_at_reference, strict=True):
         limits = zip(c.limits, (-SAMPLED_RANGE, SAMPLED_RANGE), strict=True)
@@ -275,7 +270,6 @@ def _configurations(hybrid: SolvedLoops) -> FloatArray:
 def _numbers(
     hybrid: SolvedLoops, closure: LoopClosure | None
 ) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
-    """Returns two numeric functions: the tool pose with its Jacobian, and the main-chain joints."""
     if closure is not None:
         followed = Followed(closure)
         return followed.posed, followed.theta
@@ -292,7 +286,6 @@ def _numbers(
 def _newton(
     fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, fixed: Sequence[int]
 ) -> FloatArray:
-    """Returns coordinates (N, n) after Newton's method, with some coordinates kept fixed."""
     q, moving = q.copy(), np.arange(len(q))
     for _ in range(STEPS):
         here, J = fk(q[moving])

@@ -1,7 +1,7 @@
-"""Inverse of an arm close to a known family: nominal solutions refined on the true arm.
+"""Inverse of an arm that is close to a known family. Nominal solutions are refined on the true arm.
 
-The nominal inverse is the function ``ik_nominal``. ``ik`` starts from the branches of
-``ik_nominal`` and refines each solution on the true arm (``chasles_polish.h``).
+The nominal inverse is the function ``ik_nominal``. The function ``ik`` starts from the branches of
+``ik_nominal`` (``chasles_polish.h``).
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +17,12 @@ SOLVER = "polish"
 NOMINAL = "ik_nominal"
 CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
-"""Approximate operation count per branch for three or four Newton steps."""
+"""Approximate number of operations per branch, for three or four Newton steps."""
 FURTHER = 4
-"""Number of additional solution slots without the general solver. Some arms with 8 nominal branches
-had 10 solutions."""
+"""Number of extra solution slots if the general solver does not run.
+
+Some arms with 8 nominal branches had 10 solutions.
+"""
 MAX = 16
 """Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6
@@ -28,7 +30,7 @@ TURN = 6.283185307179586
 
 
 def as_start(nominal: Solved) -> Solved:
-    """Returns the task ``ik`` of a nominal arm under the name ``ik_nominal``."""
+    """Returns the task ``ik`` of a nominal arm, with the name ``ik_nominal``."""
     function = nominal.function
     residual, margin = function.outputs[1:]
     outputs = (
@@ -53,13 +55,13 @@ def polished_inverse(
     """Returns the function ``ik`` of an arm that is close to a known family.
 
     Args:
-        classification: The structure, with the deviation of the axes from this structure.
+        classification: The structure, with the deviation of the axes.
         nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which finds the solutions of uncertain branches. The
-            general solver, if it is well conditioned, runs at every pose in two cases. In the first
-            case, fixed joints make the singularities of the arm more complex. In the second case,
-            the arm differs considerably from its nominal arm.
-        move: Median joint displacement (radian) from a nominal solution to its refined solution.
+        general: Tables of the general solver, which finds solutions of uncertain branches. If the
+            general solver is well conditioned, it runs at every pose in two cases. In one case,
+            fixed joints make the singularities of the arm complex. In the other case, the arm
+            differs much from its nominal arm.
+        move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
@@ -84,17 +86,18 @@ def nearly_meet(lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class RefinedTables(Tables):
-    """Numeric data of a refined inverse.
+    """Numeric data of a robot whose inverse is refined.
 
     Attributes:
-        turns: Number of full turns per unit of each coordinate, or 0 for non-revolute coordinates.
+        turns: Number of full turns per unit of each coordinate. The number is 0 for prismatic
+            joints.
         length: Robot length (meter), which converts distances to angles.
-        deviation: Deviation between the two robots (radian, or relative to the robot length).
-        general: Numeric data of the robot for the general solver, or None if the general solver
-            does not apply.
+        deviation: Deviation from the nominal robot. An angle is in radian, a distance is divided by
+            the robot length.
+        general: Tables for the general solver, or None if the general solver does not apply.
         meets: Whether three consecutive axes nearly intersect in one point.
         is_asked: Whether the general solver runs at every pose.
-        is_searched: Whether to search for further solutions near uncertain branches.
+        is_searched: Whether to search for more solutions near uncertain branches.
     """
 
     turns: tuple[float, ...]
@@ -109,10 +112,10 @@ class RefinedTables(Tables):
 def refined_inverse(
     nominal: SymbolicFunction, tables: RefinedTables, further: int = 0
 ) -> NativeSolverFunction:
-    """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
+    """Returns the function ``ik``, which refines the solutions of a nominal robot.
 
-    The first solution slots belong to the nominal branches. Extra solution slots contain further
-    solutions that the true robot may have near singularities. Unused slots contain NaN.
+    The nominal branches have the first solution slots. The extra slots are for more solutions of
+    the true robot near singularities. Unused slots contain NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.

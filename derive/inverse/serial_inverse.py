@@ -1,9 +1,9 @@
-"""Inverse kinematics of a serial robot: one function per task that its axis structure can solve.
+"""Inverse kinematics of a serial robot.
 
 A chain that fits a family exactly has a closed form. For a chain that is close to a family,
-Newton's method refines the solutions of a nominal arm. A five-joint arm that fits no family is
-solved as a six-joint arm, with an added joint about the tool axis. Any other chain with six free
-joints is solved as a general arm.
+Newton's method refines the solutions of a nominal arm. A five-joint arm without a family is solved
+as a six-joint arm. The added joint rotates about the tool axis. Any other arm with six free joints
+is solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -63,7 +63,7 @@ from .tool_axis import by_tool_axis
 MAX_FREE = 6
 """Maximum number of joints that a tool pose can determine."""
 MAX_TRIED = 5
-"""Maximum number of structures to try in the search for an inverse that misses no pose."""
+"""Maximum number of structures to try for an inverse that misses no pose."""
 
 
 @dataclass(frozen=True)
@@ -71,15 +71,15 @@ class Inverses:
     """All inverse functions of a robot.
 
     Attributes:
-        classification: The structure of the joint axes, or the reason why no structure applies.
+        classification: The structure of the axes, or the reason why no structure fits.
         solved: The solved tasks, keyed by function name.
-        others: Related functions, such as the function that returns the swivel angle.
-        general: The inverse of a general arm, if the axes fit no known family.
-        polished: The inverse of an arm that is close to a known family; in this case, ``solved``
-            contains the inverse of the nominal arm.
-        polished_tasks: Functions for other tasks whose solutions also start from the nominal arm.
-        composed: The inverse of a robot with loops; it calls the inverse of the main chain.
-        chain: For a coupled robot, the solved chain whose joints are free.
+        others: Related functions, such as the swivel angle of a configuration.
+        general: The inverse of a general arm, if the axes fit no family.
+        polished: The inverse of an arm close to a family. In this case, ``solved`` contains the
+            inverse of the nominal arm.
+        polished_tasks: Functions for other tasks that refine solutions of the nominal arm.
+        composed: The inverse of a robot with loops, which calls the inverse of the main chain.
+        chain: For a coupled robot, the chain that is solved instead.
     """
 
     classification: Classification
@@ -93,22 +93,22 @@ class Inverses:
 
     @property
     def written(self) -> tuple[NativeSolverFunction, ...]:
-        """Functions with hand-written C code that reads tables of the robot."""
+        """Functions of handwritten C code that reads tables of the robot."""
         found = self.polished if self.general is None else self.general.function
         composed = () if self.composed is None else (self.composed,)
         return () if found is None else (found, *self.polished_tasks, *composed)
 
     @property
     def missing(self) -> str:
-        """The reason for a missing inverse, or an empty text if there is an inverse."""
+        """The reason why there is no inverse. The text is empty if there is one."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
     def self_motion(self) -> str:
-        """Describes the joints that can move in every configuration without moving the tool.
+        """Describes the joints that can always move without moving the tool.
 
-        The text is empty for an arm without a self-motion, and for an arm with more joints than a
-        pose determines. The text is also empty if loops couple the redundant joints of a chain.
+        The text is empty for an arm without such joints, and for an arm with more joints than a
+        pose determines. The text is also empty if loops couple redundant joints.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
@@ -138,15 +138,15 @@ def inverses(
     give: tuple[int, ...] = (),
     methods: "Sequence[Method] | None" = None,
 ) -> Inverses:
-    """Derives the closed-form inverse of a serial robot for all tasks that its structure solves.
+    """Derives the closed-form inverse of a serial robot for all tasks.
 
     Args:
         robot: The description.
         terms: Table of named terms.
-        coordinates: Number of coordinates that move the robot, if loops couple some joints.
+        coordinates: Number of coordinates that move the robot, if loops couple joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix; () to select suitable joints automatically.
-        methods: Methods of :data:`METHODS` to try; all methods by default.
+        give: Indices of the joints to fix. With (), suitable joints are selected.
+        methods: Methods of :data:`METHODS` to try. The default is all methods.
     """
     classification = classify(robot, terms, coordinates, families, give)
     found = (
@@ -159,7 +159,6 @@ def inverses(
 def _by_structure(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks that the exactly fitting family solves."""
     found, lines = classification.found, classification.lines
     if found is None or classification.method != "exact":
         return None
@@ -180,11 +179,6 @@ def _by_structure(
 
 
 def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
-    """Returns the tasks with partial poses, such as positions, that a structure solves.
-
-    If the axes are numbered from the tool, only tasks that number the chain from the base are kept.
-    A structure with fixed joints has no tasks with partial poses.
-    """
     tasks = [] if found.given else found.family.tasks
     usable = [task for task in tasks if found.is_whole or task.reads_base]
     return [task for task in usable if task.applies(robot, lines)]
@@ -193,7 +187,6 @@ def _tasks(robot: SerialRobot, found: Attempt, lines: Lines) -> list[Task]:
 def _losing_least(
     robot: SerialRobot, lines: Lines, attempts: Iterable[Attempt]
 ) -> tuple[Attempt, Solved]:
-    """Returns the first structure whose ``ik`` misses the fewest right-angle poses."""
     arm = NumericArm.of(robot, lines)
     best: tuple[int, Attempt, Solved] | None = None
     for attempt in islice(attempts, MAX_TRIED):
@@ -209,10 +202,6 @@ def _losing_least(
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
-    """Marks tasks that miss right-angle poses; their C code then searches for further solutions.
-
-    Tasks with a swivel angle are not marked, because a search would change the swivel angle.
-    """
     if found.others:
         return found
     arm = NumericArm.of(robot, found.classification.lines)
@@ -229,7 +218,6 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
 def _by_nominal(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the pose task of a nominal arm, whose solutions Newton's method refines."""
     lines = classification.lines
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
@@ -244,7 +232,7 @@ def _by_nominal(
         is_clear = near >= CONVERGENCE_CLEAR and sampled.share_nearby >= MIN_NEARBY
         if is_clear or sampled.share_converged >= MIN_CONVERGED:
             fitting = replace(classification, found=found, missing="")
-            # The separations of the six free joints depend on the value of the fixed joint.
+            # The distances between solutions depend on the value of the fixed joint.
             apart = () if found.given else sampled.separations
             return refined_from(
                 fitting, solved, general_tables(robot, found.given, apart), sampled.move
@@ -255,7 +243,7 @@ def _by_nominal(
 def refined_from(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
-    """Returns the inverse of an arm that is refined from the task ``ik`` of its nominal arm."""
+    """Returns the inverse of an arm that refines the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
@@ -264,7 +252,6 @@ def refined_from(
 def _by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the tasks of five joints that, with an added tool axis, fit a family."""
     if classification.found is not None:
         return None
     found = by_tool_axis(robot, classification, families)
@@ -274,12 +261,6 @@ def _by_tool_axis(
 def _by_couplings(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the inverse of a coupled robot from a chain whose joints are free.
-
-    Joints that do not move independently are merged in the free chain. The solutions of the free
-    chain include all solutions of the robot. The coordinates are a linear function of these
-    solutions.
-    """
     if not robot.couplings:
         return None
     terms, chain = classification.lines.terms, coupled_chain(robot)
@@ -303,9 +284,9 @@ def _by_couplings(
 def _by_self_motion(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the inverse of an arm with a permanent self-motion, with one of its joints fixed.
+    """Derives the inverse of an arm with a self-motion in every configuration. One joint is fixed.
 
-    Of the joints that leave a solvable arm when fixed, the joint nearest to the tool is fixed.
+    The fixed joint is the joint nearest to the tool that leaves a solvable arm.
     """
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MAX_FREE:
@@ -320,7 +301,6 @@ def _by_self_motion(
 def _by_determinant(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """Derives the inverse of a general arm."""
     if classification.found is not None:
         return None
     general = general_inverse(robot, classification.give)
@@ -336,13 +316,14 @@ METHODS: tuple[Method, ...] = (
     _by_self_motion,
     _by_determinant,
 )
-"""Derivation methods of an inverse, in the order in which they are tried."""
+"""Methods to derive an inverse, in the order in which they are tried."""
 WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
-"""Derivation methods that use handwritten C code; a robot with loops can call such an inverse for
-its main chain."""
+"""Methods that use handwritten C code.
+
+A robot with loops can call such an inverse for its main chain.
+"""
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
-"""Derivation methods whose solution steps can be printed; the method for general arms is
-excluded."""
+"""Methods whose solution steps can be printed. The method for general arms has none."""
 
 
 def _by_free_followers(
@@ -350,18 +331,19 @@ def _by_free_followers(
 ) -> Inverses | None:
     """Derives the task ``ik`` of a robot with coupled joints.
 
-    All joints are free in the steps, unless a structure includes the couplings. The residual is
-    evaluated at the coordinates, so solutions that violate a coupling are invalid.
+    The steps treat all joints as free, unless a structure includes the couplings. The residual is
+    evaluated at the coordinates. Solutions that violate a coupling are therefore invalid.
 
     Args:
         robot: The description.
-        chain: The chain without couplings, which has more joints than the robot has coordinates.
+        chain: The chain without couplings. The chain has more joints than the robot has
+            coordinates.
         terms: Table of named terms.
         families: The families of axis structures to try, in order.
 
     Returns:
-        The result is None if the pose does not determine all free joints, or if a coupling ratio is
-        a fraction (full turns are then ambiguous).
+        None is returned if the pose does not determine all free joints. None is also returned if a
+        coupling ratio is a fraction, because full turns are then ambiguous.
     """
     if not chain.keeps_turns:
         return None
@@ -386,7 +368,6 @@ def _by_free_followers(
 
 
 def _solves_free_chain(classification: Classification) -> bool:
-    """Whether a structure solves the whole pose of the chain with all joints free."""
     found = classification.found
     return (
         found is not None

@@ -1,1 +1,1 @@
-"""Singular configurations of serial arms: determinant factors and their descriptions."""
+"""Singular configurations of serial arms."""

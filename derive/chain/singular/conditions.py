@@ -1,7 +1,7 @@
-"""Singularity conditions of an arm: factors of the Jacobian minors that must be 0.
+"""Conditions under which an arm is singular: factors of the Jacobian minors are 0.
 
 All minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A condition is a
-minimal set of factors that make all minors 0.
+smallest set of factors that makes all minors 0.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,24 +16,26 @@ from .factors import Factored
 Condition = tuple[sp.Expr, ...]
 """Factors of Jacobian minors that are 0 at the same time."""
 MAX_TOGETHER = 3
-"""Maximum number of factors in a condition; larger sets of factors rarely have a common zero."""
+"""Maximum number of factors in a condition. Larger sets rarely have a common zero."""
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""Minimum number of common zeros of other factors at which a factor is tested."""
+"""Minimum number of common zeros at which another factor is tested."""
 IMPLIED = 1e-4
-"""Largest value of a factor that counts as 0 at a zero of the other factors. At a double zero, such
-as 1 + cos q = 0, the error of sin q is the square root of twice the largest vanishing factor."""
+"""Largest value of a factor that counts as 0 at a zero of the other factors.
+
+For example, 1 + cos q has a double zero. A factor of size e there changes sin q by sqrt(2 e).
+"""
 SEED = 40
 
 
 def conditions(
     minors: Sequence[Factored], q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> tuple[Condition, ...]:
-    """Returns the sets of factors that make all minors 0 in reachable configurations.
+    """Returns the sets of factors that make all minors 0 in some reachable configuration.
 
     Args:
-        minors: The largest minors of a Jacobian, without minors that are always 0.
+        minors: The largest minors of a Jacobian. Minors that are always 0 are omitted.
         q: The coordinates.
         values: The values of all symbols other than coordinates.
     """
@@ -51,10 +53,6 @@ def conditions(
 
 
 def _reduced(condition: Condition) -> Iterator[Condition]:
-    """Uses each cosine or sine that is 0 to simplify the other factors of a condition.
-
-    A factor that becomes a product yields one condition for each of its factors.
-    """
     for zero in condition:
         for factor in condition:
             if factor == zero:
@@ -73,7 +71,10 @@ def _reduced(condition: Condition) -> Iterator[Condition]:
 def _independent(
     condition: Condition, q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> Condition:
-    """Drops factors that are 0 wherever the other factors are 0, longest factor first."""
+    """Drops each factor that is 0 at all common zeros of the other factors.
+
+    The longest factor is tested first.
+    """
     kept = [*condition]
     for factor in sorted(condition, key=lambda f: (sp.count_ops(f), str(f)), reverse=True):
         others = [other for other in kept if other != factor]
@@ -88,7 +89,7 @@ def _independent(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """Yields sets with one factor from each product; a chosen factor simplifies other products."""
+    """Yields sets with one factor from each product."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -102,7 +103,6 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
 
 
 def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
-    """Simplifies a product for ``factor`` = 0; returns None if the product becomes 0."""
     if factor in product:
         return None
     if not isinstance(factor, sp.cos | sp.sin):
@@ -113,26 +113,28 @@ def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
     if any(part == 0 for part in zero):
         return None
     parts = chain.from_iterable(_parts(part) for part in zero)
-    # The cosine is 1 or -1 if the sine is 0.
+    # If the sine is 0, the cosine is 1 or -1.
     return tuple(dict.fromkeys(part for part in parts if part != other))
 
 
 def _parts(expression: sp.Expr) -> list[sp.Expr]:
-    """Returns the factors of an expression that depend on coordinates."""
     factors = sp.factor_terms(sp.expand(expression)).as_ordered_factors()
     bases = [f.base if f.is_Pow and f.exp.is_Integer else f for f in factors]
     return [base for base in bases if base.has(sp.cos, sp.sin) or base.is_Add]
 
 
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
-    """Whether factors have a common zero, searched with minimum-norm Newton steps."""
+    """Whether factors have a common zero.
+
+    Newton's method with minimum-norm steps searches for it.
+    """
     return next(roots(factors, q, STARTS), None) is not None
 
 
 def roots(
     factors: Sequence[sp.Expr], q: Sequence[sp.Symbol], starts: int
 ) -> Iterator[np.ndarray[tuple[int], np.dtype[np.float64]]]:
-    """Yields common zeros of numeric factors, found from random start configurations."""
+    """Yields common zeros of numeric factors. The search starts at random configurations."""
     function = sp.lambdify([list(q)], list(factors), "numpy")
     slopes = sp.lambdify([list(q)], sp.Matrix(factors).jacobian(list(q)), "numpy")
     for start in np.random.default_rng(SEED).uniform(-3, 3, (starts, len(q))):

@@ -1,8 +1,8 @@
-"""Factored minors of an arm's Jacobian; the arm is singular if all minors are 0.
+"""Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
-A square Jacobian has a single largest minor, its determinant. The Jacobian is written in the frame
-and at the point (:mod:`.views`) that give the minor the smallest blocks. The minor is then the
-product of the block determinants.
+A square Jacobian has one largest minor, its determinant. The minor has the smallest blocks for one
+choice of frame and reference point (:mod:`.views`). It is the product of the determinants of these
+blocks.
 """
 
 import math
@@ -24,12 +24,14 @@ LARGEST_OF_SEVERAL = 3
 """Maximum block size if the Jacobian has several largest minors."""
 
 MAX_OBLIQUE = 4
-"""Maximum number of constant rotations other than quarter turns; each rotation doubles the number
-of terms."""
+"""Maximum number of constant rotations by other angles than quarter turns.
+
+Each rotation doubles the number of terms.
+"""
 LONGEST_ENTRY = 40
 """Maximum number of terms of a Jacobian entry."""
 MAX_PRODUCTS = 10_000
-"""Maximum number of term products in a block determinant."""
+"""Maximum number of products of terms in the determinant of a block."""
 
 
 def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
@@ -41,24 +43,24 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
 
     Returns:
         The determinant of the nonzero rows, up to sign. The result is None if the number of nonzero
-        rows differs from the joint count, and in the cases listed in :func:`factored_minors`.
+        rows differs from the number of joints, and if :func:`factored_minors` returns None.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None
 
 
 def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
-    """Returns the largest minors of the Jacobian, without minors that are always 0.
+    """Returns the largest minors of the Jacobian. Minors that are always 0 are omitted.
 
     Args:
         robot: A serial robot without couplings.
         q: The coordinates.
 
     Returns:
-        The factored minors, up to sign. The robot is singular in the configurations in which all
-        minors are 0; the tuple is empty if all minors are 0 in every configuration. The result is
-        None for coupled or helical joints, for lengths with pi or inexact decimal numbers, or if a
-        minor has only large blocks.
+        The factored minors, up to sign. The robot is singular where all minors are 0. The tuple is
+        empty if the robot is singular in every configuration. The result is None for coupled or
+        helical joints, and for lengths that contain pi or inexact decimal numbers. It is also None
+        if all blocks of a minor are large.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):
@@ -71,7 +73,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
-    # The reference points may contain positions that do not occur in the screws.
+    # The reference points may contain lengths that do not occur in the screws.
     if not all(_is_exact(minor.view.point) for minor in found):
         return None
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL
@@ -91,7 +93,6 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
 
 
 def _oblique(robot: SerialRobot) -> int:
-    """Counts the constant rotations between joints that are not quarter turns."""
     return sum(
         not (2 * motion.angle / sp.pi).is_Integer
         for placement in robot.placements[:-1]
@@ -101,7 +102,6 @@ def _oblique(robot: SerialRobot) -> int:
 
 
 def _is_exact(S: sp.Matrix) -> bool:
-    """Whether all entries are polynomials in parameters, fractions, roots, cosines and sines."""
     functions = S.atoms(sp.cos, sp.sin) | {p for p in S.atoms(sp.Pow) if p.base.is_Integer}
     if any(entry.has(sp.Float) for entry in S):
         return False
@@ -116,7 +116,7 @@ def _is_exact(S: sp.Matrix) -> bool:
 
 
 def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> Factored | None:
-    """Returns a minor as the product of its block determinants; 0 if a determinant is always 0."""
+    """Returns the product of the block determinants of a minor."""
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]

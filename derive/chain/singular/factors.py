@@ -1,8 +1,8 @@
 """Factors polynomials in cosines and sines by half-angle tangents.
 
-A polynomial in tangents factors uniquely. The factors are converted back to cosines and sines of
-coordinate sums. An irreducible polynomial keeps its form unless the angle sums of parallel axes
-make the polynomial shorter.
+A polynomial in tangents has unique factors. The factors are converted back to cosines and sines of
+coordinate sums. A factor is rewritten in angle sums of parallel axes if the rewritten factor is
+shorter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,9 +14,12 @@ from sympy.simplify.fu import TR8, TR10i
 from .screw_polynomials import Polynomial, ScrewRing
 
 MAX_SUMMED = 12
-"""Maximum number of terms of a polynomial rewritten in sums of all its angles."""
+"""Maximum number of terms of a polynomial that is rewritten in sums of all its angles."""
 MAX_TERMS = 100
-"""Maximum number of terms of a polynomial to factor; its factorization takes at most one second."""
+"""Maximum number of terms of a polynomial to factor.
+
+Factorization then takes at most one second.
+"""
 
 
 @dataclass(frozen=True)
@@ -24,8 +27,8 @@ class Factored:
     """A polynomial as a product of factors.
 
     Attributes:
-        constant: The factor that depends only on the robot parameters, not on coordinates.
-        factors: The factors in cosines and sines of the coordinates, each with its exponent.
+        constant: The factor that does not depend on coordinates.
+        factors: The factors in cosines and sines of the coordinates, with their exponents.
     """
 
     constant: sp.Expr
@@ -33,7 +36,10 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """Returns the factors, or None if the polynomial is zero, too long or cannot be converted."""
+    """Returns the factors.
+
+    The result is None if the polynomial is zero, too long or cannot be converted.
+    """
     if polynomial == 0 or len(polynomial) > MAX_TERMS:
         return None
     parts = _Tangents(ring, polynomial).parts()
@@ -53,7 +59,7 @@ def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
 
 
 def _without_content(part: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the numeric factor of an expression, which may contain roots, and the rest."""
+    """Returns (numeric factor, rest) of an expression. The numeric factor may contain roots."""
     content, primitive = part.primitive()
     root, rest = sp.factor_terms(primitive, radical=True).as_independent(
         *primitive.free_symbols, as_Add=False
@@ -62,11 +68,12 @@ def _without_content(part: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 
 class _Tangents:
-    """A polynomial in cosines and sines, rewritten in half-angle tangents.
+    """A polynomial in cosines and sines, written in half-angle tangents.
 
     Attributes:
-        budget: The exponent of 1 + t^2 in the denominator, for each coordinate with the tangent t.
-        factors: The factors of the numerator in tangents, parameters and prismatic coordinates.
+        budget: For each coordinate with the half-angle tangent t, the exponent of 1 + t^2 in the
+            denominator.
+        factors: The factors of the numerator.
     """
 
     def __init__(self, ring: ScrewRing, polynomial: Polynomial) -> None:
@@ -97,7 +104,6 @@ class _Tangents:
         self.factors = [f.as_expr() for f, power in found for _ in range(power)]
 
     def parts(self) -> list[tuple[sp.Expr, int]] | None:
-        """Returns the factors in cosines and sines, each with its exponent."""
         moving = [f for f in self.factors if f.free_symbols & {*self.t, *self.source.slides}]
         if len(moving) == 1 and len(self.polynomial) > 1:
             return self._whole()
@@ -117,7 +123,6 @@ class _Tangents:
         return [(part, found.count(part)) for part in dict.fromkeys(found)]
 
     def _whole(self) -> list[tuple[sp.Expr, int]]:
-        """Returns the factors of a polynomial that has a single nonconstant factor."""
         source = self.source
         constants = [f for f in self.factors if not f.free_symbols & {*self.t, *source.slides}]
         left = self.polynomial
@@ -127,7 +132,6 @@ class _Tangents:
         return [(shortest, 1), *((f.xreplace(source.meanings), 1) for f in constants)]
 
     def _turned_back(self, factor: sp.Expr, degrees: Sequence[int]) -> sp.Expr:
-        """Converts a factor to cosines and sines of coordinate sums."""
         source = self.source
         for t, q, half in zip(self.t, source.q, degrees, strict=True):
             if half == 0:
@@ -151,7 +155,6 @@ class _Tangents:
 
 
 def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
-    """Returns the polynomial form with the fewest terms, with sums of two or of all angles."""
     forms = [ring.expression(polynomial, {})]
     if len(polynomial) <= MAX_SUMMED:
         forms += [sp.expand(TR8(forms[0])), *map(TR10i, (forms[0], ring.in_sines(polynomial)))]
@@ -165,7 +168,7 @@ def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
 
 
 def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.Expr, Polynomial]]:
-    """Yields forms with one angle replaced by a sum or difference of adjacent angles."""
+    """Yields forms in which a sum or difference of adjacent angles replaces one angle."""
     places = {symbol: k for k, symbol in enumerate(ring.ring.symbols)}
     gens = ring.ring.gens
     pairs = [(k, k + step) for k in range(len(ring.q)) for step in (-1, 1)]
@@ -190,9 +193,9 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """Multiplies pairs of factors with odd degree in a tangent; the tangent itself only if needed.
+    """Multiplies pairs of factors whose degree in a tangent is odd.
 
-    A factor that is only a half-angle tangent becomes half the sine of the full angle.
+    A factor that is only a half-angle tangent becomes half the sine of the angle.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -205,6 +208,6 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Each of the two factors contains the half angle, but their product does not.
+        # Both factors contain the half angle. Their product does not.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

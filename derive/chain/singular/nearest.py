@@ -1,9 +1,8 @@
-"""Searches numerically for singular configurations if the minors have no short factors.
+"""Numeric search for singular configurations, for minors without short factors.
 
-A configuration is singular if some wrench y does no work on any joint (J^T y = 0). With fewer
-joints than Jacobian rows, a configuration is singular if some joint velocities x do not move the
-tool (J x = 0). Minimum-norm Newton steps on q and y (or x) converge to a nearby singular
-configuration.
+A configuration is singular if a wrench y does no work on any joint (J^T y = 0). An arm with fewer
+joints than Jacobian rows is singular if joint velocities x do not move the tool (J x = 0). Newton's
+method finds a nearby solution for q and y (or x), with steps of minimum norm.
 """
 
 import math
@@ -22,7 +21,7 @@ DRAWS = 4
 SEED = 50
 STEPS = 40
 STARTS = 24
-"""Number of start configurations; only results within the joint limits are used."""
+"""Number of start configurations. Results outside the joint limits are dropped."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
@@ -35,11 +34,11 @@ def nearest_singular(
     Args:
         robot: A serial robot.
         start: The first start configuration (radian, meter).
-        most: Maximum number of results.
+        most: Maximum number of configurations to return.
 
     Returns:
-        Up to ``most`` configurations (n,) within the limits. The list is empty for coupled or
-        helical joints, for more than twelve joints, and if the Jacobian never has full rank.
+        Singular configurations (n,) within the limits. The list is empty for coupled or helical
+        joints, for more than twelve joints, and if every configuration is singular.
     """
     joints = robot.moving
     is_plain = not robot.couplings and all(j.kind != "helical" for j in joints)
@@ -49,7 +48,7 @@ def nearest_singular(
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
-    # Multiples of square roots of primes, modulo 1, are spread evenly and equal on every computer.
+    # Multiples of square roots of primes, taken modulo 1, are spread evenly.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     sampled = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
     if _smallest(S, sampled[0], scale) < RANK_LOST:
@@ -77,7 +76,10 @@ def general_rank(robot: SerialRobot) -> int:
 
 
 def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
-    """Returns base-frame screws with lengths relative to the arm length, and the arm length (m)."""
+    """Returns (screws in the base frame, arm length in meter).
+
+    Lengths in the screws are relative to the arm length.
+    """
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     T, columns, points = placed(terms, robot.base), [], []
     for joint in robot.joints:
@@ -97,7 +99,10 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """Returns joint limits; for unlimited joints, plus and minus half a turn or one arm length."""
+    """Returns the joint limits.
+
+    An unlimited joint gets plus and minus half a turn or one arm length.
+    """
     limits = []
     for joint in robot.moving:
         half = math.pi if joint.kind == "revolute" else length
@@ -116,10 +121,7 @@ def _smallest(S: FloatArray, q: FloatArray, scale: FloatArray) -> float:
 
 
 def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
-    """Returns the singular configurations (k, n) reached from start configurations (m, n).
-
-    Start configurations without convergence are omitted.
-    """
+    """Returns the singular configurations (k, n) found from start configurations (m, n)."""
     is_tall = S.shape[1] < WHOLE
     J = _jacobian(S, q, scale)
     U, _, Vt = np.linalg.svd(J)
@@ -142,7 +144,10 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
-    """Returns the residuals (m, e) of equations for singularity, and their derivatives."""
+    """Returns (residuals, derivatives) of the equations for singularity.
+
+    The residuals have shape (m, e).
+    """
     D = _slopes(J)
     if is_tall:
         value, turned = np.einsum("mai,mi->ma", J, y), J
@@ -157,9 +162,8 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 
 
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
-    """Returns minimum-norm least-squares solutions (m, n) of slope * step = value."""
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Singular values below this bound are rounding errors, which differ between computers.
+    # Smaller singular values are rounding errors, which differ between computers.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
@@ -167,11 +171,10 @@ def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
 
 
 def _slopes(J: FloatArray) -> FloatArray:
-    """Returns derivatives (m, 6, n, n) of Jacobian columns with respect to coordinates."""
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint displaces the screws of all joints after it. With contiguous arrays, sums over the
-    # derivatives are faster.
+    # A joint moves the screws of all joints after it. Sums over the derivatives are faster if the
+    # arrays are contiguous.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

@@ -1,8 +1,8 @@
-"""Screws of a chain as polynomials in lengths and in cosines and sines of all angles.
+"""Screws of a chain as polynomials in lengths, cosines and sines.
 
-Cosines and sines of constant angles, and roots of integers, are generators of the ring, so a result
-holds for any value of a constant angle. Every polynomial is reduced by the squares of sines and
-roots.
+The ring has generators for the cosines and sines of constant angles and for roots of integers.
+Therefore a result holds for any value of a constant angle. The squares of sines and roots are
+replaced in every polynomial.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,22 +18,21 @@ Polynomial = Any
 
 
 class ScrewRing:
-    """Screws as polynomials in constants and the cosines and sines of the coordinates.
+    """Screws as polynomials in the constants and coordinates of a robot.
 
     Attributes:
         q: The coordinates.
-        constants: Symbols of the parameters, and symbols that replace functions of constants.
-        meanings: The function of constants that each symbol replaces.
+        constants: Symbols of the parameters, and the symbols that stand for functions of constants.
+        meanings: The function of constants that each of these symbols stands for.
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
-        slides: Symbols for the coordinates themselves (prismatic joints).
-        ring: The ring of polynomials in the parameters, cosines, sines and coordinates.
+        slides: Symbols of the prismatic coordinates.
+        ring: The ring of polynomials in all these symbols.
     """
 
     def __init__(
         self, S: sp.Matrix, q: Sequence[sp.Symbol], points: Sequence[sp.Matrix] = ()
     ) -> None:
-        """Builds the ring for screws (6, n), coordinates, and reference points (3,)."""
         known = sp.Matrix([*S, *(entry for point in points for entry in point)])
         self.q = tuple(q)
         angles = enumerate(_angles(known))
@@ -55,7 +54,6 @@ class ScrewRing:
         self.S = [self.vector(S[:, k]) for k in range(S.shape[1])]
 
     def _squares(self) -> list[tuple[int, Polynomial]]:
-        """Returns the square of each sine and root, with the index of its generator."""
         places = {symbol: k for k, symbol in enumerate(self.ring.symbols)}
         pairs = [*zip(self.cosines, self.sines, strict=True), *((c, s) for c, s, _ in self.turns)]
         found = [(places[s], 1 - self.ring.gens[places[c]] ** 2) for c, s in pairs]
@@ -63,14 +61,17 @@ class ScrewRing:
         return found + [(places[s], self.ring.ground_new(int(root.base))) for s, root in roots]
 
     def vector(self, column: sp.Matrix) -> list[Polynomial]:
-        """Returns a constant vector as polynomials."""
+        """Converts a constant vector to polynomials."""
         return [
             self.reduced(self.ring.from_expr(sp.expand(entry.xreplace(self.symbols_of))))
             for entry in column
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """Returns Jacobian columns in one frame, or None if an entry exceeds ``longest`` terms."""
+        """Returns Jacobian columns in one frame.
+
+        The result is None if an entry has more than ``longest`` terms.
+        """
         point = self.vector(view.point)
         columns = []
         for i, screw in enumerate(self.S):
@@ -85,7 +86,7 @@ class ScrewRing:
         return columns
 
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
-        """Returns a screw displaced by joint k; sense -1 applies the inverse displacement."""
+        """Returns a screw moved by joint k. The inverse motion has the sense -1."""
         v, w = self.S[k][:3], self.S[k][3:]
         ring, zero = self.ring, self.ring.zero
         if all(x == zero for x in w):
@@ -122,7 +123,7 @@ class ScrewRing:
         return polynomial
 
     def block(self, columns: list[list[Polynomial]], rows: Sequence[int]) -> Polynomial:
-        """Returns the determinant of the listed rows of the columns."""
+        """Returns the determinant of some rows of the columns."""
         if len(rows) == 1:
             return columns[0][rows[0]]
         total = self.ring.zero
@@ -133,17 +134,17 @@ class ScrewRing:
         return self.reduced(total)
 
     def in_sines(self, polynomial: Polynomial) -> sp.Expr:
-        """Returns a polynomial as an expression without squares of cosines."""
+        """Converts a polynomial to an expression without squares of cosines."""
         squares = {sp.cos(q) ** 2: 1 - sp.sin(q) ** 2 for q in self.q}
         return sp.expand(sp.expand(self.expression(polynomial, {})).subs(squares))
 
     def expression(self, polynomial: Polynomial, sums: Mapping[int, sp.Expr]) -> sp.Expr:
-        """Returns a polynomial as an expression in coordinates and constants.
+        """Converts a polynomial to an expression in coordinates and constants.
 
         Args:
             polynomial: A polynomial as an element of the ring.
-            sums: Angle sums whose cosine and sine replace the cosine and sine of a coordinate,
-                keyed by the coordinate's index.
+            sums: Angle sums, keyed by the index of a coordinate. The cosine and sine of this sum
+                replace the cosine and sine of the coordinate.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):
@@ -154,7 +155,6 @@ class ScrewRing:
 
 
 def _angles(S: sp.Matrix) -> list[sp.Expr]:
-    """Returns the constant angles whose cosines and sines occur in the screws."""
     return sorted({f.args[0] for f in S.atoms(sp.cos, sp.sin)}, key=str)
 
 

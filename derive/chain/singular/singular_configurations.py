@@ -1,7 +1,7 @@
-"""Describes factors of Jacobian minors by the axis arrangement at their zeros.
+"""Describes how the axes lie where a factor of the Jacobian minors is 0.
 
-Relations are tested numerically. A relation describes a factor if it holds at all sampled zeros of
-the factor but not at generic configurations.
+Relations between axes are tested numerically. A relation describes a factor if it holds at all
+sampled zeros of the factor and at no generic configuration.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,15 +22,15 @@ FloatArray = NDArray[np.float64]
 DRAWS = 4
 """Number of generic configurations."""
 STARTS = 24
-"""Number of random configurations from which the zeros of factors are searched."""
+"""Number of random configurations from which zeros of factors are searched."""
 HOLDS = 1e-6
-"""Tolerance of a relation: sine of an angle, or distance relative to the arm length."""
+"""Tolerance of a relation: sine of an angle, or distance as a fraction of the arm length."""
 SEED = 30
 
 
 @dataclass(frozen=True)
 class _Configuration:
-    """Joint axes in the base frame; prismatic joints have a direction but no line."""
+    """Joint axes in the base frame. Prismatic joints have only a direction."""
 
     directions: FloatArray
     points: FloatArray
@@ -46,18 +46,18 @@ class _Configuration:
         return abs(float(self.directions[i] @ self.directions[j]))
 
     def off_line(self, point: FloatArray, i: int) -> float:
-        """Returns the distance of a point from an axis, relative to the size."""
+        """Returns the distance of a point from an axis, divided by the size."""
         across = np.cross(point - self.points[i], self.directions[i])
         return float(np.linalg.norm(across)) / self.size
 
     def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
-        """Returns the relative distance of a point from the plane of an axis and a direction."""
+        """Returns the relative distance of a point from a plane that contains the axis."""
         normal = np.cross(self.directions[i], other)
         away = abs(float((point - self.points[i]) @ normal))
         return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
 
     def meeting(self, axes: Sequence[int]) -> FloatArray | None:
-        """Returns the intersection of axes, or None."""
+        """Returns the common point of axes, or None."""
         M, b = np.zeros((3, 3)), np.zeros(3)
         for k in axes:
             h = self.directions[k]
@@ -74,16 +74,16 @@ WHOLE_WRIST = 3
 WRIST = "the wrist center"
 STRETCHED = "; the arm is stretched or folded"
 Relation = Callable[[_Configuration], float]
-"""The deviation of a configuration from a relation of the axes, or 0 if the relation holds."""
+"""Deviation of a configuration from a relation between axes. It is 0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describes the axes at the zeros of factors of minors; empty if no relation matches.
+    """Describes the axes where factors of minors are 0. The text is empty if no relation matches.
 
     Args:
         robot: A serial robot.
         q: The coordinates.
-        condition: Factors in the coordinates and parameters of the robot.
+        condition: Factors of minors, in the coordinates and parameters of the robot.
     """
     each = [_of_factor(robot, q, factor) for factor in condition]
     if all(each):
@@ -98,7 +98,6 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
 def _in_general(
     robot: SerialRobot, q: Sequence[sp.Symbol]
 ) -> tuple[FloatArray, list[_Configuration]]:
-    """Returns numeric screws of a robot, and generic configurations."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
@@ -112,7 +111,7 @@ def _first_that_holds(
     found: Sequence[_Configuration],
     general: Sequence[_Configuration],
 ) -> str:
-    """Returns the description of the first relation that holds only if the robot is singular."""
+    """Returns the description of the first relation that holds only in singular configurations."""
     for text, relation in relations if found else ():
         if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
             return text
@@ -129,7 +128,6 @@ def _off_axis(i: int, j: int, configuration: _Configuration) -> float:
 
 
 def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
-    """Describes the axes at the zeros of a factor; an empty text if no relation matches."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     zeros = roots([factor.xreplace(values)], q, STARTS)
@@ -148,7 +146,7 @@ def _configuration(S: FloatArray, q: FloatArray) -> _Configuration:
 
 
 def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
-    """Yields the relations to test with their descriptions; joint numbers start at 1."""
+    """Yields the relations to test, with their descriptions."""
     count = len(general.directions)
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1
@@ -177,7 +175,6 @@ def _relations(general: _Configuration, own: Sequence[int]) -> Iterator[tuple[st
 
 
 def _keep_distances(general: _Configuration, i: int, k: int) -> bool:
-    """Whether the distance of two parallel axes is constant despite prismatic joints in between."""
     sliding = (j for j in range(i, k) if not general.revolute[j])
     return all(general.off_parallel(i, j) <= HOLDS for j in sliding)
 
@@ -187,14 +184,12 @@ def _point(k: int, configuration: _Configuration) -> FloatArray:
 
 
 def _in_plane(i: int, j: int, point: Callable[[_Configuration], FloatArray]) -> Relation:
-    """Returns the relation "a point lies in the plane of two parallel axes"."""
     return lambda p: p.off_plane(point(p), i, p.points[j] - p.points[i])
 
 
 def _of_center(
     general: _Configuration, axes: Sequence[int], named: str, parallel: Sequence[tuple[int, int]]
 ) -> Iterator[tuple[str, Relation]]:
-    """Yields relations of the intersection of the last axes."""
 
     def center(p: _Configuration) -> FloatArray:
         found = p.meeting(axes)

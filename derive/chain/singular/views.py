@@ -1,8 +1,7 @@
-"""Selects the body frame and reference point that give the Jacobian the most zeros.
+"""Selects the frame and reference point for which the Jacobian has the most zeros.
 
-The rank of the Jacobian, and its determinant if it is square, do not depend on frame and point
-(Murray, Li and Sastry 1994, 3.4). In the frame of a middle body, and at an intersection point of
-axes, the Jacobian has small blocks.
+The choice changes neither the rank of the Jacobian nor its determinant (Murray, Li and Sastry 1994,
+3.4). The frame of a middle body and an intersection of axes give small blocks.
 """
 
 import math
@@ -26,17 +25,17 @@ NOTHING = 1e-9
 """Jacobian entries below this value count as 0, for lengths of about one meter."""
 SEED = 20
 TRIES = 3
-"""Number of generic configurations at which an entry must be 0 to count as always 0."""
+"""Number of generic configurations. An entry that is 0 in all of them counts as always 0."""
 
 
 @dataclass(frozen=True)
 class View:
-    """The frame and reference point of a Jacobian.
+    """A frame and a reference point for a Jacobian.
 
     Attributes:
-        body: The number of joints before the body whose frame is used.
-        point: The reference point, in the base frame with all joints at 0.
-        filled: Mask (6, n) of the Jacobian entries that are not always 0.
+        body: Number of joints between the base and the body that defines the frame.
+        point: The reference point in the base frame, for joints at 0.
+        filled: Mask (6, n). True marks an entry that is not always 0.
     """
 
     body: int
@@ -56,11 +55,11 @@ class View:
 
 @dataclass(frozen=True)
 class Minor:
-    """A square submatrix of the Jacobian, in one body frame and at one reference point.
+    """A square submatrix of the Jacobian in one view.
 
     Attributes:
         view: The frame and reference point of the Jacobian.
-        blocks: The diagonal blocks of the block-triangular submatrix.
+        blocks: The diagonal blocks of the submatrix, which is block-triangular.
     """
 
     view: View
@@ -73,19 +72,19 @@ class Minor:
 
     @property
     def cost(self) -> tuple[int, int]:
-        """Sort key: size of the largest block, then number of nonzero entries."""
+        """Sort key (size of the largest block, number of entries that are not 0)."""
         return self.size, int(self.view.filled.sum())
 
 
 def minors(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
-    """Returns the largest square submatrices of a Jacobian, in frames with small blocks.
+    """Returns the largest square submatrices of a Jacobian, in views with small blocks.
 
-    If the number of nonzero rows equals the joint count, there is one submatrix. With more joints,
-    each submatrix omits joints and may have a separate frame and reference point. With fewer
-    joints, each submatrix omits rows, and all submatrices share the frame and reference point that
-    are simplest in total. Structurally singular submatrices are omitted.
+    There is one submatrix if the Jacobian has as many nonzero rows as joints. If there are more
+    joints, each submatrix omits joints and has a view of its own. If there are fewer joints, each
+    submatrix omits rows. All submatrices then share the view that is simplest in total. Submatrices
+    that are singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.
@@ -104,7 +103,6 @@ def minors(
 
 
 def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
-    """Returns the submatrix of given columns, in the body frame with the smallest blocks."""
     found = [
         Minor(view, blocks)
         for view in views
@@ -114,7 +112,6 @@ def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
 
 
 def _without_rows(view: View, count: int) -> tuple[Minor, ...]:
-    """Returns the square submatrices with all columns, in one frame and at one reference point."""
     found = (_blocks(view.filled, rows, range(count)) for rows in combinations(view.rows, count))
     return tuple(Minor(view, blocks) for blocks in found if blocks)
 
@@ -134,7 +131,6 @@ def _views(
 
 
 def _points(robot: SerialRobot) -> list[sp.Matrix]:
-    """Returns the origins of all frames of the chain, with all joints at 0."""
     T = placement_matrix(robot.base)
     found = [T[:3, 3]]
     for joint in robot.joints:
@@ -145,14 +141,14 @@ def _points(robot: SerialRobot) -> list[sp.Matrix]:
 
 
 def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
-    """Returns the screws of all joints (..., 6, n) in the frame of a body.
+    """Returns the screws of all joints in the frame of a body (..., 6, n).
 
     Args:
         S: The screws in the base frame (6, n), with unit axes.
         q: Configurations (..., n).
-        body: Number of joints before the body.
+        body: Number of joints between the base and the body.
     """
-    # The array index of the component comes first, so that cross products are row operations.
+    # The index of the component comes first, so that cross products work on whole rows.
     seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
     angles = q.reshape(-1, q.shape[-1], 1)
     for k in range(body):
@@ -163,7 +159,6 @@ def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
 
 
 def _carried(axis: FloatArray, angle: FloatArray, screws: FloatArray) -> FloatArray:
-    """Returns screws (6, m, k) displaced by a joint with value (m, 1)."""
     v, w = axis[:3], axis[3:]
     linear, angular = screws[:3], screws[3:]
     if not w.any():
@@ -176,20 +171,18 @@ def _carried(axis: FloatArray, angle: FloatArray, screws: FloatArray) -> FloatAr
 
 
 def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Returns vectors (3, m, k) rotated about a unit vector (Rodrigues)."""
     across = _cross(w, vectors)
     turned: FloatArray = vectors + s * across + (1 - c) * _cross(w, across)
     return turned
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns cross products of vectors (3, ...); several times faster than np.cross."""
+    """Returns cross products of vectors (3, ...). This is several times faster than np.cross."""
     (a1, a2, a3), (b1, b2, b3) = a, b
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
 def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple[Block, ...] | None:
-    """Returns the blocks of a square submatrix, or None if it is always singular."""
     row_of: dict[int, int] = {}
     for column in columns:
         if not _matched(filled, rows, column, row_of, set()):
@@ -205,7 +198,6 @@ def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple
 def _matched(
     filled: Flags, rows: Sequence[int], column: int, row_of: dict[int, int], seen: set[int]
 ) -> bool:
-    """Whether an augmenting path matches a column to a row (bipartite matching)."""
     for row in rows:
         if filled[row, column] and row not in seen:
             seen.add(row)

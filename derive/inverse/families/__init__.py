@@ -1,4 +1,4 @@
-"""Families of chains with a closed-form inverse, one file per family, and their list."""
+"""Families of chains with a closed-form inverse, one file per family."""
 
 from .column import COLUMN
 from .crane import CRANE
@@ -39,6 +39,6 @@ FAMILIES: tuple[Family, ...] = (
     TURNING_HAND,
     TELESCOPIC_ARM,
 )
-"""All families of axis structures, in the order in which they are tested on a chain."""
+"""All families, in the order in which a chain is compared with them."""
 LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
-"""The families that are tested on the leg of a platform."""
+"""The families that the leg of a platform is compared with."""

@@ -1,12 +1,14 @@
-"""A revolute column, two prismatic joints, and a wrist with a first axis parallel to the column.
+"""A revolute column, two prismatic joints and a wrist.
 
-Joints 2 and 3 are prismatic, with different directions; the other joints are revolute. Axis 4 is
-parallel to axis 1, and axes 5 and 6 intersect. The prismatic joints do not rotate the tool, so
-joints 1 and 4 rotate it by the sum of their angles. The orientation then determines three angles,
-as in a spherical wrist, although axes 4, 5 and 6 have no common point. Joint 1 and the prismatic
-joints then position the wrist.
+The first wrist axis is parallel to the column.
 
-Maximum number of solutions: 4, from two orientation solutions and two position solutions.
+Joints 2 and 3 are prismatic and have different directions. Axis 4 is parallel to axis 1, and axes 5
+and 6 intersect. The prismatic joints do not rotate the tool. Joints 1 and 4 rotate the tool by the
+sum of their angles. The orientation determines the sum of angles 1 and 4, and angles 5 and 6. Axes
+4, 5 and 6 need no common point. Joints 1 to 3 then position the wrist.
+
+Maximum number of solutions: 4. There are two solutions for the orientation and two for the
+position.
 """
 
 import numpy as np
@@ -77,7 +79,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     e = cross(terms, a6.h, a5.h)
     last_turn(work, a6, e, target.turned(terms, e), ((a1, q14_turn), (a5, q5)), is_regular=True)
 
-    # 4. The column rotates the plane of the prismatic joints to the wrist's target position.
+    # 4. The column rotates the plane of the prismatic joints to the target position of the wrist.
     lever = rotated(terms, a1.h, q14_turn, reach)
     V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)
@@ -105,11 +107,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """Returns the rotation by joints 1 and 4.
+    """Returns the sum of angles 1 and 4.
 
-    If the orientation does not determine the rotation, the best rotation is selected. The column
-    rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close to the
-    column.
+    If the orientation does not determine the sum, the best sum is selected. Axis 4 must not be too
+    close to the column, because the column rotates the plane of the prismatic joints onto axis 4.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

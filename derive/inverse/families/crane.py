@@ -1,11 +1,12 @@
-"""A rotating base, two parallel revolute joints and a telescope: cranes and log loaders.
+"""A rotating base, two parallel revolute joints and a telescope, as in cranes and log loaders.
 
-Joints 2, 3 and 4 are two revolute joints with parallel axes and a prismatic joint perpendicular to
-these axes. Axis 1 is perpendicular to the parallel axes, and so is axis 5 if there is a fifth
-joint. The solution steps equal the steps for a rotating base with three parallel axes, except that
-the telescope changes one side of the triangle.
+One of joints 2, 3 and 4 is prismatic. Its direction is perpendicular to the axes of the other two
+joints, which are revolute and parallel. Axis 1 is perpendicular to the parallel axes. A fifth axis
+is also perpendicular to them. The steps are those for a rotating base with three parallel axes. The
+telescope changes one side of the triangle.
 
-Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch.
+Maximum number of solutions: 4 for a pose of five joints, 2 for four joints, 8 for position and
+pitch.
 """
 
 import numpy as np

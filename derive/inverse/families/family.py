@@ -1,7 +1,7 @@
-"""Describes a family of chains with a closed-form inverse.
+"""Description of a family of chains with a closed-form inverse.
 
-A family is one object in one file, listed in the package's ``__init__``. Classification,
-derivation, explanation and article read only the fields of this object, never its name.
+A family is one object in one file. The package's ``__init__`` lists all families. Other modules
+read only the fields of this object, never its name.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from ..structure.requirement import Requirement
 from ..tasks.task import Task, TaskInput
 
 Reading = Literal["base", "tool"]
-"""The end of the chain from which the axes are numbered."""
+"""The end of the chain at which the numbering of axes starts."""
 
 
 def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
@@ -30,24 +30,22 @@ class Family:
 
     Attributes:
         title: Description of the structure, for ``chasles explain`` and the article.
-        joints: Possible joint counts of a chain in this family.
+        joints: Possible numbers of joints.
         requires: Returns the conditions on the axes, with their deviations.
-        solve: Solves for all joints for a displacement of the tool, step by step. Each solution
-            step has a reason, a degenerate case and an equation, printed by ``chasles explain`` and
-            in the article.
-        readings: The ends from which the axes may be numbered.
-        behind_given: Whether the family is also tested on the free joints of a longer chain whose
-            other joints are fixed.
-        rather_gives: Whether this family is tested last on a chain with fixed joints, because
-            fixing its prismatic joint is preferable.
-        solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families of
-            axis structures solve only specific tasks, such as the position.
-        inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
-        tasks: Tasks in addition to the pose; they require a chain without fixed joints, numbered
+        solve: Solves step by step for all joints that produce a displacement of the tool. Each step
+            has a reason, a degenerate case and an equation for the explanation and the article.
+        readings: The ends at which the numbering of axes may start.
+        behind_given: Whether a longer chain with fixed joints is also compared with the family.
+        rather_gives: Whether the family comes last for chains with fixed joints, because it is
+            better to fix a prismatic joint.
+        solves_pose: Whether the family solves for the full tool pose (task ``ik``). Other families
+            solve only parts of the pose, such as the position.
+        inputs: Inputs of ``solve`` other than the displacement, for example a swivel angle.
+        tasks: Tasks other than the pose. The chain must have no fixed joint and must be numbered
             from the base.
-        functions: Returns further functions of a chain without fixed joints, for example its swivel
+        functions: Returns more functions of a chain without fixed joints, for example its swivel
             angle.
-        has_couplings: Whether the steps include the couplings of the joints.
+        has_couplings: Whether the solution steps include the couplings of joints.
     """
 
     title: str

@@ -1,7 +1,7 @@
-"""Six revolute joints; axes 2, 3 and 4 intersect in one point inside the arm.
+"""Six revolute joints. Axes 2, 3 and 4 intersect in one point inside the arm.
 
-If the axes are numbered from the tool, the family solves arms whose axes 3, 4 and 5 intersect in
-one point. Maximum number of solutions: 8.
+Numbered from the tool, axes 3, 4 and 5 of the arm intersect in one point. Maximum number of
+solutions: 8.
 
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
@@ -33,9 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Seen from the tool,
-    # joint 1 on one side and joints 6 and 5 on the other side place the intersection at the same
-    # position.
+    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves this
+    # point in the base. Joints 6 and 5 move the point as seen from the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:
@@ -52,14 +51,13 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _two_of_three(
     work: Work, lines: Lines, target: Target, S: Vector
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Returns the angles of joints 1, 6 and 5. Angle 1 or angle 6 is set to 0."""
     terms, (a1, *_, a5, a6) = work.terms, lines.axes
     if a1.stays:
         fixed_axis, first, second = a1, a6.reversed(), a5.reversed()
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # If the tool is displaced, the axis of joint 5 is displaced with it.
+        # A displacement of the tool also displaces axis 5.
         fixed_axis, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)
@@ -71,7 +69,6 @@ def _two_of_three(
 
 
 def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin, CosSin, CosSin]:
-    """Returns the angles of joints 1, 6 and 5."""
     terms, (a1, a2, a3, a4, a5, a6) = work.terms, lines.axes
     back = target.reversed()
     arm = subtracted(terms, S, a1.p)
@@ -100,8 +97,8 @@ def _with_center_in_reach(
 ) -> CosSin:
     """Returns the angle of joint 6.
 
-    If the angle is arbitrary, the best angle is selected. Joints 2 to 4 limit the angle between
-    axes 4 and 2, unless axis 3 is perpendicular to both axes.
+    If the pose leaves the angle open, the best angle is selected. Joints 2 to 4 limit the angle
+    between axes 4 and 2. Only an axis 3 that is perpendicular to both axes allows any angle.
     """
     terms = lines.terms
     a1, a2, a3, a4, a5, a6 = lines.axes

@@ -1,17 +1,17 @@
-"""Consecutive prismatic joints, and revolute joints determined by the orientation.
+"""Machine tools: consecutive prismatic joints and revolute joints.
 
-Gantries, machine tools and single joints have this structure. Up to three prismatic joints are
-consecutive, with no revolute joint between them. The orientation determines the revolute joints,
-and the remaining position error determines the prismatic joints.
+Gantries and single joints also have this structure. No revolute joint lies between the prismatic
+joints, of which there are at most three. The orientation determines the revolute joints. The
+position error that remains determines the prismatic joints.
 
-There are up to two revolute joints. Three revolute joints are possible with three prismatic joints,
-or if the three axes intersect in one point. If the first and third axis become parallel, only the
-sum of their angles is determined. Three prismatic joints still reach the position for any division
-of the angle sum between the two joints. If fixed joints move the three directions into one plane,
-the position determines the division. The axes need not intersect or be perpendicular.
+There are up to two revolute joints. Three revolute joints need three prismatic joints, or axes that
+intersect in one point. If the first and the third axis become parallel, the orientation determines
+only the sum of their angles. Three prismatic joints reach the position for any division of this
+sum. If fixed joints turn the three directions into one plane, the position determines the division
+of the sum. The axes need not intersect or be perpendicular.
 
-Maximum number of solutions: 1 for a pose (2 with three revolute joints), 2 for a position and a
-direction. For an unreachable pose, the result is a nearby pose.
+Maximum number of solutions: 1 for a pose, 2 for a pose with three revolute joints, 2 for a position
+and a direction. For an unreachable pose, the steps return a nearby pose.
 """
 
 from functools import partial
@@ -89,7 +89,6 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _three_turns(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for three revolute joints from the orientation."""
     terms = work.terms
     first, second, third = (axis for axis in lines.axes if axis.turns)
     directions = [axis.h for axis in lines.axes if not axis.turns]
@@ -102,7 +101,6 @@ def _three_turns(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:
-    """Solves for the prismatic joints from the position error left by the revolute joints."""
     terms = work.terms
     sliding = [axis for axis in lines.axes if not axis.turns]
     if not sliding:
@@ -122,7 +120,6 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
 
 
 def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether three prismatic and two revolute joints orient the tool axis."""
     turning = [axis for axis in lines.axes if axis.turns]
     if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MAX):
         return False
@@ -131,7 +128,6 @@ def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
-    """Derives the task for the position and the tool-axis direction."""
     terms = lines.terms
     work = Work(terms)
     first, second = (axis for axis in lines.axes if axis.turns)

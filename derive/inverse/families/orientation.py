@@ -1,8 +1,8 @@
-"""Three revolute joints that orient the tool: camera heads, and the last joints of an arm.
+"""Three revolute joints that orient the tool, as in camera heads.
 
-The orientation of the tool determines the joints, although their axes need not intersect. If the
-first and third axes are aligned, the position determines their angles. The residual of the solution
-includes the position error. Maximum number of solutions: 2.
+The orientation determines the joints. Their axes need not intersect. If the first and the third
+axis are aligned, the position determines their angles. The residual includes the position error.
+Maximum number of solutions: 2.
 """
 
 from functools import partial

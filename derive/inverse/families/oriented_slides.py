@@ -1,7 +1,8 @@
-"""Prismatic joints in any order between revolute joints that the orientation determines.
+"""Prismatic joints in any order, between revolute joints.
 
-Up to three joints are revolute, and two consecutive revolute axes are never parallel. Up to three
-joints are prismatic. Maximum number of solutions: 1, or 2 with three revolute joints.
+The orientation determines up to three revolute joints. Two revolute joints in succession are never
+parallel. Up to three joints are prismatic. Maximum number of solutions: 1 for up to two revolute
+joints, 2 for three.
 """
 
 from ..steps.slides_between_turns import requires, solve

@@ -1,8 +1,8 @@
-"""Six revolute joints with parallel axes 2, 3 and 4, and any axes 5 and 6.
+"""Six revolute joints. Axes 2, 3 and 4 are parallel.
 
-Joints 2 to 4 preserve components along their axes. Two components are used: the component of the
-direction h_6 of axis 6, and the component of a point on axis 6. Subproblem 6 solves these two
-equations for angles 1 and 5. Maximum number of solutions: 8.
+Joints 2 to 4 do not change components along their axes. Two such components are known: one of the
+direction h_6 of axis 6, and one of a point on axis 6. Subproblem 6 solves the two equations for
+angles 1 and 5. Maximum number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -38,7 +38,7 @@ from ..subproblems.turns import CosSin, any_across, perpendicular, rotated
 from .family import Family
 
 STEPS = 2
-"""Number of second-order refinement steps for each root of the quartic."""
+"""Number of second-order refinement steps per root of the quartic."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -55,7 +55,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 do not change the components of axis 6 and of a point on axis 6 along h_2.
+    # 1, 2. Joints 2 to 4 do not change components along h_2.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -111,7 +111,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
-"""Coefficients of (sin, cos) of angle 1 and of angle 5 in an equation, and its right-hand side."""
+"""An equation: coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side."""
 
 
 def _nearer(
@@ -122,11 +122,13 @@ def _nearer(
     angles: tuple[CosSin, CosSin],
     exists: Boolean,
 ) -> tuple[CosSin, CosSin]:
-    """Returns refined angles 1 and 5 if the refinement reduces the error of both equations.
+    """Returns refined angles 1 and 5.
 
-    If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
-    direction only to 1e-8. The perpendicular component is accurate to double precision. Two unit
-    vectors with the components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 =
+    The angles are unchanged unless the refinement reduces both errors.
+
+    If axis 6 is nearly parallel to axes 2 to 4, the component along these axes determines its
+    direction only to 1e-8. The component normal to the axes is accurate to double precision. For
+    two unit vectors with components c and c', the normal parts p and p' fulfil ``|p|^2 - |p'|^2 =
     (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
@@ -168,10 +170,10 @@ def _nearer(
 def _aligned(
     terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
 ) -> tuple[CosSin, CosSin]:
-    """Returns the angles that make axis 6 parallel to axes 2 to 4, if such angles are nearby.
+    """Returns the nearby angles at which axis 6 is parallel to axes 2 to 4, if there are any.
 
-    Several solutions may coincide at a pose with parallel axes; these solutions are then accurate
-    only to 1e-5. The sum of angles 2 to 4 is arbitrary.
+    Several solutions coincide at a pose with parallel axes, so their accuracy is only 1e-5. The sum
+    of angles 2 to 4 is then arbitrary.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -204,7 +206,7 @@ def _row(
     right: tuple[Vector, Vector],
     constant: sp.Expr,
 ) -> Row:
-    """Returns coefficients (sin, cos) and right-hand side of ``h.R(k1) p1 = c + h.R(k2) p2``."""
+    """Returns (coefficients of sin and cos, right-hand side) of ``h.R(k1) p1 = c + h.R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))

@@ -1,6 +1,6 @@
-"""Three revolute joints with two consecutive parallel axes.
+"""Three revolute joints, of which two in succession are parallel.
 
-The orientation determines the sum of the parallel joints and the third joint. The position
+The orientation determines the third joint and the sum of the parallel joints. The position
 determines the first of the parallel joints. Maximum number of solutions: 1.
 """
 
@@ -24,8 +24,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. The two parallel joints rotate axis 3 by the sum of their angles; joint 3 does not move its
-    # own axis.
+    # 1. The two parallel joints rotate axis 3 by the sum of their angles.
     q12 = work.step(
         [a1, a2],
         "subproblem 1",

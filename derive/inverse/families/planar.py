@@ -1,9 +1,9 @@
-"""Planar arms and SCARAs: up to three parallel revolute axes, and prismatic joints.
+"""Planar arms and SCARAs: up to three parallel revolute joints, and prismatic joints.
 
-A prismatic joint along the axes lifts the tool. A prismatic joint perpendicular to two revolute
-axes may replace the third revolute joint, as in a cylindrical robot. Maximum number of solutions:
-2, or 1 with only two revolute joints and no perpendicular prismatic joint. For a pose outside the
-plane, or a position that two revolute joints cannot reach, the result is a nearby pose.
+A prismatic joint along the axes lifts the tool. In a cylindrical robot, a prismatic joint
+perpendicular to two revolute axes replaces the third revolute joint. Maximum number of solutions:
+2. Two revolute joints without a perpendicular prismatic joint have 1 solution. For an unreachable
+pose, the steps return a nearby pose.
 """
 
 import numpy as np
@@ -29,8 +29,7 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""Maximum cosine of the angle between a prismatic joint and an axis at which both count as
-perpendicular."""
+"""Maximum cosine of the angle between a prismatic joint and an axis that count as perpendicular."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
@@ -51,7 +50,6 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _telescope_of(lines: Lines) -> Axis | None:
-    """Returns the prismatic axis perpendicular to two revolute axes, or None."""
     turning = [axis for axis in lines.axes if axis.turns]
     sliding = [axis for axis in lines.axes if not axis.turns]
     if len(turning) != _MIN_TURNS or not 1 <= len(sliding) <= _MIN_TURNS:
@@ -86,8 +84,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
-        # 2, 3. Shoulder, elbow and wrist form a triangle, and the prismatic joint sets the length
-        # of one side.
+        # 2, 3. Shoulder, elbow and wrist form a triangle. The prismatic joint sets the length of
+        # one side.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
     elif len(turning) == _MIN_TURNS:
@@ -104,7 +102,6 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _lies_in_base_plane(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether all joints rotate in the base x-y plane and the tool x axis lies in this plane."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
     heading = abs(float(lines.terms.value(home_of(robot, lines.terms)[2, 0]))) < TOOL_ON_AXIS
@@ -112,7 +109,6 @@ def _lies_in_base_plane(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _in_base_plane(robot: SerialRobot, lines: Lines) -> Solved:
-    """Derives the task for the position and heading of the tool in the base x-y plane."""
     terms = lines.terms
     work = Work(terms)
     home = home_of(robot, terms)

@@ -1,8 +1,9 @@
-"""Three joints that position the tool: gantries, and arms without a wrist.
+"""Three joints that position the tool, as in gantries and arms without a wrist.
 
-The position of the tool determines its orientation. One point of the tool reaches its target
-position, and the residual includes the orientation error. This point is the tool origin, or another
-point of the tool if some joint does not move its origin. Maximum number of solutions: 4.
+The joints cannot choose the orientation of the tool. One point of the tool reaches its target
+position. The residual includes the orientation error. The point is the tool origin. If some joint
+does not move the tool origin, the point is another point of the tool. Maximum number of
+solutions: 4.
 """
 
 import numpy as np
@@ -43,10 +44,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
-    """Returns a tool point that the joints move in three directions.
+    """Returns a tool point that the joints move in three directions, or None.
 
-    The point is about one arm length from the tool origin. The result is None if the joints move
-    the tool origin itself in three directions, or if no such point exists.
+    The point is about one arm length from the tool origin. None is returned if the joints move the
+    tool origin in three directions, or if there is no such point.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -59,7 +60,6 @@ def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None
 
 
 def _orientation_determines(_robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the orientation determines the revolute joints of a chain with prismatic joints."""
     return all(each.deviation <= lines.tolerance for each in slides_between_turns.requires(lines))
 
 
@@ -70,8 +70,7 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# The target is a position, not a displacement, so it cannot be inverted or reduced by the motion of
-# a fixed joint.
+# The target is a position, so it can neither be inverted nor reduced by fixed joints.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

@@ -1,24 +1,23 @@
 """Seven revolute joints: a spherical shoulder, an elbow and a spherical wrist.
 
-One joint is redundant: with a fixed tool pose, the elbow rotates about the line from shoulder to
-wrist. The swivel angle defines the elbow position. The swivel angle is the angle between two half
-planes bounded by the shoulder-wrist line: the reference half plane and the half plane of the elbow.
+The arm is redundant. At a fixed tool pose, the elbow can rotate about the line from shoulder to
+wrist. The swivel angle states where the elbow is. It is the angle at this line between a reference
+half plane and the half plane of the elbow.
 
-Let S be the shoulder, W the wrist center and E the elbow (the point of axis 4 nearest to axis 3).
-With ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1 and r a direction normal
-to axis 1.
+Let S be the shoulder, W the wrist center, and E the elbow: the point of axis 4 nearest to axis 3.
+Let ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1, and let r be normal to
+axis 1.
 
     Then ``e_x = direction of ((w - t) x r) x w``, ``e_y = w x e_x`` and ``swivel = atan2(e_y.(E -
     S), e_x.(E - S))``.
 
-The reference direction is smooth unless the wrist is straight below the shoulder, where a
-floor-mounted arm has its base. For a wrist straight below the shoulder, the angle is measured from
-an arbitrary direction.
+The reference half plane is undefined if the wrist is straight below the shoulder, where a
+floor-mounted arm has its base. The angle is then measured from an arbitrary direction.
 
 Maximum number of solutions: 8 per swivel angle.
 
-Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole
-below the shoulder.
+Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle). The pole is below the
+shoulder.
 """
 
 import sympy as sp
@@ -53,7 +52,7 @@ def _requires(lines: Lines) -> list[Requirement]:
         revolute(lines, range(7)),
         meeting(lines, 0, 1, 2),
         meeting(lines, 4, 5, 6),
-        # The elbow is the point of axis 4 nearest to axis 3.
+        # The elbow is the point of axis 4 that is nearest to axis 3.
         askew(lines, 2, 3),
     ]
 
@@ -64,7 +63,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
-    # 1. The shoulder does not change the distance between shoulder center and wrist center.
+    # 1. The shoulder does not change its distance from the wrist center.
     wanted = work.name_vector(("W", "V"), "the wrist center", target.point(terms, center))
     V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, center, elbow)
@@ -77,8 +76,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
-    # 2. The swivel angle determines the orientation of the shoulder-wrist line and of the arm
-    # plane.
+    # 2. The swivel angle determines the arm plane.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
     sense = terms.let(
@@ -115,7 +113,6 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]:
-    """Returns the function that computes the swivel angle of a configuration."""
     terms = lines.terms
     q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
     turns = {
@@ -137,7 +134,6 @@ def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]
 
 
 def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
-    """Returns the swivel angle for known joint angles."""
     terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, center, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
@@ -155,11 +151,10 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 
 
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
-    """Returns the shoulder-wrist direction and two reference directions for the swivel angle."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # If the wrist is straight below the shoulder, w - t is 0 and is replaced by the direction of
-    # axis 1.
+    # If the wrist is straight below the shoulder, w - t is 0. The direction of axis 1 then replaces
+    # w - t.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
@@ -168,11 +163,10 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Returns the shoulder-wrist direction, the arm-plane normal and the side direction.
+    """Returns (shoulder to wrist, normal of the arm plane, side direction) at joints 1 to 3 = 0.
 
-    The values hold for joints 1 to 3 at 0. If the arm bends in a plane normal to the elbow axis,
-    the side direction is normal to this axis, even for a stretched arm. For any other arm, the side
-    direction points towards the elbow.
+    If the arm bends in a plane normal to the elbow axis, the side direction lies in this plane,
+    even for a stretched arm. For other arms, the side direction points to the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -183,19 +177,16 @@ def _frame(
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """Returns the unit vector along ``v``, or along ``instead`` if ``v`` is zero."""
     v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))
 
 
 def _elbow(lines: Lines) -> Vector:
-    """Returns the point of axis 4 nearest to axis 3."""
     return lines.meeting(3, 2)
 
 
-# Axis 1 defines the reference direction of the swivel angle, so the axes cannot be numbered from
-# the tool.
+# Axis 1 is the reference of the swivel angle, so the numbering must start at the base.
 SWIVEL = Family(
     "spherical shoulder and spherical wrist",
     (7,),

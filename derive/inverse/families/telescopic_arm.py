@@ -1,8 +1,8 @@
-"""A telescopic arm: two parallel axes and a prismatic joint, and intersecting axes 5, 6.
+"""A telescopic arm with two parallel axes and a prismatic joint. Axes 5 and 6 intersect.
 
-Joint 1 is revolute. Among joints 2, 3 and 4, one joint is prismatic; it is perpendicular to the
-parallel axes of the other two joints. The chain of an Exechon with a head has this structure: a
-universal joint, a telescope, and three revolute joints. Maximum number of solutions: 8.
+Joint 1 is revolute. One of joints 2 to 4 is prismatic and perpendicular to the axes of the other
+two, which are parallel. An example is an Exechon with a head: a universal joint, a telescope and
+three revolute joints. Maximum number of solutions: 8.
 """
 
 import numpy as np
@@ -47,7 +47,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     pair = tuple(axis for axis in arm if axis.turns)
     second, center = pair[0], lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move the intersection of their axes, and joints 2 to 4 move it
+    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move this point
     # perpendicular to the parallel axes.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))

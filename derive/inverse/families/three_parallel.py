@@ -1,9 +1,9 @@
-"""Six revolute joints with parallel axes 2, 3, 4 and intersecting axes 5, 6, such as UR arms.
+"""Six revolute joints, as in UR arms. Axes 2, 3 and 4 are parallel, axes 5 and 6 intersect.
 
 Maximum number of solutions: 8.
 
-Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the step order and the
-treatment of singularities are original.
+Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting). The order of the steps
+and the treatment of singularities are original.
 """
 
 from ...terms.vectors import subtracted
@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     center = lines.meeting(5, 4)
 
-    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move the
-    # intersection perpendicular to h_2, so its component along h_2 depends on joint 1 alone.
+    # 1. Joints 5 and 6 do not move the intersection of their axes. Joints 2 to 4 move this point
+    # perpendicular to h_2, so only joint 1 changes its component along h_2.
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, center))
     U, q1 = turn_to_plane(

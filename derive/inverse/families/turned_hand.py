@@ -1,9 +1,8 @@
-"""Four revolute joints: a base, two parallel axes and a wrist with a non-parallel axis.
+"""Four revolute joints: a base, two parallel axes and a wrist.
 
-Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
-the sum q2 + q3, and q4. For an unreachable pose, the solution steps return a nearby pose. The
-residual is the distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a
-position.
+Axes 2 and 3 are parallel. Axes 1 and 4 have other directions. The tool rotates by q1, by the sum q2
++ q3, and by q4. For an unreachable pose, the steps return a nearby pose. The residual is the
+distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -40,10 +39,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     meaning = f"a point of axis {a4.name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
-    # 1. The parallel joints change neither the wrist height along their axes nor the tilt of the
-    # wrist axis.
+    # 1. The parallel joints do not change the height of the wrist along their axes or the tilt of
+    # the wrist axis.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel joints rotate the wrist axis; joint 4 does not move its own axis.
+    # 2. The parallel joints rotate the wrist axis. Joint 4 does not.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],
@@ -51,7 +50,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         f"the direction of axis {a4.name}, which the parallel joints turn as one",
         sp1(terms, a2.h, a4.h, seen, is_regular=True),
     )
-    # 3. The target pose determines the elbow position.
+    # 3. The target pose determines the position of the elbow.
     fore = rotated(terms, a2.h, q23, subtracted(terms, a4.p, a3.p))
     work.step(
         [a2],
@@ -63,13 +62,12 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
-    # 5. Near a double solution of step 1, all six pose equations together are more accurate than
-    # one equation.
+    # 5. Near a double solution of step 1, the six equations of the pose are more accurate than one
+    # equation.
     step_on_all(work, lines, target)
 
 
 def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether joint 4 does not move the tool origin."""
     hand, home = lines.axes[-1], home_of(robot, lines.terms)
     lever = numbers(lines.terms, home[:3, 3]) - hand.origin
     off = float(np.linalg.norm(np.cross(hand.direction, lever)))

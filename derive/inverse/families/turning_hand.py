@@ -1,8 +1,8 @@
-"""Four joints: three joints of any kind that position a point, and a revolute joint after them.
+"""Four joints: three joints of any kind, and a revolute joint after them.
 
-Joint 4 does not move the points on its axis. The target thus determines the position of a point on
-axis 4, and the first three joints reach this position. The remaining rotation determines joint 4.
-The residual includes the other conditions of the pose. Maximum number of solutions: 4.
+Joint 4 does not move the points on its axis. The target determines the position of a point on axis
+4. The first three joints move the point there. Joint 4 produces the rotation that remains. The
+residual includes the conditions that the steps do not use. Maximum number of solutions: 4.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..subproblems.turns import any_across
 from .family import Family
 
 _PARTS = tuple(sp.Rational(k, part) for part in (1, 2, 3, 4) for k in (0, 1, -1) if k or part == 1)
-"""Distances of the tried points of axis 4 from its origin, relative to the arm length."""
+"""Distances of the tried points from the origin of axis 4, as fractions of the arm length."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -52,9 +52,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_points(lines: Lines) -> list[sp.Expr]:
-    """Returns points of axis 4 that the first three joints move in three directions.
+    """Yields points of axis 4 that the first three joints move in three directions.
 
-    Each point is given by its distance from the origin of the axis.
+    A point is represented by its distance from the origin of the axis.
     """
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
     points = [part * size for part in _PARTS]
@@ -64,9 +64,8 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 def _best_point(lines: Lines) -> Vector:
     """Returns the point of axis 4 that best determines joints 1 to 3.
 
-    At some joint values, a point is on the axis of an earlier joint and does not determine the
-    angle of this joint. The first point that is as suitable as a point in general position is
-    selected.
+    A point that lies on the axis of an earlier joint does not determine the angle of this joint.
+    The first point that is as good as a general point is selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
@@ -86,7 +85,7 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# If the axes were numbered from the tool, the inverse would miss poses of arms with right angles.
+# With the numbering from the tool, arms with right angles would miss poses.
 TURNING_HAND = Family(
     "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
 )

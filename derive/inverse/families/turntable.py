@@ -1,12 +1,12 @@
-"""A rotating base, three parallel revolute axes and an optional fifth tool joint.
+"""A rotating base, three parallel revolute joints and an optional fifth joint.
 
-Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to these axes, and so is axis 5 if there is a
-fifth joint. Four joints give the tool four degrees of freedom: its position and its pitch in the
-arm plane. A fifth joint rotates the tool about an axis in the arm plane. For an unreachable pose,
-the solution steps return a nearby pose. The residual is the distance to the target pose.
+Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to the parallel axes. A fifth axis is also
+perpendicular to them. Four joints control the position of the tool and its pitch in the plane of
+the arm. A fifth joint rotates the tool about an axis in the plane of the arm. For an unreachable
+pose, the steps return a nearby pose. The residual is the distance to the target pose.
 
-Maximum number of solutions: 4 for a pose (2 with four joints), and 8 for position and pitch,
-because the tool may point outward or inward.
+Maximum number of solutions: 4 for a pose, 2 for a pose with four joints. Position and pitch have up
+to 8, because the tool may point outward or inward.
 """
 
 import sympy as sp
@@ -40,12 +40,10 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _keeps_position(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the fifth joint, if there is one, does not move the tool origin."""
     return len(lines.axes) <= ARM or bool(off_axis(robot, lines, ARM)[0] < TOOL_ON_AXIS)
 
 
 def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
-    """Derives the position task. Joint 4 stays at 0 if possible; otherwise its angle is minimal."""
     terms, (_, a2, a3, a4, *_) = lines.terms, lines.axes
     work = Work(terms)
     tool = tool_origin(robot, terms)
@@ -69,11 +67,11 @@ def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:
-    """Returns the smallest angle of joint 4 at which upper arm and forearm reach the target.
+    """Returns the smallest angle of joint 4 for which the elbow can reach the target.
 
-    Shoulder, elbow and wrist form a triangle if the elbow-wrist distance lies between the
-    difference and the sum of the other two sides. Of the possible elbow-wrist distances, the
-    distance nearest to the value at angle 0 is selected.
+    Shoulder, elbow and wrist form a triangle if the elbow-wrist distance is between the difference
+    and the sum of the other two sides. Of all such distances, the distance nearest to its value at
+    angle 0 is selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

@@ -1,17 +1,16 @@
-"""An arm or a slide, and a rod between universal joints: parallel axes, and a fifth axis.
+"""An arm or a slide, and a rod between universal joints.
 
-Axes 1 and 2 are parallel, axes 3 and 4 are parallel and perpendicular to them, and axis 5 is
-perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
-delta whose rods have printed universal joints have this structure (R-U-U).
+Axes 1 and 2 are parallel. Axes 3 and 4 are parallel to each other and perpendicular to axis 1. Axis
+5 is perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
+delta (R-U-U) have this structure if their rods have printed universal joints.
 
-In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). The circle of the rod
-about axis 2 then takes the place of the triangle.
+In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). The end of the rod then
+moves on a circle about axis 2 instead of in a triangle.
 
 Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
-determines the sum of angles 3 and 4, and the position of a point on axis 5 determines angle 3. If
-the tool has the orientation of the base, the sum is 0 and both solutions for the sum coincide.
-Angles 1 and 2 follow from a triangle and determine the tool orientation, so most poses leave a
-residual.
+determines the sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the
+tool is oriented like the base, the sum is 0 and its two solutions coincide. A triangle determines
+angles 1 and 2. These angles also fix the tool orientation, so most poses leave a residual.
 
 Maximum number of solutions: 8.
 """
@@ -71,7 +70,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp4(terms, kept.h, third.h, rod, dot(terms, kept.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
-    # 3, 4. The arm and the rod form a triangle, or the end of the rod moves on a circle.
+    # 3, 4. Arm and rod form a triangle, or the end of the rod moves on a circle.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
     end = added(terms, turned, hand)
     if first.turns:
@@ -88,10 +87,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
-    """Returns the rotation about axis 3 that gives axis 5 its target component along ``kept``.
+    """Returns the angle of joint 3 at which axis 5 has its target component along ``kept``.
 
-    The sine is computed from the other component, because the cosine determines small sines
-    inaccurately.
+    The sine follows from the other component, because a cosine determines small sines inaccurately.
     """
     terms, third, fifth = work.terms, lines.axes[2], lines.axes[4]
     aim = target.turned(terms, fifth.h)

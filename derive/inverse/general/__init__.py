@@ -1,1 +1,1 @@
-"""General inverse of arms with five or six free joints and any geometry."""
+"""General inverse of arms with five or six free joints."""

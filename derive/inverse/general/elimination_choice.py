@@ -1,11 +1,12 @@
-"""Selects the elimination orders of a general arm, and its fixed joints.
+"""Selects the elimination orders and the fixed joints of a general arm.
 
-If consecutive axes intersect or are parallel, many elimination orders are unsuitable. For an
-unsuitable order, det M is zero for every suppressed angle, or several solutions have the same
-suppressed angle. Therefore, all elimination orders are rated at many random configurations. An
-elimination order is suitable at a configuration if det M is a trigonometric polynomial of degree 8
-in the suppressed angle. In addition, the second smallest singular value of M at the solution, and
-the smallest singular value of A, must be clearly positive.
+Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An order is
+unsuitable if det M is zero for every suppressed angle. It is also unsuitable if several solutions
+have the same suppressed angle. Therefore, all elimination orders are rated at random
+configurations. A suitable order makes det M a trigonometric polynomial of degree 8 in the
+suppressed angle. Two
+singular values must be clearly positive: the second smallest of M at the solution, and the smallest
+of A.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,33 +37,33 @@ from .raghavan_roth import (
 )
 
 SAMPLES = 32
-"""Number of angles at which the determinant is sampled for one elimination order."""
+"""Number of angles at which the determinant is sampled."""
 DEGREE = 8
 """Degree of the determinant in the suppressed angle, which allows sixteen solutions."""
 CONFIGURATIONS = 12
-"""Number of configurations at which an elimination order of six joints is rated."""
+"""Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of configurations with fixed joints, and the number of additional configurations at right
-angles."""
+"""Numbers of configurations with fixed joints: random configurations, right angles."""
 KEPT, MAX_KEPT = 3, 4
-"""Number of elimination orders of an arm; if one order fails at a pose, the next order is tried. A
-fourth order is added only if it is suitable at some configurations where the first three are
-not."""
+"""Number of elimination orders of an arm. If one order fails at a pose, the next is tried.
+
+A fourth order is added only if it works at configurations where the first three fail.
+"""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
-"""Maximum joint count of an arm, including fixed joints, which is the size of the C tables."""
+"""Maximum number of joints of an arm, including fixed joints. The C tables have this size."""
 
 
 @dataclass(frozen=True)
 class Rating:
-    """Rating of one elimination order at many configurations.
+    """Rating of one elimination order.
 
     Attributes:
         order: The elimination order.
-        separations: Second smallest singular value of M divided by the largest, for each
-            configuration, or NaN if the degree of det M is not 8.
-        pairs: Smallest singular value of A divided by the largest, for each configuration. The
-            matrix A determines the angles of joints 1 and 2.
+        separations: For each configuration, the second smallest singular value of M divided by the
+            largest. NaN if the degree of det M is not 8.
+        pairs: For each configuration, the smallest singular value of A divided by the largest. A
+            determines the angles of joints 1 and 2.
     """
 
     order: EliminationOrder
@@ -71,7 +72,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """The smaller of the values ``separations`` and ``pairs`` at each configuration.
+        """The smaller of ``separations`` and ``pairs`` at each configuration.
 
         NaN propagates.
         """
@@ -94,18 +95,18 @@ class Rating:
 
     @property
     def key(self) -> tuple[float, float]:
-        """Sort key (larger is better): fraction of suitable configurations, then separation."""
+        """Sort key: (fraction of suitable configurations, separation). Larger is better."""
         there = [self.least[k] for k in self.good_at]
         return self.good, float(np.median(there)) if there else 0.0
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The selected elimination orders and fixed joints of an arm.
+    """The elimination orders and the fixed joints of an arm.
 
     Attributes:
         given: Indices of the fixed joints, in ascending order.
-        ratings: The elimination orders to use and their ratings, best first.
+        ratings: The elimination orders with their ratings, best first.
     """
 
     given: tuple[int, ...]
@@ -113,26 +114,26 @@ class Choice:
 
     @property
     def good(self) -> float:
-        """Fraction of configurations at which at least one elimination order is suitable."""
+        """Fraction of configurations at which some elimination order is suitable."""
         found = frozenset[int]().union(*(rating.good_at for rating in self.ratings))
         return len(found) / len(self.ratings[0].separations)
 
     @property
     def separation(self) -> float:
-        """How well the best elimination order separates the solutions; see :attr:`Rating.key`."""
+        """How well the best elimination order separates the solutions. See :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
     def orders(self) -> tuple[EliminationOrder, ...]:
-        """The elimination orders with the indices of the six free joints."""
+        """The elimination orders, with the indices of six joints."""
         return tuple(rating.order for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """Returns the elimination orders of an arm, or None without a suitable order.
+    """Returns the elimination orders of an arm, or None if no order is suitable.
 
-    Some arms need a free prismatic joint, because the other six joints alone are nearly singular.
-    In an arm that needs a free prismatic joint, any joint may be the fixed joint.
+    Some arms are nearly singular if all their prismatic joints are fixed. Any joint of such an arm
+    may be fixed instead.
 
     Args:
         robot: The description.
@@ -146,13 +147,11 @@ def choose(robot: SerialRobot) -> Choice | None:
 
 
 def _best(robot: SerialRobot, sets: Sequence[tuple[int, ...]]) -> Choice | None:
-    """Returns the best-rated choice among several sets of fixed joints."""
     if not sets:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in sets if (choice := choice_at(constants, given, slides))]
-    # If several joints are equally suitable, the joint nearest to the tool is fixed, because an
-    # operator can set it most easily.
+    # Joints near the tool come first, because an operator sets them most easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
@@ -162,11 +161,11 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
 
 
 def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Returns the possible sets of fixed joints with six free joints.
+    """Returns the sets of joints to fix. Six joints stay free.
 
-    Prismatic joints and the revolute joints next to the base (as in a torso) are fixed first; the
-    last fixed joint may be any other joint. With fewer than six revolute joints, some prismatic
-    joints stay free.
+    Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
+    fixed joint may be any other joint. With fewer than six revolute joints, prismatic joints stay
+    free.
     """
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
@@ -188,26 +187,26 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """Returns the elimination orders for a set of fixed joints, or None.
+    """Returns the elimination orders for a set of fixed joints. None if no order is suitable.
 
     Args:
-        constants: The constant placements before, between and after the joints, as floats.
+        constants: The placements before, between and after the joints.
         given: Indices of the fixed joints, in ascending order.
         slides: Indices of the prismatic joints among all joints.
-        apart: Separation of the solutions in each of the six joints (radian), if known. If the arm
-            is close to a known family, a joint often has equal values in several solutions and
-            cannot distinguish them.
+        apart: Distance between the solutions in each of the six joints (radian), if known. In an
+            arm close to a known family, several solutions often share the value of a joint. The
+            joint cannot distinguish these solutions.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
 
 
 def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Array]:
-    """Returns the constant placements of the free joints.
+    """Returns the placements between the free joints.
 
     Args:
-        constants: The constant placements before, between and after all joints.
-        motions: The motion (4, 4) of each fixed joint, keyed by joint index.
+        constants: The placements before, between and after all joints.
+        motions: The motion (4, 4) of each fixed joint.
     """
     left = [constants[0]]
     for k, E in enumerate(constants[1:]):
@@ -224,11 +223,11 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """Returns the best elimination orders with distinct joint orders, best first.
+    """Returns the best elimination orders.
 
-    If ``apart`` is not empty, elimination orders whose suppressed joint differs between the
-    solutions come first. Each selected order has a different suppressed joint, because solutions
-    that agree in one joint may differ in another joint.
+    If ``apart`` is not empty, orders come first whose suppressed joint differs between the
+    solutions. Each order suppresses a different joint, because solutions may agree in one joint and
+    differ in another.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -238,9 +237,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # If four or more axes pass through two points, A is singular for every elimination order. A
-        # is also singular if joints 1 and 2 are parallel prismatic joints, but such an arm lacks a
-        # degree of freedom.
+        # If four or more axes pass through two points, A is singular for every order. If joints 1
+        # and 2 are parallel prismatic joints, A is also singular. Such an arm lacks a degree of
+        # freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -289,12 +288,10 @@ def _rated(
 
 
 def _value_at(angle: float, size: float, slides: bool) -> float:
-    """Returns a joint value as a fraction of a turn or of the arm length."""
     return angle / (2 * np.pi) * size if slides else angle
 
 
 def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
-    """Returns the values of the free joints."""
     return [value for k, value in enumerate(values) if k not in given]
 
 
@@ -305,12 +302,15 @@ def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> 
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
-    """Returns poses with positions relative to the arm length ``size``."""
+    """Returns poses whose positions are divided by the arm length ``size``."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 
 def length(constants: Sequence[Array]) -> float:
-    """Returns the sum of the distances between joint frames (meter), or 1 if the sum is 0."""
+    """Returns the sum of the distances between joint frames (meter).
+
+    If the sum is 0, 1 is returned.
+    """
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
@@ -318,8 +318,8 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
     A is singular if joints 1 and 2 belong to three parallel axes. Each solution of the other joints
-    then leads to two solutions of joints 1 and 2. If both joints 1 and 2 are prismatic, no product
-    in the equations contains the square of a displacement.
+    then leads to two solutions of joints 1 and 2. If joints 1 and 2 are prismatic, the equations
+    contain no square of a displacement.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))
@@ -331,14 +331,14 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 
 
 def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tuple[float, ...]:
-    """Returns the second smallest singular value of M divided by the largest, at solutions.
+    """Returns the second smallest singular value of M divided by the largest.
 
     The result is NaN if the elimination order is unsuitable.
 
     Args:
-        found: The coefficient arrays (C, 14, 9) and (C, 3, 14, 9) of the equations at all poses.
+        found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
         order: The elimination order of the equations.
-        q: Joint values (C, 6) at each pose; only the suppressed angle is used.
+        q: Joint values (C, 6), of which only the suppressed angle is used.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -351,16 +351,15 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
 
 
 def _at(angle: Array, M: Array) -> Array:
-    """Evaluates M (..., 12, 12) at angles (...) from its coefficients (..., 3, 12, 12)."""
     c, s = np.cos(angle)[..., None, None], np.sin(angle)[..., None, None]
     return np.asarray(M[..., 0, :, :] + c * M[..., 1, :, :] + s * M[..., 2, :, :])
 
 
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
-    """Returns quasi-random configurations (multiples of square roots of primes, modulo 1).
+    """Returns quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    Some configurations have fixed joints at right angles, because the six free joints then often
-    fit a known family.
+    Some configurations have fixed joints at right angles. The free joints then often fit a known
+    family.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

@@ -1,7 +1,6 @@
-"""Inverse of a general arm, which belongs to no known family: the function ``ik``.
+"""Inverse ``ik`` of a general arm, which belongs to no family.
 
-The handwritten C of the solver reads numeric tables of the arm. ``chasles explain`` prints the
-solution steps.
+The solver is handwritten C and reads tables of the arm.
 """
 
 from collections.abc import Sequence
@@ -21,29 +20,30 @@ from .line_quantities import Array
 from .raghavan_roth import JOINTS, is_fit, numbers
 
 FIVE, SIX = "general_tool", "general"
-"""Names of the solvers for five and for six free joints."""
+"""Names of the solvers for five and six free joints."""
 SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """Codes of the joint types in the C tables."""
 OPERATIONS = 60_000
-"""Approximate operation count: 12,000 for the equations, 20,000 for the determinants, 10,000 for
-the roots, and 18,000 for the other joints and Newton's method."""
+"""Approximate number of operations: 12,000 for the equations, 20,000 for the determinants, 10,000
+for the roots, 18,000 for the other joints and Newton's method.
+"""
 CALLS = ("fk_jacobian_mixed",)
 
 
 @dataclass(frozen=True)
 class GeneralArm(Tables):
-    """The fields of the C struct ``chasles_general_arm`` that follow its function pointers.
+    """The fields of the C struct ``chasles_general_arm`` after its function pointers.
 
     Attributes:
         joints: Number of joints of the robot.
         kinds: Type code of each joint.
-        directions: The sign of each joint direction, 1 or -1.
+        directions: Direction of each joint, 1 or -1.
         length: The arm length (meter).
-        placed: The first three rows of each constant placement.
+        placed: The first three rows of each placement.
         order_count: Number of elimination orders.
-        orders: For each elimination order: the joint order, the direction, and the joint with the
-            half angle.
+        orders: For each elimination order: the order of the joints, the direction, and the joint
+            with the half angle.
     """
 
     joints: int
@@ -56,11 +56,14 @@ class GeneralArm(Tables):
 
     @classmethod
     def of(cls, robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> "GeneralArm":
-        """Returns the tables of an arm, padded to the maximum joint count."""
+        """Returns the tables of an arm.
+
+        All tables have the size for the maximum number of joints.
+        """
         placed = tuple(_row(E) for E in constants)
         unused = MAX_JOINTS + 1 - len(placed)
         directions = tuple(float(joint.direction) for joint in robot.moving)
-        # The added tool joint rotates about its positive z axis.
+        # The added joint rotates about its positive z axis.
         directions += (1.0,) * (len(placed) - 1 - len(directions))
         return cls(
             len(robot.moving),
@@ -74,22 +77,26 @@ class GeneralArm(Tables):
 
 
 OWN = JOINTS - 1
-"""Number of joints of the arm, without the added sixth joint."""
+"""Number of joints without the added sixth joint."""
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
-"""Candidate axes for the added joint in the tool frame: direction, and point relative to the arm
-length."""
+"""Candidates for the axis of the added joint: direction and point in the tool frame.
+
+The point is relative to the arm length.
+"""
 APART = (np.pi,) * OWN + (0.0,)
-"""Assumed separations of the solutions in each joint (radian); the separation in the added joint is
-zero."""
+"""Assumed distance between the solutions in each joint (radian).
+
+The distance in the added joint is zero.
+"""
 
 
 @dataclass(frozen=True)
 class WithTool:
-    """A five-joint arm with an added sixth joint.
+    """A five-joint arm with a sixth joint added.
 
     Attributes:
-        constants: The constant placements before, between and after the six joints, as floats.
-        choice: The elimination orders of the joints.
+        constants: The placements before, between and after the six joints.
+        choice: The elimination orders.
     """
 
     constants: tuple[Array, ...]
@@ -103,8 +110,8 @@ class GeneralInverse:
     Attributes:
         title: Description of the arm, and the source of the method.
         method: Description of the solution method.
-        choice: The elimination orders of the joints, and the fixed joints.
-        function: The function ``ik``, which solves for the roots of a determinant.
+        choice: The elimination orders and the fixed joints.
+        function: The function ``ik``, which finds the roots of a determinant.
         steps: Descriptions of the numbered solution steps.
         given: Names of the fixed joints.
     """
@@ -118,12 +125,12 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Returns the inverse of an arm with at least five joints, or None if there is no inverse.
+    """Returns the inverse of an arm with five or more joints, or None if there is none.
 
     Args:
         robot: The description.
-        give: Indices of the joints to fix, so that five or six joints are free; () selects the best
-            set.
+        give: Indices of the joints to fix. Five or six joints must stay free. With (), the best set
+            is used.
     """
     if is_fit(robot, give, OWN):
         return _of_five(robot, give)
@@ -143,19 +150,16 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
-    """Whether fixing the joints leaves five or six joints that the method can solve."""
     return is_fit(robot, given) and len(robot.moving) <= MAX_JOINTS
 
 
 def _joints(robot: SerialRobot) -> str:
-    """Returns the number and type of the joints in words."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"
 
 
 def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | None:
-    """Returns the inverse for five free joints, which are solved as six joints."""
     arm = with_tool_joint(numbers(robot), slides_of(robot), given)
     if arm is None:
         return None
@@ -175,7 +179,7 @@ class GeneralTables:
 
     Attributes:
         arm: Numeric data of the arm, or None if the general solver does not apply.
-        separation: Degree to which the best elimination order separates the solutions; see
+        separation: How well the best elimination order separates the solutions. See
             :attr:`.Choice.separation`.
     """
 
@@ -186,12 +190,12 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Returns the tables of the general solver, which are empty if the solver does not apply.
+    """Returns the tables of the general solver. The tables are empty if the solver does not apply.
 
     Args:
         robot: The description.
-        given: Indices of the fixed joints; six joints remain free.
-        apart: Separation of the solutions in each of the six joints (radian), if known.
+        given: Indices of the fixed joints. Six joints must stay free.
+        apart: Distance between the solutions in each of the six joints (radian), if known.
     """
     if not _may_give(robot, given):
         return GeneralTables()
@@ -245,7 +249,6 @@ def _tool_axis(free: list[str]) -> tuple[str, ...]:
 
 
 def _squares(sliding: list[str]) -> str:
-    """Returns a sentence on the terms of prismatic joints, or an empty text without such joints."""
     if not sliding:
         return ""
     is_one = len(sliding) == 1
@@ -257,7 +260,6 @@ def _squares(sliding: list[str]) -> str:
 
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
-    """Describes the alternative elimination orders of the joints."""
     first, *others = (free[order.joints[2]] for order in choice.orders)
     names = [name for name in dict.fromkeys(others) if name != first]
     if not names:
@@ -273,17 +275,18 @@ def with_tool_joint(
     slides: frozenset[int] = frozenset(),
     given: tuple[int, ...] = (),
 ) -> WithTool | None:
-    """Returns the best-conditioned six-joint extension of a five-joint arm, or None.
+    """Returns a five-joint arm with a sixth joint, or None.
 
-    The added joint rotates the tool. Every solution of the five joints also solves the six joints,
-    with angle 6 at 0. Solutions with a nonzero angle 6 are discarded. The added axis is skew to the
-    other axes, so that the six joints fit no known family. The added axis is far enough from the
-    tool origin that a rotation about it moves the origin.
+    The added joint rotates the tool. The axis that gives the best condition is selected. Each
+    solution of the five-joint arm is a solution of the six-joint arm with angle 6 at 0. Solutions
+    with another angle 6 are discarded. The added axis is skew to the other axes, so the six joints
+    fit no known family. The axis is so far from the tool origin that the added joint moves the
+    origin.
 
     Args:
-        constants: The constant placements before, between and after the joints, as floats.
+        constants: The placements before, between and after the joints.
         slides: Indices of the prismatic joints.
-        given: Indices of the fixed joints; five joints remain free.
+        given: Indices of the fixed joints. Five joints must stay free.
     """
     found = []
     for direction, point in TOOL_AXES:
@@ -292,7 +295,7 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # All solutions of a pose have the same angle 6, so angle 6 cannot distinguish them.
+        # Angle 6 is the same in all solutions of a pose, so angle 6 cannot distinguish them.
         kept = tuple(r for r in choice.ratings if r.order.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
@@ -300,7 +303,6 @@ def with_tool_joint(
 
 
 def _placement(z: Array, p: Array) -> Array:
-    """Returns a frame (4, 4) at point ``p`` with z axis ``z`` (unit vector)."""
     x = np.cross([0.0, 0.0, 1.0], z)
     x /= np.linalg.norm(x)
     frame = np.eye(4)
@@ -311,19 +313,20 @@ def _placement(z: Array, p: Array) -> Array:
 def solver_function(
     robot: SerialRobot, choice: Choice, constants: Sequence[Array]
 ) -> NativeSolverFunction:
-    """Returns the function ``ik``: every solution of a pose, in sixteen solution slots.
+    """Returns the function ``ik``, which finds every solution of a pose.
 
-    Valid solutions come first, sorted by the value of the suppressed joint. Without a solution, the
-    solution slots contain the nearest configuration; otherwise, unused slots contain an invalid
-    configuration. The margin of a solution is |det J| divided by the product of the column norms of
-    J, with lengths relative to the arm length. The margin is at most 1; it is 0 if J is singular
-    and two solutions coincide. The margin of an invalid slot is its negative residual.
+    The function has sixteen solution slots.
+
+    Valid solutions come first, sorted by the suppressed joint. Unused slots contain an invalid
+    configuration. If there is no solution, the slots contain the nearest configuration. The margin
+    of a solution is |det J| divided by the product of the column norms of J. Lengths in J are
+    relative to the arm length. The margin is at most 1. If two solutions coincide, J is singular
+    and the margin is 0. The margin of an invalid slot is its negative residual.
 
     Args:
         robot: The description.
         choice: The elimination orders of the joints.
-        constants: The constant placements of the joints, including the added joint of a five-joint
-            arm.
+        constants: The placements of the joints. A five-joint arm includes its added joint.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)
@@ -362,12 +365,10 @@ def _given_arguments(robot: SerialRobot, given: tuple[int, ...]) -> tuple[Argume
 
 
 def _kinds(robot: SerialRobot, given: tuple[int, ...]) -> tuple[int, ...]:
-    """Returns the type code of each joint, padded to the maximum joint count."""
     slides = slides_of(robot)
     turning, sliding = (SOLVED_TURN, GIVEN_TURN), (SOLVED_SLIDE, GIVEN_SLIDE)
     return tuple((sliding if k in slides else turning)[k in given] for k in range(MAX_JOINTS))
 
 
 def _row(E: Array) -> tuple[float, ...]:
-    """Returns the first three rows of a placement."""
     return tuple(map(float, E[:3].flat))

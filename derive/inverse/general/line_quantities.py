@@ -1,11 +1,11 @@
-"""Fourteen line quantities that rigid motions transform linearly.
+"""Fourteen quantities of a line, which a rigid motion transforms linearly.
 
-Let p be a point on a line with unit direction l. The equations of Raghavan and Roth equate two
-expressions for the fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. With a
-1 appended to x, a motion p -> R p + d, l -> R l multiplies x by a matrix that depends only on R and
-d. Every quantity is linear in the cosine and sine of each revolute joint and quadratic in the
-displacement of each prismatic joint. With the vector h = R^T d and the quantity w = (p.p) l - 2
-(p.l) p, the motion changes the quantities as follows.
+Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
+fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. Append a 1 to x. A motion
+p -> R p + d, l -> R l then multiplies x by a matrix, which depends only on R and d. Every quantity
+is linear in the cosine and sine of a revolute joint, and quadratic in the displacement of a
+prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion changes the quantities as
+follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -15,11 +15,11 @@ displacement of each prismatic joint. With the vector h = R^T d and the quantity
 
     The last quantity becomes ``w' = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d``.
 
-The last two formulas use d x (b x c) = b (d.c) - c (d.b).
+The last two formulas follow from d x (b x c) = b (d.c) - c (d.b).
 
 Source:
-    Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
-    Journal of Mechanical Design 115 (1993), section 3, for the fourteen equations.
+    Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related
+    linkages, Journal of Mechanical Design 115 (1993), section 3.
 """
 
 from functools import cache
@@ -32,19 +32,19 @@ Array = NDArray[Any]
 """Array of floats or of symbolic expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of line quantities, without the appended 1."""
+"""Number of quantities of a line, without the appended 1."""
 SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """Returns the quantities (15,) of a point and a unit direction, with the appended 1."""
+    """Returns the quantities (15,) of a line, with a 1 appended."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)
 
 
 def motion(T: Array) -> Array:
-    """Returns the matrix (15, 15) with which a pose (4, 4) transforms the quantities."""
+    """Returns the matrix (15, 15) by which a motion (4, 4) multiplies the quantities."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R

@@ -1,27 +1,28 @@
-"""Equations of Raghavan and Roth for general six-joint arms, and their elimination orders.
+"""Equations of Raghavan and Roth for general six-joint arms.
 
-The arm and the tool pose form a closed loop. Let C_k be the constant placement after joint k; the
-placement C_6 from the tool back to the base contains the target pose. The product of the factors
+The arm and the tool pose form a closed loop. Let C_k be the placement after joint k. The placement
+C_6 leads from the tool back to the base and contains the target pose. The product of the factors
 ``Rz(theta_k) C_k`` for k = 1 to 6 is the identity matrix.
 
-An elimination order numbers the joints from any joint in either direction. An elimination order
-consists of a pair of joints (1, 2), the suppressed joint (3), two more joints (4, 5) and a last
-joint (6). Joint 6 does not move its axis, so the equations of this axis do not contain joint 6.
+An elimination order is a numbering of the joints. The numbering may start at any joint and has
+either direction. Joints 1 and 2 form a pair. Joint 3 is suppressed. Joint 6 does not move its axis,
+so the equations of the axis do not contain joint 6.
 
-    With the axis a of joint 6, ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1
-    C_6^-1 a``.
+    Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
+    Rz_1^-1 C_6^-1 a``.
 
-Both sides of the equation are written as fourteen line quantities (:mod:`.line_quantities`), which
-are linear in the cosine and sine of each joint. The result is ``A y = B(theta_3) x``, where y
-contains the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
+Each side is a line with fourteen quantities (:mod:`.line_quantities`). The quantities are linear in
+the cosine and sine of each joint. The result is ``A y = B(theta_3) x``. Here, y contains the eight
+products for joints 1 and 2, and x the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
 combinations of the equations eliminate y. The generated C finds the angles theta_3 at which the six
-equations have a solution. Accuracy depends on the suppressed joint (:mod:`.elimination_choice`).
+equations have a solution. The accuracy depends on the suppressed joint
+(:mod:`.elimination_choice`).
 
-A prismatic joint with displacement d has Tz(d) instead of Rz(theta), and 1, d, d^2 instead of 1,
-cosine, sine. A prismatic joint may be joint 1 or 2, or whichever of joints 4 and 5 has no half
-angle. The other joints of the order must be revolute.
+A prismatic joint with displacement d has Tz(d) instead of Rz(theta). Its products contain 1, d, d^2
+instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. So may the joint of 4 and 5 that has no
+half angle. The other joints of the order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -41,18 +42,18 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Returns the coefficient matrices of a joint whose coordinate has the sign ``sense``."""
+"""Returns the coefficient matrices of a joint. ``sense`` is the sign of its coordinate."""
 
 
 @dataclass(frozen=True)
 class EliminationOrder:
-    """A numbering of the six joints in the loop, which defines an elimination order.
+    """A numbering of the six joints in the loop.
 
     Attributes:
-        joints: Joint indices in the order: pair of joints, suppressed joint, two more joints, last
-            joint.
-        sense: 1 if the joints are numbered from base to tool, -1 from tool to base.
-        halved: Selects the joint with a half angle as unknown: 0 for joint 4, 1 for joint 5.
+        joints: Joint indices in this order: the pair, the suppressed joint, joints 4 and 5, the
+            last joint.
+        sense: 1 if the numbering runs from base to tool, -1 if it runs from tool to base.
+        halved: Selects the joint whose half angle is used: 0 for joint 4, 1 for joint 5.
     """
 
     joints: tuple[int, ...]
@@ -67,10 +68,11 @@ class EliminationOrder:
 
 @dataclass(frozen=True)
 class LineEquations:
-    """Coefficients of the equations for one elimination order.
+    """Coefficients of the fourteen equations.
 
     Attributes:
-        left: Coefficients (14, 9) that depend on the pose: a constant column and the columns of y.
+        left: Coefficients (14, 9) that depend on the pose: one constant column, then the columns of
+            y.
         right: Coefficients (3, 14, 9) of 1, cos and sin of the suppressed angle.
     """
 
@@ -90,10 +92,10 @@ def elimination_orders(slides: Collection[int] = ()) -> list[EliminationOrder]:
 
 
 def placements(robot: SerialRobot) -> list[Array]:
-    """Returns the exact constant placements (4, 4) before, between and after the joints of an arm.
+    """Returns the exact placements (4, 4) before, between and after the joints.
 
     Raises:
-        DescriptionError: A joint is neither revolute nor prismatic, or is coupled.
+        DescriptionError: A joint is coupled, or neither revolute nor prismatic.
     """
     if robot.couplings or not all(map(_is_free, robot.moving)):
         raise DescriptionError(
@@ -110,7 +112,7 @@ def placements(robot: SerialRobot) -> list[Array]:
 
 
 def numbers(robot: SerialRobot) -> list[Array]:
-    """Returns the constant placements as floats, at the default parameter values."""
+    """Returns the placements as floats, for the default parameter values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return [
         np.array([[float(e.xreplace(values)) for e in row] for row in E]) for E in placements(robot)
@@ -123,7 +125,7 @@ def equations(
     """Returns the fourteen equations for one elimination order.
 
     Args:
-        constants: The seven constant placements of the arm, as expressions or floats.
+        constants: The seven placements of the arm, as expressions or floats.
         order: The elimination order of the joints.
         T: The pose (4, 4), as expressions or floats.
         slides: Indices of the prismatic joints among the six joints.
@@ -134,7 +136,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether enough joints are free, and whether an elimination order exists.
+    """Whether enough joints are free and an elimination order exists.
 
     Args:
         robot: The description.
@@ -148,15 +150,14 @@ def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) 
 
 
 def _is_free(joint: Joint) -> bool:
-    """Whether a joint is revolute or prismatic."""
     return joint.kind in ("revolute", "prismatic")
 
 
 def doubled(six: Array) -> Array:
     """Expands six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4.
 
-    Multiplies each equation by cos f and by sin f. The columns belong to the products (cos 3f, sin
-    3f, cos f, sin f) x (1, c5, s5).
+    Each equation is multiplied by cos f and by sin f. The columns belong to the products (cos 3f,
+    sin 3f, cos f, sin f) x (1, c5, s5).
     """
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
@@ -164,13 +165,13 @@ def doubled(six: Array) -> Array:
 
 
 def suppressed(found: LineEquations, halved: int) -> Array:
-    """Returns M (..., 3, 12, 12), the coefficients of 1, cos and sin of the suppressed angle.
+    """Returns the coefficients (..., 3, 12, 12) of 1, cos and sin of the suppressed angle in M.
 
-    At a solution, M(theta) u = 0.
+    At a solution, M u = 0.
 
     Args:
-        found: The numeric coefficient arrays (..., 14, 9) and (..., 3, 14, 9) of the equations.
-        halved: Index of the joint with the half angle: 0 for joint 4, 1 for joint 5.
+        found: The coefficients (..., 14, 9) and (..., 3, 14, 9) of the equations.
+        halved: Index of the joint whose half angle is used: 0 for joint 4, 1 for joint 5.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()
@@ -184,10 +185,10 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """Returns the pose (4, 4) of an arm whose joints move about or along their z axes.
+    """Returns the pose (4, 4) of an arm.
 
     Args:
-        constants: The constant placements before, between and after the joints.
+        constants: The placements before, between and after the joints.
         values: The joint values: angles or displacements.
         slides: Indices of the prismatic joints.
     """
@@ -215,7 +216,6 @@ def _raised(height: float) -> Array:
 
 
 def _inverses(constants: Sequence[Array], order: EliminationOrder, T: Array) -> list[Array]:
-    """Returns the inverses of the transforms C_1 to C_6, in the elimination order."""
     before, *between, behind = constants
     if order.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]

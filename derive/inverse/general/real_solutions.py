@@ -1,8 +1,8 @@
-"""Computes all real solutions of a general arm for one pose, for the example in its article.
+"""Computes all real solutions of a general arm for one pose, as an example in its article.
 
-The determinant is zero where M(theta) u = 0, a quadratic eigenvalue problem in the tangent of half
-the suppressed angle. The generated C uses no eigenvalue library. Newton's method then reduces the
-pose error of each solution.
+The suppressed angle theta solves M(theta) u = 0. This is a quadratic eigenvalue problem in
+tan(theta / 2). The generated C needs no eigenvalue library. Newton's method reduces the pose error
+of each solution.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -17,8 +17,7 @@ from .raghavan_roth import EliminationOrder, equations, forward, moved, suppress
 
 NEWTON = 30
 TURNS = 12
-"""Number of trial origins of the suppressed angle; the origin with the smallest condition number is
-used."""
+"""Number of tried origins of the suppressed angle. The origin with the best condition is used."""
 
 
 def real_solutions(
@@ -27,16 +26,16 @@ def real_solutions(
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
-    """Returns the sorted solutions of six joints that fit no known family.
+    """Returns the sorted solutions of six joints.
 
     Args:
-        constants: The seven constant placements of the arm, as floats.
-        orders: Elimination orders, whose solutions are merged.
+        constants: The seven placements of the arm.
+        orders: Elimination orders. Their solutions are merged.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 
     Returns:
-        The joint values (6,) of every solution: angles between -pi and pi, or displacements.
+        The joint values (6,) of each solution. Angles are from -pi to pi.
     """
     size = length(constants)
     scaled = [np.vstack([np.hstack([E[:3, :3], E[:3, 3:] / size]), E[3:]]) for E in (*constants, T)]
@@ -53,10 +52,10 @@ def real_solutions(
 
 @dataclass(frozen=True)
 class _Six:
-    """Numeric six-joint arm, with lengths relative to the arm length.
+    """A six-joint arm in numbers. Lengths are relative to the arm length.
 
     Attributes:
-        constants: The constant transforms before, between and after the six joints.
+        constants: The placements before, between and after the six joints.
         slides: Indices of the prismatic joints among the six joints.
     """
 
@@ -65,11 +64,9 @@ class _Six:
 
     @property
     def turns(self) -> Array:
-        """Whether each joint is revolute."""
         return np.array([k not in self.slides for k in range(6)])
 
     def pose_jacobian(self, q: Array) -> tuple[Array, Array]:
-        """Returns the pose (4, 4) and the mixed Jacobian (6, 6) of the arm."""
         T, axes = self.constants[0], []
         for k, (value, E) in enumerate(zip(q, self.constants[1:], strict=True)):
             axes.append((T[:3, 2], T[:3, 3]))
@@ -81,16 +78,13 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """Returns the largest joint difference, with angles modulo full turns."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:
-        """Returns the coordinates with angles reduced to the range from -pi to pi."""
         return np.where(self.turns, (q + np.pi) % (2 * np.pi) - np.pi, q)
 
 
 def _starts(arm: _Six, order: EliminationOrder, target: Array) -> Iterator[Array]:
-    """Yields the solutions for one elimination order, before their refinement."""
     found = equations(arm.constants, order, target, arm.slides)
     M = suppressed(found, order.halved)
     for angle in _roots(M):
@@ -113,7 +107,6 @@ def _harmonics(angle: float) -> Array:
 
 
 def _roots(M: Array) -> list[float]:
-    """Returns the real angles at which M(theta) is singular."""
     origins = 2 * np.pi * np.arange(TURNS) / TURNS
     turns = [M[1] * np.cos(o) + M[2] * np.sin(o) for o in origins]
     best = int(np.argmin([np.linalg.cond(M[0] - turn) for turn in turns]))
@@ -126,7 +119,6 @@ def _roots(M: Array) -> list[float]:
 
 
 def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
-    """Sets the last joint to the angle that the target orientation requires."""
     constants, sliding = arm.constants, arm.slides
     before = forward(constants[: last + 1], q[:last].tolist(), sliding)[:3, :3]
     after = [k - last - 1 for k in sliding]
@@ -137,7 +129,6 @@ def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
 
 
 def _refined(arm: _Six, q: Array, target: Array) -> Array | None:
-    """Returns a solution refined by Newton's method, or None without convergence."""
     for _ in range(NEWTON):
         T, J = arm.pose_jacobian(q)
         E = target[:3, :3] @ T[:3, :3].T

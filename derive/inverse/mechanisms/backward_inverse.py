@@ -1,10 +1,9 @@
-"""Inverse kinematics of robots whose forward kinematics solves the loops by iteration.
+"""Inverse of a robot whose forward kinematics solves the loops by iteration.
 
-A tool pose determines the joints of the main chain, and these joints determine the actuators in
-closed form, loop by loop. Each loop has two branches, one for each of the two folded positions of
-its links. If the loops reduce the degrees of freedom of the main chain, the loop equations decide
-whether the pose is reachable. A delta robot with a rotated platform is an example of such a reduced
-main chain.
+A tool pose determines the joints of the main chain. These joints determine the actuators in closed
+form. Each loop has two branches, because its links can fold in two ways. If the loops take degrees
+of freedom from the main chain, the loop equations decide whether a pose is reachable. An example is
+a delta robot with a rotated platform.
 """
 
 from collections.abc import Sequence
@@ -51,16 +50,17 @@ from .moving_chain import MovingChain, moving_chain
 from .substitution import substituted
 
 WHOLE = 6
-"""Degrees of freedom of a platform constrained only by its legs."""
+"""Degrees of freedom of a platform that only its legs constrain."""
 SIGNS_AT_A_POSE = 16
-"""Number of random combinations of branch signs at each closed configuration."""
+"""Number of random combinations of branch signs to try at each closed configuration."""
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` if the main-chain joints determine all joints in closed form.
+    """Returns the function ``ik`` if the main chain determines all joints in closed form.
 
-    Otherwise, no function is returned. Planar platforms with three legs have a separate inverse.
+    Otherwise, the dictionary is empty. Planar platforms with three legs have an inverse of their
+    own.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):
@@ -73,9 +73,11 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def missing(h: SolvedLoops) -> str:
-    """Returns the reason why iterated loops have no ``ik``, or an empty text if it is unknown.
+    """Returns the reason why a robot with iterated loops has no ``ik``.
 
-    The robot has none of the functions ``ik`` that follow from its loops.
+    The text is empty if the reason is unknown.
+
+    A robot without the functions ``ik`` that follow from loops.
     """
     if not h.forward.open or h.may_have_inverse or triad_of(h) is not None:
         return ""
@@ -85,14 +87,12 @@ def missing(h: SolvedLoops) -> str:
 
 
 def _chain(h: SolvedLoops) -> MovingChain | None:
-    """Returns the main chain and a structure that solves its pose, or None if none exists."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
     return whole if moving is None else moving[0]
 
 
 def _whole_chain(h: SolvedLoops) -> MovingChain | None:
-    """Returns the main chain and a structure that solves all its joints, or None."""
     classification = classify(h.robot, h.terms)
     found = classification.found
     if found is None:
@@ -104,7 +104,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
-    """Returns the inverse of the moving part of the main chain, or None if all its joints move."""
+    """Returns the inverse of the joints of the main chain that move. None if all of them move."""
     if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
@@ -120,7 +120,7 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
 
 
 def _inverse(h: SolvedLoops, chain: MovingChain, legs: Sequence[LegChain]) -> SymbolicFunction:
-    """Returns the function ``ik``, with one solution slot per combination of branch signs."""
+    """Returns the function ``ik``. Each combination of branch signs has a solution slot."""
     function, work = _solved(h, frozenset(), chain, legs)
     settled = _settled(h, function, work, chain.given, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function
@@ -134,10 +134,10 @@ def _settled(
     *,
     has_legs: bool,
 ) -> frozenset[int]:
-    """Returns the indices of the branch signs that do not affect the result."""
+    """Returns the indices of branch signs that do not affect the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
-        # Several joint vectors of the platform chain describe the same pose and the same legs.
+        # Several joint vectors of the platform chain lead to the same pose and the same legs.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
         return unused | _idle_in_legs(h, function, given) if has_legs else unused
     if has_legs and work.signs:
@@ -145,8 +145,8 @@ def _settled(
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # At random poses of the chain, the loops can rarely be closed, but the branch signs still
-        # change the computed coordinates.
+        # The loops can rarely be closed at random poses. The branch signs change the coordinates
+        # nevertheless.
         return unused | idle_choices(h, function, *_poses(h, given), within=np.inf)[0]
     same, without = idle_choices(h, function, *_poses(h, given))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
@@ -155,9 +155,9 @@ def _settled(
 def _idle_in_legs(
     h: SolvedLoops, function: SymbolicFunction, given: Sequence[int]
 ) -> frozenset[int]:
-    """Returns the branch signs of legs that change no coordinate at poses with closed loops.
+    """Returns the branch signs of legs that change no coordinate at a pose with closed loops.
 
-    If a platform has all degrees of freedom, its loops can be closed at every pose.
+    The loops of a platform with all degrees of freedom can be closed at every pose.
     """
     if len(h.theta) <= len(h.q):
         return idle_signs(h, function, *_poses(h, given))
@@ -169,7 +169,6 @@ def _idle_in_legs(
 
 
 def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """Returns the loop branches that do not affect the actuated coordinates."""
     q = function.outputs[0].entries
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
     used = {symbol for entry in behind for symbol in entry.free_symbols}
@@ -179,7 +178,6 @@ def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset
 
 
 def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
-    """Whether the loops constrain only the last body of an unactuated main chain."""
     chain = {joint.name for joint in mechanism.main_chain.moving}
     ends = [frame for loop_joint in mechanism.loop_joints for frame in (loop_joint.a, loop_joint.b)]
     paths = [chain & {joint.name for joint in mechanism.path_to(frame.body)} for frame in ends]
@@ -188,7 +186,6 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
 
 
 def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
-    """Returns random main-chain poses (16, N) around the reference, and values of fixed joints."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
@@ -201,7 +198,7 @@ def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
 def _solved(
     h: SolvedLoops, settled: frozenset[int], chain: MovingChain, legs: Sequence[LegChain]
 ) -> tuple[SymbolicFunction, Work]:
-    """Returns the function without redundant branch signs, and its solution steps."""
+    """Returns (function without redundant branch signs, solution steps)."""
     terms, work = h.terms, Work(h.terms, settled=settled)
     arguments, joints = chain.coordinates(work)
     theta = dict(zip(h.theta, joints, strict=True))
@@ -241,6 +238,5 @@ def _solved(
 
 
 def _coordinates(h: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of actuated coordinates that move any of the listed main-chain joints."""
     moves = [c.moves for c in h.mechanism.coordinates]
     return [moves.index(h.robot.moving[k].name) for k in joints]

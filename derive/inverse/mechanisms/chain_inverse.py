@@ -1,8 +1,8 @@
 """Inverse of a robot with loops whose main chain is solved by handwritten C.
 
-``ik_chain`` solves the main chain as a serial arm, from a nominal arm or as a general arm. For each
-solution of the main chain, ``actuators_all`` computes the actuators on every branch of the loops,
-and ``fk`` checks the result.
+The function ``ik_chain`` solves the main chain as a serial arm. For each solution,
+``actuators_all`` computes the actuators on every branch of the loops. The function ``fk`` checks
+the result.
 """
 
 from collections.abc import Sequence
@@ -23,20 +23,20 @@ from .mode_check import FK, IDENTITY, IK, ClosureSize
 SOLVER = "chain_modes"
 CHAIN_IK, CHAIN_POSE, ACTUATORS = "ik_chain", "fk_jacobian_chain", "actuators_all"
 MAX_BRANCHES = 16
-"""Maximum number of loop branches per solution of the chain."""
+"""Maximum number of loop branches for a solution of the chain."""
 
 
 def chain_inverse(
     hybrid: SolvedLoops, families: Sequence[Family], give: tuple[int, ...]
 ) -> Inverses | None:
-    """Returns the inverse of a robot whose main chain handwritten C solves, or None.
+    """Returns the inverse of a robot whose main chain is solved by handwritten C, or None.
 
-    The result is None if the loops couple joints of the main chain or have no closed form.
+    None is returned if the loops couple joints of the main chain or have no closed form.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try on the main chain, in order.
-        give: Indices of the chain joints to fix; () to select suitable joints automatically.
+        give: Indices of the chain joints to fix. With (), suitable joints are selected.
     """
     robot, count = hybrid.robot, len(hybrid.robot.moving)
     if not hybrid.has_closed_form or len(hybrid.q) != count or unfit(robot):
@@ -65,7 +65,7 @@ def chain_inverse(
 
 
 def chain_pose(hybrid: SolvedLoops) -> SymbolicFunction:
-    """Returns tool pose and mixed Jacobian as functions of the main-chain joints."""
+    """Returns the tool pose and the mixed Jacobian as functions of the main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
     arguments = {f"q{'d' * k}": hybrid.arguments[f"theta{'d' * k}"] for k in range(3)}
     motion = InProportion(robot, terms, hybrid.theta)
@@ -77,7 +77,6 @@ def chain_pose(hybrid: SolvedLoops) -> SymbolicFunction:
 def _composed(
     hybrid: SolvedLoops, chain: NativeSolverFunction, every: SymbolicFunction, labels: Sequence[str]
 ) -> NativeSolverFunction:
-    """Returns ``ik``: the actuators on every loop branch, for every solution of the main chain."""
     (_, residual, margin), (q, _) = chain.outputs, every.outputs
     branches, n = q.shape
     slots = chain.branches * branches
@@ -108,7 +107,7 @@ def _composed(
 
 
 def moving_coordinates(hybrid: SolvedLoops, joints: Sequence[int]) -> list[int]:
-    """Returns the indices of actuated coordinates that move any of the listed main-chain joints."""
+    """Returns the indices of the actuated coordinates that move any of the listed joints."""
     entries = named(hybrid, hybrid.forward, [hybrid.robot.moving[k].name for k in joints])
     rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
     behind = {symbol for e in rests_on for symbol in e.free_symbols}

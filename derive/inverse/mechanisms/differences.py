@@ -1,10 +1,9 @@
-"""Geometric difference between an as-built robot with loops and its design.
+"""Geometric difference between a built robot with loops and its design.
 
-The robot as built and its design are compared at the same actuated coordinates, with their loops
-closed. A line represents a revolute joint, a point a ball joint, and a direction a prismatic joint.
-Each body of the as-built robot is aligned with the same body of the design to first order.
-Therefore, the result depends neither on the body frames nor on the position of a frame along its
-joint axis.
+Both robots are compared at the same actuated coordinates, with closed loops. A revolute joint is
+represented by a line, a ball joint by a point, and a prismatic joint by a direction. Each body of
+the built robot is aligned with the same body of the design. Therefore, the result depends neither
+on the body frames nor on the position of a frame along its joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,13 +21,12 @@ Poses = Mapping[str, FloatArray]
 
 
 class Feature(NamedTuple):
-    """A geometric feature of a body (point and directions), in the base frame.
+    """A point and directions of a body, in the base frame.
 
     Attributes:
         point: A point (3,) of the feature (meter).
         axes: Directions (k, 3) of the feature.
-        across: Projector (3, 3) onto the directions in which a displacement of the point moves the
-            feature.
+        across: Projector (3, 3) onto the directions in which the point is compared.
     """
 
     point: FloatArray
@@ -37,13 +35,13 @@ class Feature(NamedTuple):
 
 
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """Returns the largest distance (meter) and rotation (radian) between corresponding features.
+    """Returns the largest (distance in meter, angle in radian) between matching features.
 
-    Rod lengths and zero offsets of actuated joints are compared as well.
+    Rod lengths and zero offsets of actuators are compared as well.
 
     Args:
         built: The robot as built.
-        design: The numeric model of the design, with the same joints and struts.
+        design: The numeric model of the design. It has the same joints and struts.
     """
     mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [
@@ -74,7 +72,6 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 def _configuration(
     bodies: NumericMechanism, values: Mapping[str, float]
 ) -> dict[str, list[Feature]]:
-    """Returns the features of each body for given coordinates, with the loops closed."""
     m = bodies.mechanism
     at = bodies.nearest(values, bodies.unknown, [loop_joint.name for loop_joint in m.loop_joints])
     poses = bodies.poses(at)
@@ -120,24 +117,20 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(configuration: Mapping[str, list[Feature]]) -> float:
-    """Returns the largest distance (meter) of a feature from the mean point, or 1 instead of 0."""
     points = np.array([f.point for of in configuration.values() for f in _about(_center(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
 
 def _center(features: list[Feature]) -> FloatArray:
-    """Returns the mean of the feature points, moved along their axes towards the origin."""
     feet = _about(np.zeros(3), features)
     return np.asarray(np.mean([foot.point for foot in feet], axis=0))
 
 
 def _about(center: FloatArray, features: list[Feature]) -> list[Feature]:
-    """Moves the point of each feature along its axis to the position nearest to ``center``."""
     return [f._replace(point=center + f.across @ (f.point - center)) for f in features]
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """Yields the index of the first three-row block of each feature."""
     first = 0
     for feature in features:
         yield first
@@ -147,14 +140,13 @@ def _starts(features: list[Feature]) -> Iterator[int]:
 def _rows(
     features: list[Feature], others: list[Feature], size: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns the Jacobian for the body twist (v, size w), and the feature differences (meter)."""
     rows, left = [], []
     for one, other in zip(features, others, strict=True):
         rows.append(np.hstack([one.across, -one.across @ _cross(one.point) / size]))
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # The direction of a line may be reversed, but an axis of a pose may not.
+            # The direction of a line may be reversed. An axis of a pose may not.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 
@@ -162,7 +154,6 @@ def _rows(
 def _zeros(
     bodies: NumericMechanism, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """Yields the zero-offset difference of each actuated joint, and whether it is a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:
@@ -174,6 +165,5 @@ def _zeros(
 
 
 def _cross(v: FloatArray) -> FloatArray:
-    """Returns the matrix that maps u to v x u."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,7 +1,7 @@
 """Numeric poses and Jacobians of robots whose loops have no closed form.
 
-All configurations are continued together, along straight lines from the reference, with a few
-Newton steps at each intermediate point.
+All configurations are followed together from the reference on straight lines. Each point on a line
+takes a few Newton steps.
 """
 
 import numpy as np
@@ -14,15 +14,16 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Numbers of path points, Newton steps per point, and final Newton steps. If a coordinate vector
-needs more Newton steps, for example near a singularity, its result counts as not converged."""
+"""Number of points on a line, of Newton steps per point, and of Newton steps at the end.
+
+If more Newton steps are needed, as near a singularity, the result counts as not converged.
+"""
 
 
 class Followed:
-    """Solves for the main chain and the tool pose at actuated coordinates by iteration."""
+    """Iterates the main chain and the tool pose at actuated coordinates."""
 
     def __init__(self, closure: LoopClosure) -> None:
-        """Compiles the loop equations and the tool pose as functions of the loop variables."""
         self.closure = closure
         h = closure.hybrid
         self.equations, self.pose = lower(
@@ -31,7 +32,7 @@ class Followed:
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 
     def theta(self, q: FloatArray) -> FloatArray:
-        """Returns main-chain joints (N, n_theta) at actuated coordinates (N, n)."""
+        """Returns the main-chain joints (N, n_theta) at actuated coordinates (N, n)."""
         return np.asarray(self._closed(q)[0][:, self.chain])
 
     def posed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -46,7 +47,10 @@ class Followed:
         return T, J @ slope[:, self.chain]
 
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Returns loop variables (N, W), or NaN without convergence, and derivatives (N, M, W)."""
+        """Returns (loop variables (N, W), derivatives (N, M, W)).
+
+        The variables are NaN without convergence.
+        """
         start, unknown = self.closure.start, self.closure.unknown
         w = np.repeat(start.w[None], len(q), 0)
         for k in range(1, STATIONS + 1):
@@ -65,7 +69,6 @@ class Followed:
 
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns least-squares solutions of many systems, or NaN if the matrix is not finite."""
     found = np.full((len(A), A.shape[-1], b.shape[-1]), np.nan)
     sound = np.isfinite(A).all((-2, -1)) & np.isfinite(b).all((-2, -1))
     found[sound] = np.linalg.pinv(A[sound]) @ b[sound]

@@ -1,9 +1,8 @@
-"""Inverse kinematics of a robot with loops: first the main chain, then the actuators.
+"""Inverse kinematics of a robot with loops.
 
-If the main chain belongs to a known family, its joints are computed from the pose, and the
-actuators from these joints. If the loops prevent a part of the chain from rotating, virtual
-prismatic joints replace this part. The actuators of the replaced part are computed from the
-prismatic displacements.
+The joints of the main chain follow from the pose, and the actuators follow from these joints. If
+the loops prevent a part of the chain from rotating, virtual prismatic joints replace this part. The
+prismatic displacements then determine the actuators of the part.
 """
 
 from collections.abc import Mapping, Sequence
@@ -61,7 +60,7 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of joint sets to try that fix a revolute joint between free joints."""
+"""Maximum number of joint sets to try that contain a revolute joint between free joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -73,15 +72,14 @@ def hybrid_inverses(
 ) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
-    If the robot deviates from the design and has no closed form, the inverse is refined from the
-    nominal robot.
+    If the built robot has no closed form, the solution of the nominal robot is refined.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try on the main chain, in order.
-        give: Indices of the chain joints to fix; () to select suitable joints automatically.
-        closure: Closure equations of loops without a closed form, or None if all loops have a
-            closed form. Loops without a closed form require a nominal robot.
+        give: Indices of the chain joints to fix. With (), suitable joints are selected.
+        closure: Closure equations of loops without a closed form. None if all loops have a closed
+            form. Such loops require a nominal robot.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
@@ -91,7 +89,7 @@ def hybrid_inverses(
         return exact
     by_chain = partial(chain_inverse, hybrid, families, give)
     by_nominal = partial(_by_nominal, hybrid, families, give, closure)
-    # The nominal robot determines which joints of a redundant chain are fixed.
+    # The nominal robot decides which joints of a redundant chain are fixed.
     is_redundant = len(hybrid.robot.moving) > rank.of_chain(exact.classification.lines)
     methods = (by_nominal, by_chain) if is_redundant else (by_chain, by_nominal)
     found = next(filter(None, (method() for method in methods)), None)
@@ -104,15 +102,14 @@ def _by_structure(
     give: tuple[int, ...],
     built: SolvedLoops | None = None,
 ) -> Inverses:
-    """Returns the inverse of the main chain, or of the shortened chain with virtual joints.
+    """Returns the inverse of the main chain or of the chain with virtual joints.
 
     Args:
         hybrid: The robot.
         families: The families of axis structures to try.
         give: Indices of the chain joints to fix.
-        built: The robot as built if ``hybrid`` is its nominal robot, or None otherwise. The loops
-            of the as-built robot may require coordinates beyond the dead points of the nominal
-            robot.
+        built: The built robot if ``hybrid`` is its nominal robot, otherwise None. The loops of the
+            built robot may need coordinates beyond a dead point of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -138,9 +135,11 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Returns a structure with fixed revolute joints inside the chain, preferably the last joints.
+    """Returns a structure with fixed revolute joints inside the chain.
 
-    For example, long-arm excavators (four parallel axes on a column) have no other joint to fix.
+    The last joints of the chain are preferred.
+
+    For example, a long-arm excavator has four parallel axes on a column and no other joint to fix.
     """
     lines, count = classification.lines, len(hybrid.robot.moving)
     surplus = count - rank.of_chain(lines)
@@ -158,12 +157,11 @@ def _by_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Returns the inverse refined from a nominal mechanism, or None without convergence."""
     for nominal in nominal_mechanisms(hybrid.mechanism):
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
         except DescriptionError:
-            # The loops of the nominal mechanism cannot be closed at the reference configuration.
+            # The loops of the nominal mechanism cannot be closed at the reference.
             if hybrid.mechanism.nominal is not None:
                 raise
             continue
@@ -173,10 +171,6 @@ def _by_nominal(
 
 
 def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]) -> Inverses:
-    """Adds a remark on the nominal robot to the reason for a missing inverse.
-
-    If the caller fixed joints, the reason is returned unchanged.
-    """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts
     could_fit = any(one.deviation <= NEARLY_STRUCTURE for one in attempts)
@@ -202,7 +196,7 @@ def _of_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """Returns the inverse refined from a nominal robot, or None if too few poses converge."""
+    """Returns the inverse refined from a nominal robot. None if too few poses converge."""
     design = solved_loops(loop_model(nominal.mechanism, hybrid.terms))
     exact = _by_structure(design, families, give, hybrid) if not design.forward.open else None
     found = exact.classification.found if exact and exact.solved else None
@@ -238,14 +232,13 @@ def _of_nominal(
 
 
 def _holds(hybrid: SolvedLoops, solved: Solved, found: Attempt) -> bool:
-    """Whether the actuated coordinates of the fixed joints depend on no other joint."""
     given = {hybrid.theta[k] for k in found.given}
     fixed = (_actuator(hybrid, k) for k in solved.function.role.fixed)
     return all(_arguments(hybrid, entry) <= given for entry in fixed)
 
 
 def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
-    """Returns one actuator as a function of the main-chain joints.
+    """Returns the value of one actuator as a function of the main-chain joints.
 
     Raises:
         DescriptionError: The actuator has no closed form.
@@ -258,12 +251,6 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
 
 
 def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None) -> Solved:
-    """Solves for the joints of the main chain, then the actuators.
-
-    If the loops of an as-built robot have a closed form, this closed form determines the actuators.
-    The as-built loops may be beyond a dead point of the design, for example in a folded
-    parallelogram.
-    """
     pose = _on_chain(hybrid, chain, Work(hybrid.terms))
     settled = settled_choices(hybrid, pose, chain.given)
     if built is not None and built.has_closed_form:
@@ -276,10 +263,10 @@ def _by_chain(hybrid: SolvedLoops, chain: MovingChain, built: SolvedLoops | None
 def _on_chain(
     design: SolvedLoops, chain: MovingChain, work: Work, built: SolvedLoops | None = None
 ) -> Solved:
-    """Solves for the chain and the actuators without the redundant branch signs.
+    """Solves for the chain and the actuators, without redundant branch signs.
 
-    Newton's method starts from the result if there is an as-built robot. The as-built robot
-    determines the coordinates of fixed joints, which Newton's method does not change.
+    If the robot as built is known, Newton's method starts from the result. The built robot
+    determines the coordinates of fixed joints, which Newton's method keeps.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
@@ -295,7 +282,8 @@ def _on_chain(
     margins = [margin for _, margin in solution.margins]
     values = substituted(terms, [*entries, *margins], dict(zip(loops.theta, joints, strict=True)))
     q, closing = values[: len(entries)], values[len(entries) :]
-    # The as-built loops differ from the design, so only the pose of the design's chain is compared.
+    # The loops of the built robot differ from the design, so only the pose of the chain is
+    # compared.
     residual = _chain_residual(design, joints) if loops is built else _residual(design, q)
     if built is None:
         residual = _while_closed(design, residual, closing)
@@ -305,7 +293,6 @@ def _on_chain(
 
 
 def _chain_residual(design: SolvedLoops, joints: Sequence[sp.Expr]) -> sp.Expr:
-    """Compares the tool pose of the main chain with the target pose."""
     moving = zip(design.robot.moving, joints, strict=True)
     turned = [joint.direction * coordinate for joint, coordinate in moving]
     pose = tool_of(design.terms, design.robot, turned)
@@ -315,7 +302,6 @@ def _chain_residual(design: SolvedLoops, joints: Sequence[sp.Expr]) -> sp.Expr:
 def _by_translation(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, is_start: bool
 ) -> Solved | None:
-    """Solves for the joints of the shortened chain, then the actuators."""
     pose = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
     if pose is None:
         return None
@@ -326,7 +312,6 @@ def _by_translation(
 def _on_shorter_chain(
     hybrid: SolvedLoops, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
-    """Solves for the chain and the actuators without the redundant branch signs."""
     robot, terms = hybrid.robot, hybrid.terms
     target = of_pose(terms, POSE_SYMBOLS, _matrix(moved.home))
     solve_chain(work, moved.lines, found, target, {})
@@ -353,13 +338,12 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # The virtual prismatic joints do not determine whether the replaced loops can be closed.
+    # Whether the replaced loops close does not depend on the virtual prismatic joints.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
 def _arguments(hybrid: SolvedLoops, entry: sp.Expr) -> set[sp.Symbol]:
-    """Returns the main-chain joints that an expression depends on."""
     rests_on = [entry, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed([entry]))]
     return {symbol for e in rests_on for symbol in e.free_symbols} & set(hybrid.theta)
 
@@ -375,7 +359,6 @@ def _solved(
     given: Sequence[int] = (),
     closing: Sequence[sp.Expr] = (),
 ) -> Solved:
-    """Combines the solved task with its generated function."""
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     inputs_of_task = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
     function = function_of("ik", work, inputs_of_task, q, unit, residual, IDENTITY, given, closing)
@@ -383,10 +366,6 @@ def _solved(
 
 
 def _residual(hybrid: SolvedLoops, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
-    """Compares the tool pose at the actuated coordinates with the target pose.
-
-    Without ``is_closed``, the result is NaN if a loop cannot be closed at these coordinates.
-    """
     terms = hybrid.terms
     axes, origin = tool_kinematics(hybrid).forward.tool_pose()
     entries: Sequence[sp.Expr] = (*axes[0], *axes[1], *axes[2], *origin)
@@ -398,7 +377,6 @@ def _residual(hybrid: SolvedLoops, q: Sequence[sp.Expr], *, is_closed: bool = Tr
 
 
 def _while_closed(hybrid: SolvedLoops, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the residual, or NaN if a loop cannot be closed for the main-chain joints."""
     if not closing:
         return residual
     closed = sp.And(*(sp.Ge(margin, 0) for margin in closing))
@@ -410,7 +388,6 @@ def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:
 
 
 def _matrix(home: tuple[Basis, Vector]) -> sp.Matrix:
-    """Returns the axes and the origin of a pose as a homogeneous matrix."""
     axes, origin = home
     T = sp.eye(4)
     for j, column in enumerate((*axes, origin)):

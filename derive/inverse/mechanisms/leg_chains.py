@@ -1,14 +1,14 @@
-"""Legs solved from the pose of a platform: each leg is a serial arm between two known bodies.
+"""Legs that are solved from the pose of a platform.
 
-A leg consists of the joints from a known body to a closure, and of the freedom of this closure. If
-the other body of the closure is also known, the leg is an arm whose last link has a known pose. A
-family of closed-form inverses solves the leg as an arm. Therefore, the legs of a tripteron (one
-prismatic joint and three parallel axes), an Exechon and a 3-UPU have closed forms, and also rods
-between universal joints.
+Each leg is a serial arm between two known bodies.
 
-Several configurations of the passive leg joints can have the same actuated coordinate.
-Configurations with equal actuated coordinates share a solution slot. The residual of the solution
-slot is the smallest residual of its configurations.
+A leg starts at a known body and ends at a closure. If the other body of the closure is also known,
+the leg is an arm whose last link has a known pose. A family of closed-form inverses solves this
+arm. Examples with closed forms are a tripteron (one prismatic and three parallel joints per leg),
+an Exechon, a 3-UPU, and rods between universal joints.
+
+Several configurations of a leg can have the same actuated coordinate. These configurations share a
+solution slot. The residual of the slot is the smallest residual of these configurations.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -42,7 +42,7 @@ FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
     "slider": (Joint("closure", "prismatic"),),
     "weld": (),
 }
-"""The joints that replace the closure at the end of a leg, keyed by the closure kind."""
+"""The joints that replace a closure at the end of a leg, keyed by the kind of closure."""
 
 
 @dataclass
@@ -50,10 +50,9 @@ class LegWork(Work):
     """State of the derivation of one leg.
 
     Attributes:
-        hidden: Indices of the branch signs of the leg that do not change its actuated coordinate.
-        passive: The symbols of the branch signs that do not change the coordinate and add no
-            solution slots.
-        requested: Number of branch signs that the leg has requested so far.
+        hidden: Indices of the branch signs that do not change the actuated coordinate of the leg.
+        passive: Symbols of the branch signs that do not change the coordinate.
+        requested: Number of branch signs of the leg so far.
     """
 
     hidden: frozenset[int] = frozenset()
@@ -71,15 +70,15 @@ class LegWork(Work):
 
 @dataclass(frozen=True)
 class LegChain:
-    """A leg as a serial arm from a known body to a closure, whose other body is also known.
+    """A leg as a serial arm from a known body to a closure.
 
     Attributes:
         closure: Name of the closure.
-        known: The known joints from the common body of the loop to the leg.
+        known: The known joints before the leg, from the common body of the loop.
         unknown: The moving joints of the leg.
-        back: The known joints from the common body of the loop to the other body of the closure.
+        back: The known joints from the common body to the other body of the closure.
         end: The frame of the closure on its other body.
-        robot: The serial robot that consists of the leg and the freedom of its closure.
+        robot: A serial robot: the leg, and the joints that replace its closure.
         lines: The axes of the leg joints.
         found: The structure that solves the leg.
     """
@@ -96,12 +95,11 @@ class LegChain:
     def solved(
         self, h: SolvedLoops, work: Work, values: Values
     ) -> tuple[dict[str, sp.Expr], sp.Expr]:
-        """Returns the leg's actuated coordinates, and its squared closure error (m^2 and rad^2).
+        """Returns (actuated coordinates of the leg, squared closure error in m^2 and rad^2).
 
         Args:
             h: The robot.
-            work: State of the derivation of the inverse; receives the signs and the solution steps
-                of the leg.
+            work: State of the derivation, which receives the signs and solution steps of the leg.
             values: Values of the known joints by name.
         """
         entries = self._wanted(h, values)
@@ -130,14 +128,12 @@ class LegChain:
         return coordinates, _least(h.terms, residual, own.passive)
 
     def _name_sides(self, work: Work, own: LegWork, first: int) -> None:
-        """Names the branches of each new sign by the closure of the leg and the solved joint."""
         joints = {step.found.sign: "+".join(step.joints) for step in own.steps}
         for symbol in work.signs[first:]:
             name = f"{self.closure} at {joints[symbol]}" if symbol in joints else self.closure
             work.sides[symbol] = name, {sign: side_of(sign) for sign in (1, -1)}
 
     def _hidden(self, h: SolvedLoops) -> frozenset[int]:
-        """Returns the indices of branch signs that change no actuated coordinate at any pose."""
         driven = {c.moves for c in h.mechanism.coordinates}
         alone = LegWork(h.terms)
         found, _ = self._solution(alone, POSE_SYMBOLS)
@@ -160,7 +156,6 @@ class LegChain:
         return {name: found[name] for name in names}, residual
 
     def _wanted(self, h: SolvedLoops, values: Values) -> list[sp.Expr]:
-        """Returns the pose entries of the closure frame on the other body, seen from the leg."""
         m, terms = h.mechanism, h.terms
         start = pose_along(m, terms, self.known, (), values)
         (x, y, z), p = pose_along(m, terms, self.back, self.end.placement, values)
@@ -172,9 +167,9 @@ class LegChain:
 
 
 def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
-    """Returns the legs that solve for joints without a closed form, or None without such legs.
+    """Returns the legs whose joints have no other closed form. None if there are no such legs.
 
-    The result is empty if the main chain determines all joints in closed form.
+    The tuple is empty if the main chain determines all joints in closed form.
     """
     open_ = set(h.backward.open)
     chain = {joint.name for joint in h.robot.moving}
@@ -194,7 +189,6 @@ def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
 
 
 def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
-    """Returns the leg of a loop, or None if it is not a serial arm of a known structure."""
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind not in FREEDOMS:
         return None
@@ -227,7 +221,6 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
 
 
 def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
-    """Returns the axes and the structure of a leg, or None if no structure fits."""
     classification = classify(robot, h.terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:
@@ -237,20 +230,17 @@ def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | No
 
 
 def _seen(terms: Terms, frame: Pose, vector: Vector) -> Vector:
-    """Returns a vector in the axes of a frame."""
     x, y, z = (dot(terms, axis, vector) for axis in frame[0])
     return x, y, z
 
 
 def _behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
-    """Returns the symbols on which the expressions depend."""
     found = [*entries, *(terms.definitions[symbol] for symbol in terms.needed(entries))]
     found += [part for s in terms.needed(entries) if s in terms.solved for part in terms.solved[s]]
     return {symbol for entry in found for symbol in entry.free_symbols}
 
 
 def _least(terms: Terms, residual: sp.Expr, passive: Sequence[sp.Symbol]) -> sp.Expr:
-    """Returns the smallest closure error over all values of some branch signs."""
     residuals = [
         substituted(terms, [residual], dict(zip(passive, map(sp.Integer, signs), strict=True)))[0]
         for signs in product((1, -1), repeat=len(passive))

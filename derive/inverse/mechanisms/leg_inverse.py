@@ -1,4 +1,4 @@
-"""Inverse kinematics of a platform on six cylinders: leg lengths from a pose."""
+"""Inverse kinematics of a platform on six cylinders."""
 
 import sympy as sp
 
@@ -15,7 +15,10 @@ FREEDOMS = 6
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the function ``ik`` of a six-cylinder platform; empty for other robots."""
+    """Returns the function ``ik`` of a platform on six cylinders.
+
+    The dictionary is empty for other robots.
+    """
     mechanism = h.mechanism
     moved = {coordinate.moves for coordinate in mechanism.coordinates}
     on_cylinders = {strut.name for strut in mechanism.struts if strut.is_cylinder} == moved
@@ -25,11 +28,11 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
-    """Returns the function ``ik``: each pose has one vector of leg lengths.
+    """Returns the function ``ik``, which computes the leg lengths at a pose.
 
-    A leg length is the distance between the leg's end points. The residual is the deviation of the
-    matrix T from a rigid pose. Every rigid pose determines the leg lengths, but forward kinematics
-    may return a different assembly mode for these lengths.
+    A leg length is the distance between the end points of the leg. The residual is the deviation of
+    the matrix T from a rigid pose. Every pose determines the leg lengths. Forward kinematics may
+    return another assembly mode for these lengths.
     """
     terms, names = h.terms, [strut.name for strut in h.mechanism.struts]
     rows = [POSE_SYMBOLS[4 * i : 4 * i + 4] for i in range(3)]

@@ -1,9 +1,9 @@
-"""Loop branches in the inverse of a robot with loops, and removal of redundant branch signs.
+"""Loop branches in the inverse of a robot with loops.
 
-If a leg or a four-bar linkage has two branches, two actuator vectors give the same main-chain
-joints. Each loop with two branches adds a branch sign to the inverse. A branch sign that does not
-change the result is fixed during the derivation. For example, a translating platform has the same
-legs for both solutions of its orientation. Branches that forward kinematics never reaches have no
+If a leg or a four-bar linkage has two branches, two actuator vectors lead to the same main-chain
+joints. Each of these loops adds a branch sign to the inverse. A branch sign that does not change
+the result is removed during the derivation. For example, both solutions for the orientation of a
+translating platform have the same legs. A branch that forward kinematics never reaches has no
 solutions.
 """
 
@@ -28,30 +28,37 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MAX_DRAWN = 200, 4000
-"""Number of test configurations, and maximum number of random trials to find them. Crank-and-rod
-loops can be closed in one of twenty trials."""
+"""Number of test configurations, and maximum number of random trials.
+
+In crank-and-rod loops, one of twenty trials can be closed.
+"""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Sampling ranges for lengths without limits, relative to the mechanism size, and the sufficient
-number of closed configurations. Loops through three booms far from the base can be closed only if
-the sampling range is small."""
+"""Sampling ranges for lengths without limits, as fractions of the mechanism size.
+
+The last number is a sufficient count of closed configurations. Loops through three booms far from
+the base close only within a small range.
+"""
 MAX_CHOICES = 9
-"""Maximum number of branch signs (512 solution slots); further loops stay on the reference
-branch."""
+"""Maximum number of branch signs, for 512 solution slots.
+
+Further loops stay on the reference branch.
+"""
 
 
 def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
-    """Solves for all joints from the main chain, with one branch sign per loop.
+    """Solves for all joints from the main chain. Each loop has a branch sign.
 
     Args:
         hybrid: The robot.
-        work: List that receives the branch signs and branch names; sign 1 is the reference branch.
+        work: Record of the solution, which receives the branch signs and their names. Sign 1 is the
+            reference branch.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
     chosen = [step for step in solution.steps if _is_free(step)]
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
-        # If two solution steps close the same loop, the name also includes the joint.
+        # If two steps close the same loop, the name also contains the joint.
         message = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = message, _sides(step, symbol)
@@ -59,12 +66,10 @@ def solved_on_sides(hybrid: SolvedLoops, work: Work) -> Solution:
 
 
 def _is_free(step: LoopStep) -> bool:
-    """Whether the branch sign of a solution step is a symbol instead of a number."""
     return bool(sp.Add(step.sign).free_symbols)
 
 
 def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
-    """Returns the names of both branches of a solution step, keyed by the sign value."""
     sign = sp.Add(step.sign)
     return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
 
@@ -72,16 +77,16 @@ def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
 def settled_choices(
     hybrid: SolvedLoops, solved: Solved, given: Sequence[int] = ()
 ) -> frozenset[int]:
-    """Returns the indices of the redundant branch signs of an inverse.
+    """Returns the indices of branch signs that an inverse does not need.
 
-    The inverse is evaluated at the poses of random configurations. A branch sign is redundant if
-    both values of the sign give the same coordinates. A loop branch is also redundant if the
-    opposite branch has no solution.
+    The inverse is evaluated at the poses of random configurations. A branch sign is not needed if
+    both of its values lead to the same coordinates. A loop branch is not needed if the opposite
+    branch has no solution.
 
     Args:
         hybrid: The robot.
-        solved: The inverse of the robot with all branch signs.
-        given: Indices of the main-chain joints whose values are inputs of the inverse.
+        solved: The inverse with all branch signs.
+        given: Indices of the main-chain joints that are inputs of the inverse.
     """
     function, work = solved.function, solved.work
     of_loops = choices_of_loops(work)
@@ -95,20 +100,19 @@ def settled_choices(
 
 
 def choices_of_loops(work: Work) -> frozenset[int]:
-    """Returns the indices of the branch signs that belong to loop branches."""
+    """Returns the indices of the branch signs of loops."""
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """Returns the indices of loop branches that an as-built robot never reaches.
+    """Returns the indices of loop branches that a built robot never reaches.
 
-    At random configurations, the start values on such a branch are never closer to the true
-    coordinates than the start values on the reference branch.
+    At random configurations, such a branch never has better start values than the reference branch.
 
     Args:
         built: The robot as built.
-        start: The start values of the inverse, with all loop branches.
-        given: Indices of the main-chain joints whose values are inputs of the inverse.
+        start: The start values of the inverse on all loop branches.
+        given: Indices of the main-chain joints that are inputs of the inverse.
     """
     function, of_loops = start.function, choices_of_loops(start.work)
     if not of_loops:
@@ -128,7 +132,6 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
 
 
 def _least(far: FloatArray) -> FloatArray:
-    """Returns the smallest distance (N,) among all solution slots (..., N)."""
     return np.asarray(far.reshape(-1, far.shape[-1]).min(0))
 
 
@@ -138,17 +141,17 @@ def idle_choices(
     *inputs: FloatArray,
     within: float | None = None,
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """Finds the branch signs of an inverse that do not change the results at sample poses.
+    """Finds branch signs that do not change the results at sample poses.
 
     Args:
         hybrid: The robot.
-        function: The inverse of the robot with all branch signs.
-        inputs: Inputs of the inverse; the first input contains the poses (16, N).
-        within: Maximum residual of a solution; by default the rounding error.
+        function: The inverse with all branch signs.
+        inputs: Inputs of the inverse. The first input contains the poses (16, N).
+        within: Maximum residual of a solution. The default is the rounding error.
 
     Returns:
-        Two sets of indices of branch signs. In the first set, both values of a branch sign give
-        equal coordinates; in the second set, the value -1 has no solution.
+        Two sets of indices. For a sign in the first set, both values lead to equal coordinates. For
+        a sign in the second set, the value -1 has no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -162,9 +165,9 @@ def idle_choices(
 def idle_signs(
     hybrid: SolvedLoops, function: SymbolicFunction, *inputs: FloatArray
 ) -> frozenset[int]:
-    """Finds branch signs that change no coordinate at sample poses; any number of signs is allowed.
+    """Finds branch signs that change no coordinate at sample poses.
 
-    Each pose has random values of the other signs.
+    The other signs have random values. Any number of signs is possible.
     """
     (ik,) = lower([function], "inverse")
     shape = len(function.signs), inputs[0].shape[1]
@@ -182,7 +185,6 @@ def idle_signs(
 
 
 def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
-    """Returns random coordinates (N, n), their poses (16, N), and fixed joint values (1, N)."""
     fk, theta = lower(
         [tool_functions(hybrid, ["fk"])["fk"], CHAIN.function(from_actuators(hybrid))], "true"
     )
@@ -199,7 +201,6 @@ def _poses(hybrid: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
 def _evaluated(
     function: SymbolicFunction, inputs: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns coordinates (2, ..., 2, N, n) and residuals (2, ..., 2, N) of every solution slot."""
     (ik,) = lower([function], "inverse")
     count = inputs[0].shape[1]
     slots = [
@@ -212,7 +213,6 @@ def _evaluated(
 
 
 def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int) -> bool:
-    """Whether both values of a branch sign have the same solutions."""
     one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
     if not one.any() or (one != other).any():
         return False
@@ -221,13 +221,12 @@ def _is_idle(hybrid: SolvedLoops, q: FloatArray, solves: BoolArray, choice: int)
 
 
 def _tolerances(hybrid: SolvedLoops) -> FloatArray:
-    """Returns the tolerance (n,) within which coordinates count as equal (radian or meter)."""
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     return RECOVERED * np.where(turns, 1.0, hybrid.backward.reference.size)
 
 
 def _moved(hybrid: SolvedLoops, apart: FloatArray) -> FloatArray:
-    """Converts coordinate differences (..., n) to joint differences, modulo full turns."""
+    """Converts coordinate differences (..., n) to joint differences. Full turns are removed."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
@@ -238,8 +237,8 @@ def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Returns the reference coordinates and random coordinates (N, n).
 
     Random coordinates lie within the limits. Without limits, angles span a full turn, and lengths
-    span the fraction ``part`` of the mechanism size. If ``part`` is small, a rocker does not pass
-    its dead points.
+    span the fraction ``part`` of the mechanism size. If ``part`` is small, no rocker passes a dead
+    point.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

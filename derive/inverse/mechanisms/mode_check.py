@@ -1,10 +1,12 @@
-"""Inverse of a robot whose loops are solved by iteration, with a check of every solution by ``fk``.
+"""Inverse of a robot whose loops are solved by iteration.
 
-The leg inverse returns actuated coordinates for which the loops are closed at the given pose. At
-the computed coordinates, the loops may have several assembly modes, and ``fk`` selects the
-reference mode. Therefore, ``ik`` evaluates ``fk`` for the coordinates in every solution slot of
-``ik_legs``. A solution slot contains a solution if ``fk`` returns the target pose; otherwise, its
-coordinates belong to a different assembly mode.
+The function ``fk`` checks every solution.
+
+The leg inverse finds coordinates at which the loops can be closed at the target pose. At these
+coordinates, the loops may have several assembly modes. The function ``fk`` selects the reference
+mode. Therefore, ``ik`` calls ``fk`` for every solution slot of ``ik_legs``. A slot contains a
+solution if ``fk`` returns the target pose. Otherwise, the coordinates belong to another assembly
+mode.
 """
 
 from collections.abc import Mapping
@@ -28,17 +30,16 @@ IDENTITY = (
 def with_legs(
     makers: Mapping[str, Maker], closure: LoopClosure
 ) -> tuple[dict[str, Maker], dict[str, WrittenMaker]]:
-    """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
+    """Adds the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
 
     Args:
-        makers: The functions that derive each robot function, keyed by name. The key ``ik``, if
-            present, derives the leg inverse.
+        makers: Functions that derive the robot functions, keyed by name. The entry ``ik``, if any,
+            derives the leg inverse.
         closure: The closure equations of the loops.
     """
     if IK not in makers:
         return dict(makers), {}
-    # The function is cached, because ``ik`` needs the number of solution slots before its C code is
-    # printed.
+    # Cached, because ``ik`` needs the number of solution slots before its C code is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker
@@ -48,7 +49,6 @@ def with_legs(
 
 
 def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns the leg inverse ``ik_legs`` for all assembly modes."""
     q, residual, margin = function.outputs
     meaning = "closure errors of the loops, and distance of the main chain's tool from the target"
     return replace(
@@ -68,7 +68,6 @@ class ClosureSize(Tables):
 
 
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFunction:
-    """Returns ``ik``: the leg inverse with the residual of ``fk`` in each solution slot."""
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
     slots = legs.branches
     return NativeSolverFunction(

@@ -1,10 +1,9 @@
-"""The moving part of a main chain whose other joints are locked by the closed loops.
+"""The part of a main chain that moves while the loops lock the other joints.
 
-The rods of a delta keep its platform parallel to the base, so the three rotations of the platform
-have constant values. With an axis mounted on the platform, the moving chain consists of three
-translations and this axis. If the actuators outnumber the degrees of freedom of the tool, the
-caller chooses the values of some actuated joints in the chain. Examples of redundant joints are a
-rail below a hexapod and an axis on its platform.
+The rods of a delta keep its platform parallel to the base. The three rotations of the platform are
+therefore locked. An axis mounted on the platform moves together with the three translations. If the
+robot has more actuators than the tool has degrees of freedom, the caller chooses the values of some
+actuated joints. Examples of such joints are a rail below a hexapod and an axis on its platform.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,15 +29,14 @@ from ..tasks.slots import POSE_SYMBOLS, given_argument, values_of
 
 @dataclass(frozen=True)
 class MovingChain:
-    """A main chain with the structure that solves its moving joints for a tool pose.
+    """A main chain with a structure for its moving joints.
 
     Attributes:
         whole: The main chain.
-        robot: The main chain, in which locked joints are fixed joints.
-        lines: The axes of the moving joints, numbered among all joints of the chain.
-        found: The structure of the axes of the moving joints.
-        locked: The constant value of each locked joint, keyed by its joint number in the whole
-            chain.
+        robot: The main chain. Locked joints are fixed joints.
+        lines: The axes of the moving joints, with the joint numbers of the whole chain.
+        found: The structure that the axes of the moving joints fit.
+        locked: The value of each locked joint, keyed by its number in the whole chain.
     """
 
     whole: SerialRobot
@@ -49,19 +47,19 @@ class MovingChain:
 
     @classmethod
     def of(cls, whole: SerialRobot, lines: Lines, found: Attempt) -> "MovingChain":
-        """Returns a main chain in which all joints move."""
+        """Returns a main chain whose joints all move."""
         return cls(whole, whole, lines, found, {})
 
     @property
     def given(self) -> tuple[int, ...]:
-        """Numbers of the joints, counted in the whole chain, whose values the caller chooses."""
+        """Numbers of the joints whose values the caller chooses, counted in the whole chain."""
         return tuple(self.lines.axes[place].joint for place in self.found.given)
 
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-        """Returns the arguments except the pose, and the coordinates of all joints.
+        """Returns (arguments except the pose, coordinates of all joints).
 
         Args:
-            work: Table that receives the joint values and the solution steps.
+            work: Record of the solution, which receives the joint values and steps.
         """
         terms, moving, work.locked = work.terms, self.whole.moving, frozenset(self.locked)
         symbols = {k: sp.Symbol(f"_{moving[k].name}", real=True) for k in self.given}
@@ -79,9 +77,9 @@ class MovingChain:
 def moving_chain(
     h: SolvedLoops, families: Sequence[Family]
 ) -> tuple[MovingChain, Classification] | None:
-    """Returns the moving part of a main chain that exactly fits a family, or None.
+    """Returns the moving part of a main chain. None if the part fits no family exactly.
 
-    The result is also None if the loops lock no joint and no actuated joint is redundant.
+    None is also returned if the loops lock no joint and no actuated joint is redundant.
 
     Args:
         h: The robot.
@@ -95,8 +93,8 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If loops couple the moving joints, the chain has fewer redundant joints than its joint count
-    # suggests.
+    # If loops couple moving joints, the chain has fewer redundant joints than moving joints
+    # suggest.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):
         return None
@@ -109,14 +107,12 @@ def moving_chain(
 
 
 def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[tuple[int, ...]]:
-    """Yields the sets of actuated joints that may be fixed; sets near the tool come first."""
     actuated = {c.moves for c in h.mechanism.coordinates}
     places = [place for place, k in enumerate(numbers) if h.robot.moving[k].name in actuated]
     yield from (give[::-1] for give in combinations(places[::-1], surplus))
 
 
 def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
-    """Returns the constant values of the locked joints (radian or meter)."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):
@@ -125,7 +121,6 @@ def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
 
 
 def _is_still(h: SolvedLoops, joint: Joint) -> bool:
-    """Whether a joint keeps its reference value in all closed configurations."""
     reference = float(h.mechanism.reference_of(joint.name))
     if not h.forward.open:
         value = h.forward.values[joint.name]
@@ -137,7 +132,6 @@ def _is_still(h: SolvedLoops, joint: Joint) -> bool:
 
 
 def _with_locked_joints(robot: SerialRobot, locked: Mapping[int, sp.Expr]) -> SerialRobot:
-    """Returns the chain with fixed joints in place of the locked joints."""
     names = {robot.moving[k].name: value for k, value in locked.items()}
     return replace(
         robot,

@@ -1,10 +1,10 @@
-"""Start values near dead points, where the closed form of a loop has no real root.
+"""Start values near the dead points of loops.
 
-The loops of a robot as built can be closed slightly beyond the dead points of the design.
-Therefore, the design has no solution beyond a dead point, where x in its equation h^2 = x is
-slightly negative. The equation of the robot as built is h^2 = x + e, where e is about as large as
-|x|. This equation has solutions on both sides of the dead point. The two square roots of |x| give
-one start value on each side of the dead point.
+The loops of a built robot can be closed slightly beyond the dead points of the design. There, the
+equation h^2 = x of the design has no solution, because x is slightly negative. The equation of the
+built robot is h^2 = x + e, where e is about as large as |x|. The equation of the built robot has a
+solution on each side of the dead point. The two square roots of |x| are start values for these
+solutions.
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ ROOT = sp.Rational(1, 2)
 
 
 def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Replaces sqrt(x) by sqrt(|x|) in expressions; real values do not change.
+    """Replaces sqrt(x) by sqrt(|x|) in expressions, so that real values stay the same.
 
     Args:
-        terms: Table of named terms; receives the new terms.
+        terms: Table of named terms, which receives the new terms.
         entries: The actuated coordinates as functions of the main-chain joints.
     """
     known: dict[sp.Basic, sp.Basic] = {}
@@ -39,7 +39,6 @@ def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Exp
 
 
 def _changed(terms: Terms, expression: sp.Expr, known: dict[sp.Basic, sp.Basic]) -> sp.Expr:
-    """Replaces known terms, and takes the absolute value under square roots."""
     if not expression.args:
         return known.get(expression, expression)
     args = [_changed(terms, argument, known) for argument in expression.args]

@@ -1,4 +1,4 @@
-"""Substitutes the results of one derivation into the expressions of a second derivation."""
+"""Substitution of expressions for symbols."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,12 +10,12 @@ from ...terms.terms import Terms
 def substituted(
     terms: Terms, entries: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Replaces symbols in expressions and in all terms on which the expressions depend.
+    """Replaces symbols in expressions and in the terms that the expressions contain.
 
     The cosine and sine of a solved angle are reused, so no trigonometric function is added.
 
     Args:
-        terms: Table of named terms; receives the new terms.
+        terms: Table of named terms, which receives the new terms.
         entries: The expressions.
         values: The replacement for each symbol.
     """
@@ -38,7 +38,6 @@ def _again(
 
 
 def _replaced(terms: Terms, expression: sp.Expr, known: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Replaces symbols in an expression; cosines and sines of solved angles are reused."""
     if expression.func in (sp.cos, sp.sin):
         angle = sp.expand(_replaced(terms, expression.args[0], known))
         c, s = terms.cos_sin(angle)

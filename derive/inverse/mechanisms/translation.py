@@ -1,9 +1,9 @@
-"""Replaces the translating part of a chain by virtual prismatic joints.
+"""Replaces the part of a chain that only translates by virtual prismatic joints.
 
-The rods of a delta robot as built are not exactly parallel, so its platform rotates slightly.
-Therefore, the three actuated coordinates determine the orientation as well as the position. The
-inverse of the nominal robot solves for the position and ignores the orientation. Newton's method
-then converges to the pose, or to the position only.
+The rods of a built delta robot are not exactly parallel, so its platform rotates slightly. The
+three actuated coordinates then determine the orientation as well as the position. The inverse of
+the nominal robot solves for the position. Newton's method converges to the pose, or only to the
+position.
 """
 
 from collections.abc import Sequence
@@ -42,11 +42,11 @@ from .substitution import substituted
 
 @dataclass(frozen=True)
 class Slides:
-    """The virtual prismatic joints that replace the translating part of the chain.
+    """The virtual prismatic joints of a shortened chain.
 
     Attributes:
-        values: The displacements of the virtual joints as functions of the actuated coordinates.
-        weights: The component of each displacement along each axis of the shortened chain.
+        values: The displacements as functions of the actuated coordinates.
+        weights: The components of each displacement along the axes of the shortened chain.
     """
 
     values: tuple[sp.Expr, ...]
@@ -55,13 +55,12 @@ class Slides:
 
 @dataclass(frozen=True)
 class Translating:
-    """A shortened chain, with the translating part replaced by virtual prismatic joints.
+    """A chain that is shortened by virtual prismatic joints.
 
     Attributes:
-        lines: The shortened chain; the indices of virtual joints come after all indices of other
-            joints.
+        lines: The shortened chain. Virtual joints have the highest indices.
         home: The tool pose (axes and origin) with all joints at zero.
-        slides: The virtual prismatic joints that replace the translating part.
+        slides: The virtual prismatic joints.
     """
 
     lines: Lines
@@ -70,7 +69,7 @@ class Translating:
 
 
 def translating(hybrid: SolvedLoops) -> Translating | None:
-    """Returns the shortened chain, or None if no part of the chain only translates."""
+    """Returns the shortened chain. None if no part of the chain only translates."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
     shorter, translations = collapsed(
@@ -93,7 +92,6 @@ def translating(hybrid: SolvedLoops) -> Translating | None:
 def _home(
     terms: Terms, groups: Sequence[Group], values: Sequence[sp.Expr], names: Sequence[str]
 ) -> tuple[list[Axis], tuple[Basis, Vector]]:
-    """Returns the axes and the tool pose of a chain whose joints are all at zero."""
     basis, origin = IDENTITY, ORIGIN
     axes: list[Axis] = []
     tool: tuple[Basis, Vector] = (basis, origin)
@@ -132,7 +130,6 @@ def _axis(
 
 
 def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
-    """Returns the offset of a link if all preceding prismatic joints are at zero."""
     moving = [values[slide.joint] for slide in station.slides]
     symbols = {symbol for value in moving for symbol in value.free_symbols}
     rest = dict.fromkeys(symbols, sp.Integer(0))
@@ -141,7 +138,7 @@ def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.E
 
 
 def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
-    """Replaces the named terms of an expression by their definitions, except terms in ``stop``."""
+    """Replaces named terms by their definitions, except the terms in ``stop``."""
     kept = stop or set()
     while True:
         found = {
@@ -157,7 +154,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Returns a basis of the directions of prismatic joints, and their components in this basis."""
+    """Returns (basis, components in this basis) of the directions of prismatic joints."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -173,20 +170,19 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solves for the actuated coordinates from the prismatic displacements of a pose.
+    """Solves for the actuated coordinates that produce given prismatic displacements.
 
-    The displacements must be linear in one actuated coordinate (a slider). The displacements are
-    linear in the other coordinate or, if it belongs to a crank, in its cosine and sine. Eliminating
-    the slider coordinate gives an equation for the crank angle.
+    The displacements must be linear in one coordinate, which belongs to a slider. The other
+    coordinate must also be linear or belong to a crank, whose cosine and sine are linear. The
+    slider coordinate is eliminated, which leaves an equation for the crank angle.
 
     Args:
-        work: Record of the solution; it contains the prismatic displacements and receives the
-            solution step.
+        work: Record of the solution. It contains the prismatic displacements and receives the step.
         moved: The shortened chain.
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates, or None if the displacements do not have the required form.
+        The values of the coordinates. None if the displacements have another form.
     """
     terms = work.terms
     slides = moved.slides
@@ -225,7 +221,7 @@ def _two(
     rest: Sequence[sp.Expr],
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solves the two equations ``rates[j] along + rest[j](crank) = lengths[j]``."""
+    """Solves the equations ``rates[j] along + rest[j](crank) = lengths[j]`` for j = 0 and 1."""
     terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))
@@ -262,7 +258,7 @@ def still_axes(design: SolvedLoops) -> Basis | None:
 
 
 def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFunction:
-    """Returns the task ``ik`` of a design without the orientation error in its residual.
+    """Returns the task ``ik`` whose residual contains no orientation error.
 
     Args:
         function: The task.
@@ -277,7 +273,7 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 
 
 def position_task(polished: NativeSolverFunction) -> NativeSolverFunction:
-    """Derives the function ``ik_position``, whose targets are positions, from a refined ``ik``.
+    """Derives the function ``ik_position`` for target positions from a refined ``ik``.
 
     The functions ``ik`` and ``ik_position`` start from the same nominal inverse.
     """

@@ -1,1 +1,1 @@
-"""Solution steps that several families of arms share, and the record of the solution."""
+"""Solution steps that several families share, and the record of the solution."""

@@ -1,18 +1,17 @@
-"""Angle of the first of two aligned axes, computed from the position.
+"""Angle of the first of two aligned axes.
 
 If the last of three revolute axes is parallel to the first, the orientation determines only the sum
-or difference of their two angles. A chain of three or four joints must also reach the position.
-Let ``v`` be the target of a point on the last axis. The first angle and the displacement d of a
-prismatic joint solve ``R_1 (w + d u) = v`` if the prismatic joint is between the first and the last
-axis, or ``R_1 w = v - d u`` otherwise.
+or difference of the two angles. The position then determines the first angle. Let ``v`` be the
+target of a point on the last axis, w the vector from the first axis to the point, and u the
+direction of a prismatic joint with displacement d. If the prismatic joint is between the first and
+the last axis, ``R_1 (w + d u) = v``. Otherwise, ``R_1 w = v - d u``.
 
-Three prismatic joints leave the angle arbitrary. If values of fixed joints make the directions of
-the prismatic joints coplanar, the first angle solves ``n.(R_1 w) = n.v`` or ``n.(R_1^T v) = n.w``,
-where n is the normal of the plane.
+If there are three prismatic joints, the angle is arbitrary. For coplanar directions of the
+prismatic joints, let n be the normal of their plane. The first angle solves ``n.(R_1 w) = n.v`` or
+``n.(R_1^T v) = n.w``.
 
-Here, w is the vector from the first axis to the point, and u is the direction of the prismatic
-joint. Both sides have equal lengths, which gives a quadratic equation for d. Subproblem 1 then
-gives the first angle.
+Both sides of the first equations have equal lengths, which gives a quadratic equation for d.
+Subproblem 1 then gives the first angle.
 """
 
 from collections.abc import Sequence
@@ -33,14 +32,14 @@ from .target import Target
 def first_angle(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the rotation of the first of three revolute joints if the first and last axes align.
+    """Returns the rotation of the first joint if the first and the last axis are parallel.
 
     Args:
         terms: Table of named terms.
         axes: The axes of the chain: three revolute joints and at most one prismatic joint.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
         middle: Rotation of the second revolute joint.
-        sign: The value 1 or -1, which selects one of two solutions.
+        sign: 1 or -1. Selects one of two solutions.
     """
     i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
     first, second = axes[i], axes[j]
@@ -62,14 +61,14 @@ def first_angle(
 def first_angle_to_plane(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin, sign: sp.Expr
 ) -> CosSin:
-    """Returns the first of three angles, after which three prismatic joints reach the position.
+    """Returns the first of three angles. Three prismatic joints then reach the position.
 
     Args:
         terms: Table of named terms.
         axes: The axes of the chain: three revolute joints and three consecutive prismatic joints.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
         middle: Rotation of the second revolute joint.
-        sign: The value 1 or -1, which selects one of two solutions.
+        sign: 1 or -1. Selects one of two solutions.
     """
     i, j, k = (index for index, axis in enumerate(axes) if axis.turns)
     place = next(index for index, axis in enumerate(axes) if not axis.turns)
@@ -86,7 +85,6 @@ def first_angle_to_plane(
 def _ends(
     terms: Terms, axes: Sequence[Axis], target: Target, middle: CosSin
 ) -> tuple[Vector, Vector]:
-    """Returns a point on the last revolute axis before rotation 1, and its target."""
     first, second, third = (axis for axis in axes if axis.turns)
     lever = rotated(terms, second.h, middle, subtracted(terms, third.p, second.p))
     w = subtracted(terms, added(terms, second.p, lever), first.p)
@@ -94,6 +92,5 @@ def _ends(
 
 
 def _equal(terms: Terms, start: Vector, u: Vector, other: Vector, sign: sp.Expr) -> Vector:
-    """Returns the point of the line along u whose distance from the origin is |other|."""
     length = slide_to_sphere(terms, u, start, dot(terms, other, other), sign).length
     return combination(terms, (sp.Integer(1), length), (start, u))

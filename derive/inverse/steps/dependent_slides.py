@@ -1,9 +1,9 @@
-"""Prismatic joints whose directions become linearly dependent at some values of other joints.
+"""Prismatic joints whose directions may become linearly dependent.
 
-At such values, the joints move a point only along a line or in a plane, and many displacements
-reach the same target. The joints are solved one after another, so that each joint compensates the
-rounding errors of the joints before it. A joint that does not move the point in the direction of
-its equation keeps the displacement 0.
+Dependent joints move a point only along a line or in a plane, so many displacements reach the same
+target. The joints are solved in succession. Each joint compensates the rounding errors of the
+joints before it. A joint keeps the displacement 0 if it does not move the point in the direction of
+its equation.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,13 +20,13 @@ from ..subproblems.quartic import select
 from ..subproblems.turns import perpendicular
 
 DEPENDENT_SLIDES = sp.Float("1e-14", 20)
-"""Sine of the angle up to which prismatic joints count as dependent.
+"""Prismatic joints count as dependent up to this sine of an angle.
 
-The angle lies between two joints, or between one joint and the plane of two other joints.
+The angle is between two joints, or between a joint and the plane of two other joints.
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Selects one of three values, one for each cyclic order of the directions."""
+"""Selects one of three values. There is one value for each cyclic order of the directions."""
 
 
 def dependent_lengths(
@@ -36,8 +36,8 @@ def dependent_lengths(
 
     Args:
         terms: Table of named terms.
-        directions: The unit directions of the joints, which may be linearly dependent.
-        displacement: The vector; only its component in the span of the directions is reached.
+        directions: The unit directions of the joints.
+        displacement: The vector. Only its component in the span of the directions is reached.
     """
     if len(directions) < _TRIPLE:
         return [found.length for found in in_order(terms, directions, displacement)]
@@ -47,7 +47,7 @@ def dependent_lengths(
 
 
 def may_be_dependent(terms: Terms, directions: Sequence[Vector]) -> bool:
-    """Whether three directions, which depend on fixed joints, may lie in one plane."""
+    """Whether three directions may lie in one plane for some values of fixed joints."""
     if len(directions) < _TRIPLE:
         return False
     first, second, third = directions
@@ -62,15 +62,15 @@ def are_nearly_dependent(terms: Terms, directions: Sequence[Vector]) -> Boolean:
 
 
 def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
-    """Returns the unit normal of the plane of three directions that lie in one plane."""
+    """Returns the unit normal of three directions that lie in one plane."""
     _, (_, second, third) = _widest_last(terms, directions)
     return common_normal(terms, third, second)
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Returns three directions in cyclic order, with the largest angle between the last two.
+    """Returns three directions in cyclic order. The last two have the largest angle between them.
 
-    Also returns a function that selects the value for the chosen order.
+    A function that selects a value for this order is also returned.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])
@@ -87,9 +87,9 @@ def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, lis
 def in_order(
     terms: Terms, directions: Sequence[Vector], displacement: Vector
 ) -> Iterator[FoundLength]:
-    """Yields the displacements of prismatic joints, solved from the first to the last joint.
+    """Yields the displacements of prismatic joints in succession.
 
-    Each equation holds along a direction in which no later joint moves the point.
+    The direction of each equation is perpendicular to all later joints.
     """
     for k, u in enumerate(directions):
         normal = _normal(terms, u, directions[k + 1 :])
@@ -101,7 +101,6 @@ def in_order(
 
 
 def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
-    """Returns a unit vector along which no later joint moves the point."""
     match later:
         case []:
             return direction
@@ -113,7 +112,7 @@ def _normal(terms: Terms, direction: Vector, later: Sequence[Vector]) -> Vector:
 
 
 def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
-    """Returns the cross product of two vectors, expanded so that vanishing terms cancel."""
+    """Returns the cross product of two vectors. The entries are expanded, so that terms cancel."""
     x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
         sp.Matrix([terms.spelled(e) for e in b])
     )
@@ -121,22 +120,22 @@ def normal_to_both(terms: Terms, a: Vector, b: Vector) -> Vector:
 
 
 def common_normal(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns a unit vector perpendicular to two unit vectors, also if they are nearly parallel."""
+    """Returns a unit vector perpendicular to two unit vectors, which may be nearly parallel."""
     return cross(terms, unit_across(terms, k, v), k)
 
 
 def unit_across(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """Returns the direction of the component of ``v`` perpendicular to the unit vector ``k``.
+    """Returns the direction of the part of ``v`` that is perpendicular to the unit vector ``k``.
 
-    The second projection makes the result perpendicular to ``k`` even if ``v`` is nearly parallel
-    to ``k``.
+    A second projection keeps the result perpendicular to ``k`` if ``v`` and ``k`` are nearly
+    parallel.
     """
     across = _unit(terms, perpendicular(terms, k, v))
     return _unit(terms, perpendicular(terms, k, across))
 
 
 def _unit(terms: Terms, v: Vector) -> Vector:
-    """Returns a vector divided by its length; a zero vector does not change."""
+    """Returns a vector divided by its length. A zero vector stays zero."""
     inverse = terms.let(1 / terms.let(sp.sqrt(terms.let(dot(terms, v, v) + DIRECTION_FLOOR))))
     return combination(terms, (inverse,), (v,))
 
@@ -153,7 +152,6 @@ def _each(one_of: OneOf, *vectors: Vector) -> Vector:
 
 
 def _if(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns ``one`` if the condition holds, otherwise ``other``."""
     if condition in (sp.true, sp.false):
         return one if condition is sp.true else other
     return select(terms, condition, one, other)

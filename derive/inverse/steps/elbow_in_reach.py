@@ -1,4 +1,4 @@
-"""Angle sum of three parallel joints in cases where the tool orientation does not determine it."""
+"""Angle sum of three parallel joints if the tool orientation does not determine the sum."""
 
 import sympy as sp
 
@@ -22,17 +22,17 @@ def with_elbow_in_reach(
 ) -> FoundTurn:
     """Returns the sum of angles 2 to 4.
 
-    If the tool orientation does not determine the sum, the elbow angle nearest to 90 degrees
-    determines it.
+    If the tool orientation does not determine the sum, the elbow angle is as close to 90 degrees as
+    possible.
 
     Args:
-        work: Record of the solution, with the table of named terms.
+        work: Record of the solution.
         lines: The chain.
-        found: The angle sum that the direction of axis 6 determines.
+        found: The sum that the direction of axis 6 determines.
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
         center: The wrist position with joints 1 to 4 at 0.
-        sign: Selects between two angle sums with the same elbow angle.
+        sign: Selects one of two sums with the same elbow angle.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

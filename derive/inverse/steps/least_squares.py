@@ -1,11 +1,11 @@
-"""Gauss-Newton step for a pose with more equations than the chain has joints.
+"""Gauss-Newton step for a pose with more equations than joints.
 
-Each closed-form solution step uses only some of the six pose equations. Near a double solution of
-one equation, the angle of its joint is accurate only to 1e-8, although the other equations
-determine the angle to double precision. A Gauss-Newton step on all equations restores full
-accuracy. The step dq solves ``(J^T J + mu) dq = J^T e`` with a damping factor mu.
+A closed-form step uses only some of the six equations of a pose. Near a double solution of one
+equation, the angle of its joint is accurate only to 1e-8. The other equations often determine the
+angle to double precision. A Gauss-Newton step on all equations restores full accuracy. The step dq
+solves ``(J^T J + mu) dq = J^T e`` with a damping factor mu.
 
-Here, e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
+Here, e is the twist from the tool to its target and J is the mixed Jacobian. Lengths are relative
 to the arm length.
 """
 
@@ -29,8 +29,6 @@ Row = list[sp.Expr]
 
 @dataclass(frozen=True)
 class _State:
-    """Coordinates, twist to the target, squared norm of this twist, and Jacobian columns."""
-
     turns: dict[int, CosSin]
     lengths: dict[int, sp.Expr]
     error: Row
@@ -39,26 +37,26 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a chain that was solved with an added joint at angle 0.
+    """Applies a Gauss-Newton step to a chain that was solved with an added joint.
 
     Args:
-        work: The record of the solution, which contains the solved joints.
+        work: The record of the solution.
         lines: The chain, numbered from the base.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
     """
     if any(axis.stays for axis in lines.axes):
         step_on_all(work, lines, target)
 
 
 def step_on_all(work: Work, lines: Lines, target: Target) -> None:
-    """Applies a Gauss-Newton step to a chain that has fewer than six joints.
+    """Applies a Gauss-Newton step to a chain with fewer than six joints.
 
-    The step is used only near the target pose, and only if it reduces the error.
+    The step is used only near the target pose, and only if the error becomes smaller.
 
     Args:
-        work: The record of the solution, which contains the solved joints.
+        work: The record of the solution.
         lines: The chain, numbered from the base.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
     """
     terms = work.terms
     axes = [axis for axis in lines.axes if not axis.stays]
@@ -72,8 +70,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # After the Gauss-Newton step, the angles of parallel joints no longer add up to their stored
-    # sum.
+    # The step changes the angles of parallel joints, so their stored sum is no longer correct.
     work.sums.clear()
 
 
@@ -85,7 +82,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Returns the twist and the Jacobian, with columns from the last joint to the first."""
+    """Returns the twist and the Jacobian. The columns start with the last joint."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -118,7 +115,7 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The rotation vector is also 0 if the rotation error is half a turn.
+    # The rotation vector is 0 also for a rotation error of half a turn.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)
@@ -129,7 +126,6 @@ def _state(
 def _moved(
     terms: Terms, axes: Sequence[Axis], state: _State
 ) -> tuple[dict[int, CosSin], dict[int, sp.Expr]]:
-    """Returns the coordinates after a Gauss-Newton step."""
     step = _solved(terms, state.columns, state.error)
     turns, lengths = dict(state.turns), dict(state.lengths)
     for axis, change in zip(reversed(axes), step, strict=True):
@@ -141,7 +137,6 @@ def _moved(
 
 
 def _solved(terms: Terms, columns: Sequence[Row], error: Row) -> Row:
-    """Solves the normal equations by a Cholesky decomposition without square roots."""
     let, n = terms.let, len(columns)
 
     def product(a: Row, b: Row) -> sp.Expr:

@@ -1,4 +1,4 @@
-"""Three angles from one closed vector loop (subproblem 5), recorded as separate solution steps."""
+"""Solution of a loop of three vectors for three angles (subproblem 5)."""
 
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
@@ -17,12 +17,12 @@ def loop_of_three(
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Solves ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)`` for three angles; up to four solutions.
+    """Solves ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)`` for three angles, with up to four solutions.
 
     Args:
         work: Records the steps.
         axes: The axes of the three joints.
-        reason: Reason why the loop equation contains only the three angles.
+        reason: Reason why the equation contains only the three angles.
         first: The vector p0, the axis k1 and the vector p1.
         second: The axis k2 and the vector p2.
         third: The axis k3 and the vector p3.

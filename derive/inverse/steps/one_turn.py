@@ -1,8 +1,7 @@
-"""Three revolute and prismatic joints that position a point.
+"""Three joints that position a point. The joints are revolute or prismatic.
 
-A rotation changes neither the component of a point along the rotation axis nor its distance from
-this axis. Therefore, a plane or a sphere determines one prismatic joint, and the other joints
-follow from this joint.
+A rotation keeps the height of a point along the axis and the distance of the point from the axis.
+Therefore, a plane or a sphere determines one prismatic joint. The other joints follow.
 """
 
 from collections.abc import Callable
@@ -34,7 +33,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """Requires a prismatic joint along axis 1, and a second one in an independent direction."""
+    """Requires a prismatic joint along axis 1, and another one in a different direction."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -44,18 +43,18 @@ def rises(lines: Lines) -> Requirement:
 
 
 def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``; up to two solutions."""
+    """Solves ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, center, a1.p)
-    # 1. The lift joint compensates the height change of the other prismatic joint. The two
-    # prismatic joints together move the point perpendicular to axis 1 at the target height.
+    # 1. The lift compensates the height change of the other prismatic joint. At the target height,
+    # the two prismatic joints move the point perpendicular to axis 1.
     sign = work.sign()
     length, height = _two_lengths(terms, a1, (lift.h, other.h), (c, u), sign)
     rate, other_rate = (dot(terms, a1.h, slide.h) for slide in (lift, other))
     if not terms.is_constant(rate) and other_rate != 0:
-        # At some values of the fixed joints, only the other prismatic joint changes the height.
+        # At some values of fixed joints, only the other prismatic joint changes the height.
         swapped = _two_lengths(terms, a1, (other.h, lift.h), (c, u), sign)
         is_steeper = terms.let(rate**2) >= terms.let(other_rate**2)
         length, height = (
@@ -77,12 +76,12 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Returns the displacements of two prismatic joints, the lift last.
+    """Returns the displacements of two prismatic joints. The lift is last.
 
     Args:
         terms: Table of named terms.
         axis: The axis of the revolute joint before both joints.
-        slides: The directions of the lift, which changes the height, and of the ``other`` joint.
+        slides: The directions of the lift and of the ``other`` joint.
         points: The point in the home pose and its target, relative to the axis.
         sign: Selects one of two solutions.
     """
@@ -92,9 +91,8 @@ def _two_lengths(
     height = terms.let(dot(terms, axis.h, subtracted(terms, goal, start)) / rate)
     is_flat = sp.false
     if not terms.is_constant(rate):
-        # If both prismatic joints are perpendicular to the axis, the lift places the line of the
-        # other joint so that it intersects the axis. The other joint then reaches every distance
-        # from the axis.
+        # If both prismatic joints are perpendicular to the axis, the lift makes the line of the
+        # other joint intersect the axis. The other joint then reaches every distance from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)
@@ -108,17 +106,19 @@ def _two_lengths(
 
 
 def _to_axis(terms: Terms, normal: Vector, slide: Vector, start: Vector) -> sp.Expr:
-    """Returns the displacement to a plane through the axis, or 0 for a joint along the plane."""
+    """Returns the displacement to a plane through the axis.
+
+    If the joint is parallel to the plane, 0 is returned.
+    """
     rate = dot(terms, normal, slide)
     size2 = terms.let(rate**2 + UNDETERMINED_SUM**2)
     return terms.let(-rate * dot(terms, normal, start) / size2)
 
 
 def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``; up to two solutions."""
+    """Solves ``Trans(t_1 h_1 + t_2 h_2) exp(S_3 q_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Only the revolute joint moves the center in the direction normal to both prismatic
-    # axes.
+    # 1. Along the normal of both prismatic joints, only the revolute joint moves the center.
     reach, V = subtracted(terms, center, a3.p), subtracted(terms, W, a3.p)
     q3 = work.step(
         [a3],
@@ -134,7 +134,7 @@ def slides_then_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
 def _turn_to_plane_of_slides(
     terms: Terms, axes: tuple[Axis, ...], reach: Vector, goal: Vector, sign: sp.Expr
 ) -> FoundTurn:
-    """Returns the rotation after which two prismatic joints move the point to the goal.
+    """Returns the rotation after which two prismatic joints can reach the goal.
 
     Args:
         terms: Table of named terms.
@@ -147,9 +147,9 @@ def _turn_to_plane_of_slides(
     normal = normal_to_both(terms, h1, h2)
     if all(map(terms.is_constant, normal)):
         return sp4(terms, normal, h3, reach, dot(terms, normal, goal), sign)
-    # If the prismatic joints are parallel, they move the point along a line. The plane through the
-    # line and along the revolute axis then gives the angle. If the line is parallel to this axis,
-    # the angle follows from the goal position.
+    # If the prismatic joints are parallel, they move the point along a line. The angle then follows
+    # from the plane that contains the line and is parallel to the revolute axis. If the line is
+    # parallel to the axis, the angle follows from the goal position.
     are_parallel = squared_sine(terms, h1, h2) <= terms.let(DEPENDENT_SLIDES**2)
     steep, flat = common_normal(terms, h1, h2), cross(terms, h1, h3)
     x, y, z = (select(terms, are_parallel, *each) for each in zip(flat, steep, strict=True))
@@ -163,14 +163,14 @@ def _turn_to_plane_of_slides(
 
 
 def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``; up to two solutions."""
+    """Solves ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, with up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target determines one prismatic joint, and the distance of the target from
-    # the axis determines the other joint. The height determines a joint along the axis, or the only
-    # joint that changes the height.
+    # The height of the target determines one prismatic joint. The distance from the axis determines
+    # the other. The height determines a joint along the axis, or the only joint that changes the
+    # height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]
@@ -206,15 +206,18 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, center: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
-    """Solves for two revolute joints and a prismatic joint normal to axis 1; up to 4 solutions."""
+    """Solves for two revolute joints and a prismatic joint normal to axis 1.
+
+    There are up to 4 solutions.
+    """
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
+    # 1. Joint 1 and the prismatic joint do not move the center along axis 1.
     reach = subtracted(terms, center, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
     found = sp4(terms, a1.h, a3.h, reach, d, sign := work.sign())
 
     def in_reach() -> CosSin:
-        # The angle moves the line of the prismatic joint as near to axis 1 as possible.
+        # The line of the prismatic joint comes as near to axis 1 as possible.
         normal = cross(terms, a1.h, a2.h)
         nearest = dot(terms, normal, subtracted(terms, a1.p, a3.p))
         return sp4(terms, normal, a3.h, reach, nearest, sign).turn
@@ -225,8 +228,7 @@ def turn_slide_turn(work: Work, lines: Lines, center: Vector, W: Vector) -> None
         f"{a1.name} and {a2.name} do not move the center along axis {a1.name}",
         turn_in_reach(terms, (a1.h, a3.h), found, in_reach),
     )
-    # 2, 3. The distance of the point from axis 1 determines the prismatic joint; the revolute joint
-    # follows.
+    # 2, 3. The distance of the point from axis 1 determines the prismatic joint.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)
@@ -255,10 +257,10 @@ def _to_height(
     Args:
         work: Records the step.
         slide: The prismatic joint.
-        axis: The revolute axis; the height is measured along it.
+        axis: The revolute axis, along which the height is measured.
         point: The position of the point.
         goal: The goal point.
-        in_reach: Returns the displacement if the prismatic joint does not change the height.
+        in_reach: Returns the displacement for a joint that does not change the height.
     """
     terms = work.terms
     found = slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal))
@@ -269,13 +271,13 @@ def _to_height(
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, displacement: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """Solves for the prismatic joint that moves ``point`` to the axis distance of ``goal``.
+    """Solves for the prismatic joint that moves ``point`` as far from the axis as ``goal`` is.
 
     Args:
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis.
-        displacement: The displacement of the point per unit displacement of the prismatic joint.
+        displacement: The velocity of the point per unit velocity of the prismatic joint.
         point: The position of the point relative to the axis.
         goal: The goal point, relative to the axis.
     """
@@ -286,7 +288,6 @@ def _to_distance(
 def _length_to_distance(
     terms: Terms, axis: Axis, displacement: Vector, point: Vector, goal: Vector, sign: sp.Expr
 ) -> FoundLength:
-    """Returns the displacement that :func:`_to_distance` records."""
     across, offset, wanted = (perpendicular(terms, axis.h, v) for v in (displacement, point, goal))
     square = dot(terms, across, across)
     inverse = terms.let(1 / terms.let(sp.sqrt(square)))

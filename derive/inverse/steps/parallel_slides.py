@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
-The lift moves along the revolute axes; the telescope moves perpendicular to two of these axes. The
-sum of the two revolute angles is known. Therefore, the telescope changes one side of a triangle
-whose other two sides are known.
+The lift moves along the revolute axes. The telescope moves perpendicular to two of the axes. The
+sum of the two revolute angles is known. The telescope changes one side of a triangle. The other two
+sides are known.
 """
 
 import sympy as sp
@@ -16,14 +16,14 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for the only joint that lifts the tool, a prismatic joint along the parallel axes.
+    """Solves for the lift, a prismatic joint along the parallel axes.
 
     Args:
         work: Records the step.
         slide: The prismatic joint.
         first: The first of the parallel axes.
-        hand: A point moved by all joints, in the home pose.
-        position: The target position of the point relative to the first axis.
+        hand: A point in the home pose that all joints move.
+        position: The target of the point, relative to the first axis.
     """
     terms = work.terms
     reach = subtracted(terms, hand, first.p)
@@ -41,12 +41,12 @@ def telescope(
     """Solves for the telescope and the first of the two revolute joints.
 
     Args:
-        work: Records the two solution steps.
+        work: Two steps are recorded.
         axes: The two revolute axes and the telescope, in the order of the chain.
-        hand: A point moved by all three joints, in the home pose.
-        position: The target position of the point relative to the first revolute axis; its
-            component along this axis has no effect.
-        total: The rotation by the sum of the two revolute angles, measured about the first axis.
+        hand: A point in the home pose that all three joints move.
+        position: The target of the point, relative to the first revolute axis. The component along
+            the axis has no effect.
+        total: The rotation by the sum of the two revolute angles, about the first axis.
     """
     terms = work.terms
     first, second = (axis for axis in axes if axis.turns)
@@ -57,9 +57,8 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes extends the triangle side between these axes. A telescope
-    # before or after both axes changes the distance from elbow to wrist that both revolute joints
-    # must reach.
+    # A telescope between the two axes is part of the triangle side between them. Any other
+    # telescope changes the distance that the elbow must have from the wrist.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

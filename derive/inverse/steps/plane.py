@@ -25,9 +25,9 @@ from .triangle import remaining, triangle
 from .work import Work
 
 ARM = 4
-"""Number of joints of the base and the arm together, without the fifth joint."""
+"""Number of joints of base and arm, without the fifth joint."""
 DIGITS = 20
-"""Number of digits to which the arm length is rounded; the length is used only as a scale."""
+"""Number of digits of the arm length, which is used only as a scale."""
 
 
 def turn_to_plane(
@@ -39,21 +39,21 @@ def turn_to_plane(
     reason: str,
     sides: Sequence[Vector] = (),
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1 if no other joint moves a point along the second axis.
+    """Solves for joint 1 if only joint 1 moves a point along the second axis.
 
     Args:
         work: Records the step.
         first: The axis of joint 1.
-        second: The axis along which only joint 1 moves the point.
+        second: The second axis.
         carried: The point in the home pose.
         position: The target position of the point.
         reason: Explains why no other joint moves the point along the second axis.
-        sides: Link vectors that the later joints rotate to any angle. If the two axes are parallel,
-            joint 1 rotates the target to a distance that the links reach.
+        sides: Link vectors that later joints rotate to any angle. If the two axes are parallel,
+            joint 1 moves the target to a distance that the links reach.
 
     Returns:
-        The target position relative to the second axis, rotated back by joint 1, and the rotation
-        by joint 1.
+        Two values: the target position relative to the second axis, rotated back by joint 1, and
+        the rotation by joint 1.
     """
     terms = work.terms
     V = subtracted(terms, position, first.p)
@@ -82,18 +82,17 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """Solves for joint 1 from the position of a point and from a direction fixed in the tool.
+    """Solves for joint 1 from the targets of a point and of a direction of the tool.
 
-    The joints after joint 1 are revolute with parallel axes, or prismatic and perpendicular to
-    these axes. The joints after joint 1 do not change the angle between the direction and the
-    parallel axes.
+    The later joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
+    Therefore, the later joints keep the angle between the direction and the parallel axes.
 
     Args:
         work: Records the step.
         lines: The chain that starts with joint 1.
         second: The first of the parallel axes.
         point: The point in the home pose, and its target position.
-        direction: The direction in the home pose, and the target direction (unit vectors).
+        direction: The direction in the home pose and its target (unit vectors).
 
     Returns:
         Like :func:`turn_to_plane`.
@@ -103,8 +102,7 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, the vector V is a small difference of two positions that are an arm length away
-    # from the origin.
+    # Near the axis, V is a small difference of two large positions.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -122,7 +120,7 @@ def turn_to_direction(
 
 
 def seen_behind(work: Work, first: Axis, second: Axis, V: Vector, turn: CosSin) -> Vector:
-    """Rotates a position back by joint 1 and returns it relative to the second axis."""
+    """Returns a position relative to the second axis, rotated back by joint 1."""
     terms = work.terms
     seen = rotated(terms, first.h, turn.back, V)
     return added(terms, seen, subtracted(terms, first.p, second.p))
@@ -138,9 +136,9 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
     Args:
         work: Records the steps.
-        lines: The joints of a rotating base, three joints that move in a plane, and an optional
-            fifth joint.
-        target: The displacement of the tool.
+        lines: The joints: a rotating base, three joints that move in a plane, and an optional fifth
+            joint.
+        target: The pose that the chain must reach.
     """
     terms = work.terms
     a1, a2 = lines.axes[0], in_plane(lines)[0]
@@ -155,7 +153,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
         U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
-    # 2. The parallel joints rotate a direction that the last joint does not change.
+    # 2. The parallel joints rotate this direction. The last joint does not.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     total = turned_as_one(
         work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
@@ -169,7 +167,6 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
-    """Calls :func:`turned_to_plane` for a tool with constant orientation relative to axis 2."""
     terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
     q1 = work.step(
         [a1],
@@ -183,19 +180,19 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Rotates the arm plane to a position; returns the position in this plane and the rotation."""
+    """Rotates the arm plane to a position. Returns the position in this plane and the rotation."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)
 
 
 def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    """Records the sum of the joint angles about the parallel axes."""
+    """Records the sum of the angles of the parallel joints."""
     return work.step(in_plane(lines), "subproblem 1", reason, found)
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solves for the joints in the arm plane, given the sum of their angles."""
+    """Solves for the joints in the arm plane. The sum of their angles is known."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)
@@ -207,12 +204,11 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Sets all joints that the task does not determine to 0."""
+    """Sets the joints that the task does not determine to 0."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 
 
 def _across(lines: Lines) -> Vector:
-    """Returns the component of axis 1 perpendicular to the parallel axes."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     return perpendicular(lines.terms, a2.h, a1.h)

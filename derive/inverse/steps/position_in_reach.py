@@ -1,10 +1,9 @@
-"""Joints whose motion does not change a height at some values of the fixed joints.
+"""Joints that do not change a height for some values of the fixed joints.
 
-The height of a point along a revolute axis determines the value of a joint. If the angles between
-the axes depend on fixed joints, a revolute joint may become parallel to the other axis, or a
-prismatic joint perpendicular to it; the joint then does not change the height. The arm positions
-the point in a plane, and any joint value is valid if the other joints reach the target. The
-functions below then select a joint value at which the other joints reach the target.
+The height of a point along a revolute axis determines a joint. The angles between axes may depend
+on fixed joints. If a revolute joint becomes parallel to the axis, or a prismatic joint
+perpendicular to it, the joint does not change the height. Any value of the joint is then valid if
+the other joints reach the target in a plane. The functions below select such a value.
 """
 
 from collections.abc import Callable
@@ -26,7 +25,9 @@ from ..subproblems.turns import CosSin, perpendicular
 def slide_in_reach(
     terms: Terms, found: FoundLength, in_reach: Callable[[], sp.Expr]
 ) -> FoundLength:
-    """Returns the displacement to a plane, or ``in_reach()`` if the joint moves along the plane.
+    """Returns the displacement to a plane.
+
+    If the joint is parallel to the plane, ``in_reach()`` is returned.
 
     Args:
         terms: Table of named terms.
@@ -44,11 +45,11 @@ def slide_in_reach(
 def turn_in_reach(
     terms: Terms, axes: tuple[Vector, Vector], found: FoundTurn, in_reach: Callable[[], CosSin]
 ) -> FoundTurn:
-    """Returns the angle for a height, or ``in_reach()`` if the two axes are parallel.
+    """Returns the angle for a height. If the two axes are parallel, ``in_reach()`` is returned.
 
     Args:
         terms: Table of named terms.
-        axes: The direction of the height, and the axis of the angle.
+        axes: The direction of the height, and the axis of the joint.
         found: The angle that the height determines.
         in_reach: Returns an angle at which the other joints reach the target.
     """
@@ -62,10 +63,10 @@ def turn_in_reach(
 
 
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
-    """Returns the sum of the squared lengths of vectors, measured perpendicular to an axis.
+    """Returns the sum of the squared lengths of vectors perpendicular to an axis.
 
-    The sum is the squared hypotenuse of two perpendicular links. If the elbow angle is adjustable,
-    the links always reach a point at this distance.
+    The root of the sum is the hypotenuse of a right triangle whose legs are two links. The links
+    can always reach a point at this distance if the elbow angle is free.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))
@@ -74,12 +75,12 @@ def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
 def slide_to_distance(
     terms: Terms, axis: Vector, slide: Vector, start: Vector, distance2: sp.Expr
 ) -> sp.Expr:
-    """Returns the displacement that moves a point to a squared axis distance, or nearest to it.
+    """Returns the displacement that brings a point closest to a squared distance from an axis.
 
     Args:
         terms: Table of named terms.
         axis: The direction of the axis.
-        slide: The direction of the prismatic joint, perpendicular to the axis.
+        slide: The direction of the prismatic joint, which is perpendicular to the axis.
         start: The point relative to the axis.
         distance2: The squared distance.
     """

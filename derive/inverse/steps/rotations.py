@@ -1,4 +1,4 @@
-"""Three revolute joints that produce a given rotation, as a spherical wrist or shoulder."""
+"""Three revolute joints that produce a rotation, as in a spherical wrist."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ from .work import Work
 
 @dataclass(frozen=True)
 class Aligned:
-    """Solves for the first of three angles if the third axis is parallel to the first axis.
+    """Solves for the first of three angles if the first and the third axis are parallel.
 
     Attributes:
-        angle: Returns the first angle for the second angle and a sign.
-        condition: The additional condition under which the first angle is needed.
-        end: End of the article's sentence on the computation of the first angle.
+        angle: Returns the first angle from the second angle and a sign.
+        condition: Another condition under which the first angle is needed.
+        end: End of the sentence in the article that explains the first angle.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -33,13 +33,14 @@ class Aligned:
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Solves for the three wrist joints from the rotation that remains for them.
+    """Solves for the three wrist joints.
 
     Args:
-        work: Record of the solution with the joints before the wrist; receives the steps.
+        work: Record of the solution. It contains the joints before the wrist and receives the
+            steps.
         lines: The chain.
         first: Index of the first joint of the wrist.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
     """
     axes = lines.axes[first : first + 3]
     three_turns(
@@ -57,15 +58,14 @@ def three_turns(
 ) -> None:
     """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
-    The equation ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then
-    determines the last angle.
+    Subproblem 2 solves ``R_4 R_5 h_6 = R h_6``. Any other direction than h_6 then determines the
+    last angle.
 
     Args:
         work: Records the steps.
         axes: The three axes.
-        wanted: A function that returns the image of a direction under the rotation R.
-        aligned: Solves for the angle of joint 4 if axis 6 is parallel to axis 4. By default, the
-            angle is 0 in this case.
+        wanted: A function that applies the rotation R to a direction.
+        aligned: Solves for joint 4 if axis 6 is parallel to axis 4. The default angle is 0.
     """
     terms = work.terms
     a4, a5, a6 = axes
@@ -80,8 +80,8 @@ def three_turns(
         image = wanted(a6.h)
         across = perpendicular(terms, a4.h, image)
         are_aligned = sp.And(dot(terms, across, across) < ALIGNED_AXES**2, aligned.condition)
-        # For parallel axes 4 and 6, subproblem 2 has a double solution, which is accurate to 1e-8
-        # only.
+        # For parallel axes 4 and 6, subproblem 2 has a double solution, which is accurate only to
+        # 1e-8.
         middle = sp1(terms, a5.h, a6.h, image).turn
         first = aligned.angle(middle, sign)
         q4 = replace(q4, turn=chosen(terms, are_aligned, first, q4.turn))
@@ -105,15 +105,15 @@ def three_turns(
 
 
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
-    """Solves ``R_4 R_5 = R`` for two angles; at most one solution.
+    """Solves ``R_4 R_5 = R`` for two angles, with at most one solution.
 
-    The equation ``R_4 h_5 = R h_5`` and the remaining rotation are both subproblem 1. Both
-    subproblems always have a unique solution.
+    Subproblem 1 solves ``R_4 h_5 = R h_5`` and the rotation that remains. Each of the two equations
+    always has one solution.
 
     Args:
         work: Records the steps.
         axes: The two axes.
-        wanted: A function that returns the image of a direction under the rotation R.
+        wanted: A function that applies the rotation R to a direction.
     """
     terms = work.terms
     a4, a5 = axes
@@ -137,14 +137,14 @@ def last_turn(
     behind: str = "",
     is_regular: bool = False,
 ) -> None:
-    """Solves for the last angle, which any direction perpendicular to the last axis determines.
+    """Solves for the last angle. A direction perpendicular to the last axis determines the angle.
 
     Args:
         work: Records the step.
         axis: The last axis.
         e: A direction perpendicular to the last axis.
-        wanted: The image of the direction under the rotation by all joints.
-        before: The axes and rotations of the joints before the last joint, numbered from the base.
+        wanted: The direction after the rotation by all joints.
+        before: The axes and rotations of all joints before the last joint, starting at the base.
         behind: Text that names the joints before the last joint.
         is_regular: Whether the rotated direction is perpendicular to the last axis for every
             target.
@@ -163,13 +163,13 @@ def two_last_turns(
     *,
     is_regular: bool,
 ) -> None:
-    """Solves for joints 5 and 6 from the remaining rotation.
+    """Solves for joints 5 and 6 from the rotation that remains.
 
     Args:
         work: Records the steps.
-        before: Axis and angle of joint 1, and the angle sum of the parallel joints.
+        before: Axis and angle of joint 1, then of the parallel joints together.
         last: The axes of joints 5 and 6.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
         is_regular: Whether the angle sum solves its equation for every target.
     """
     terms, (a5, a6), ((a1, q1), (second, total)) = work.terms, last, before
@@ -185,7 +185,7 @@ def two_last_turns(
 
 
 def turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
-    """Rotates a direction (in base axes) back by the first ``count`` joints."""
+    """Rotates a direction in base axes back by the first ``count`` joints."""
     for axis in lines.axes[:count]:
         if axis.turns:
             v = rotated(work.terms, axis.h, work.turns[axis.joint].back, v)

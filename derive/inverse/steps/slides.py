@@ -1,6 +1,6 @@
 """Prismatic joints that move a point by a vector.
 
-Fixed joints between the prismatic joints may make their directions linearly dependent.
+Fixed joints between them may make their directions linearly dependent.
 """
 
 from collections.abc import Sequence
@@ -22,8 +22,8 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
     Args:
         work: Records the steps.
         axes: The prismatic joints, whose directions may depend on fixed joints.
-        displacement: The displacement; only its component in the span of the axes is reached.
-        carried: Description of the point for the article.
+        displacement: The vector. Only its component in the span of the directions is reached.
+        carried: Description of the point, for the article.
     """
     terms = work.terms
     if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
@@ -46,17 +46,10 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
 def _record(
     work: Work, steps: Sequence[tuple[Axis, str, FoundLength]], displacement: Vector
 ) -> None:
-    """Records the steps of prismatic joints, whose directions may depend on fixed joints.
-
-    Args:
-        work: Records the steps.
-        steps: The prismatic joints, with the reason and the result of each step.
-        displacement: The displacement that all joints together cause.
-    """
     terms, found = work.terms, [found for *_, found in steps]
     rates = [each.equation.rate for each in found if isinstance(each.equation, LineAndPlane)]
     if not all(map(terms.is_constant, rates)):
-        # At some values of the fixed joints, the directions are linearly dependent.
+        # For some values of fixed joints, the directions are linearly dependent.
         directions = [axis.h for axis, *_ in steps]
         lengths = dependent_lengths(terms, directions, displacement)
         found = [replace(one, length=two) for one, two in zip(found, lengths, strict=True)]

@@ -1,8 +1,8 @@
-"""Prismatic joints in any order between revolute joints that the orientation determines.
+"""Prismatic joints in any order, between revolute joints that the orientation determines.
 
-The orientation determines up to three revolute joints; two consecutive revolute axes are never
-parallel. The position is then linear in up to three displacements, whose directions depend on the
-revolute joints. Maximum number of solutions: 1, or 2 with three revolute joints.
+There are up to three revolute joints. Two of them in succession are never parallel. With the
+revolute joints known, the position is linear in up to three displacements. Maximum number of
+solutions: 1 for up to two revolute joints, 2 for three.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,7 +40,7 @@ def requires(lines: Lines) -> list[Requirement]:
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for all joints for a tool displacement."""
+    """Solves for all joints."""
     # 1. The orientation.
     _turns(work, lines, target)
     # 2. The position.
@@ -51,7 +51,6 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turns(work: Work, lines: Lines, target: Target) -> None:
-    """Solves for the revolute joints from the orientation."""
     terms = work.terms
     match [axis for axis in lines.axes if axis.turns]:
         case [first, second, third]:
@@ -72,7 +71,6 @@ def _turns(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
-    """Solves for the prismatic joints from the displacement that the revolute joints leave."""
     terms, carried = work.terms, target.home
     sliding: list[Axis] = []
     for axis in reversed(axes):
@@ -95,7 +93,6 @@ def _slides(work: Work, axes: Sequence[Axis], target: Target) -> None:
 
 
 def _reasons(sliding: Sequence[Axis]) -> Iterator[str]:
-    """Yields a reason per prismatic joint why its equation does not contain later joints."""
     match sliding:
         case [_, second, third]:
             yield f"{second.name} and {third.name} do not move the tool along their normal"

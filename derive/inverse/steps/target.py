@@ -1,9 +1,9 @@
-"""The required displacement of the last body of a chain.
+"""The displacement that the joints of a chain must produce.
 
-The displacement of the last body from its home pose is a product of screw motions, ``G = exp(S_1
-theta_1) ... exp(S_n theta_n) = T_0_ee M_0_ee^-1``.
+The displacement of the last body from its home pose is ``G = exp(S_1 theta_1) ... exp(S_n theta_n)
+= T_0_ee M_0_ee^-1``.
 
-A ``Target`` computes the images of directions and points under this displacement.
+A ``Target`` applies this displacement to directions and points.
 """
 
 from collections.abc import Sequence
@@ -18,12 +18,14 @@ from ..subproblems.turns import CosSin, rotated
 
 @dataclass(frozen=True)
 class Target:
-    """A displacement: its rotation, and one point before and after the displacement.
+    """A displacement of the last body.
+
+    It consists of a rotation, and of one point before and after the displacement.
 
     Attributes:
         axes: The columns of the rotation.
-        home: A point before the displacement, in base axes (meter).
-        position: The same point after the displacement.
+        home: The point before the displacement, in base axes (meter).
+        position: The point after the displacement.
     """
 
     axes: Basis
@@ -31,14 +33,14 @@ class Target:
     position: Vector
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
-        """Returns the image of a body-fixed direction."""
+        """Rotates a direction of the body."""
         return combination(terms, direction, self.axes)
 
     def point(self, terms: Terms, point: Vector) -> Vector:
-        """Returns the image of a body-fixed point.
+        """Displaces a point of the body.
 
-        The rotation applies only to the vector from ``home`` to the point. Therefore, a wrist
-        center near the tool is accurate even far from the base.
+        Only the vector from ``home`` to the point is rotated. A wrist center near the tool is
+        therefore accurate even far from the base.
         """
         return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 
@@ -48,14 +50,14 @@ class Target:
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """Returns the target ``G exp(S_n theta_n)^-1``, without the motion of the last joint."""
+        """Removes the motion of the last joint: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Returns the target ``G Trans(by)^-1``, without a final translation."""
+        """Removes a final translation: ``G Trans(by)^-1``."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 

@@ -1,8 +1,8 @@
-"""Three joints that position a point, such as the arm before a spherical wrist.
+"""Three joints that position a point, as before a spherical wrist.
 
-The equation ``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W``, with joint screws S_k, point C and
-target W, is solved by means of invariants. An invariant is the component of a point along parallel
-axes, or its distance from the intersection of axes.
+The equation is ``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` with joint screws S_k, a point C
+and its target W. The solution uses quantities that a joint does not
+change: the component of a point along an axis, or the distance from a point on the axis.
 """
 
 import re
@@ -38,16 +38,16 @@ from .triangle import triangle
 from .work import Work
 
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Solves for the three joints that move a point from the home pose to the position W."""
+"""Solves for three joints that move a point from the home pose to W."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """An arrangement of three joints with a closed-form solution.
+    """An arrangement of three joints that has a closed-form solution.
 
     Attributes:
         kinds: One letter per joint: r for revolute, p for prismatic.
-        title: Description of how the axes are arranged.
+        title: Description of the arrangement.
         max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes of the chain.
         solve: Solves for the three joints.
@@ -61,7 +61,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """Returns the first arrangement whose conditions the three axes satisfy."""
+    """Returns the first arrangement that fits three axes."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -70,7 +70,10 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """Returns the conditions of the first arrangement that fits, or else of the nearest one."""
+    """Returns the conditions of the first arrangement that fits.
+
+    If none fits, the conditions of the nearest arrangement are returned.
+    """
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
@@ -87,7 +90,6 @@ def requires(lines: Lines) -> Requirement:
 
 
 def _with_names(title: str, lines: Lines) -> str:
-    """Returns the title of an arrangement, in which joint names replace the joint numbers."""
     return re.sub(r"\d", lambda number: lines.axes[int(number[0]) - 1].name, title)
 
 
@@ -96,24 +98,23 @@ def _kinds(lines: Lines) -> str:
 
 
 def _worst(case: Case, lines: Lines) -> Requirement:
-    """Returns the condition with the largest deviation."""
     conditions = case.requires(lines)
     return max(conditions, key=lambda c: c.deviation, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     a1, a2, a3 = lines.axes
-    # 1. Joints 2 and 3 do not move the center along the common direction of their axes.
+    # 1. Joints 2 and 3 do not move the center along their axes.
     reason = f"{a2.name} and {a3.name} do not move the center along their axes"
     sides = subtracted(work.terms, a3.p, a2.p), subtracted(work.terms, center, a3.p)
     U, _ = turn_to_plane(work, a1, a2, center, W, reason, sides)
-    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle normal to the parallel axes.
     triangle(work, a2, a3, center, U)
 
 
 def _first_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Joints 1 and 2 do not move the center along the common direction of their axes.
+    # 1. Joints 1 and 2 do not move the center along their axes.
     fore = subtracted(terms, center, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
     found = sp4(terms, a1.h, a3.h, fore, d, sign := work.sign())
@@ -129,7 +130,7 @@ def _first_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} do not move the center along their axes",
         turn_in_reach(terms, (a1.h, a3.h), found, in_reach),
     )
-    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle normal to the parallel axes.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, fore))
     triangle(work, a1, a2, reached, subtracted(terms, W, a1.p))
 
@@ -137,7 +138,7 @@ def _first_two_parallel(work: Work, lines: Lines, center: Vector, W: Vector) -> 
 def _first_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
+    # 1. Joints 1 and 2 do not change the distance from the center to the intersection of their
     # axes.
     V = subtracted(terms, W, C)
     upper, fore = subtracted(terms, a3.p, C), subtracted(terms, center, a3.p)
@@ -148,7 +149,7 @@ def _first_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None
         f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
         sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
-    # 2, 3. The two joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the point about the intersection of their axes.
     _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
 
 
@@ -168,9 +169,9 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
 def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
-    # axes. Joint 1 moves the intersection of the axes to a known position, so the distance |R_1^T V
-    # - c| is known.
+    # 1. Joints 2 and 3 do not change the distance from the center to the intersection of their
+    # axes. Joint 1 moves the intersection to a known position. Therefore, the distance |R_1^T V -
+    # c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, center, C)
     minus_h = negative(a1.h)
@@ -183,14 +184,14 @@ def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
         sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
         "with the center on the first axis the angle is arbitrary and taken as 0",
     )
-    # 2, 3. The two joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the point about the intersection of their axes.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
 
 
 def _any(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # In the equation R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)), joint 2
-    # changes neither the length of the rotated vector nor its component along axis 2.
+    # The equation is R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)). Joint 2
+    # changes neither the length of a vector nor its component along axis 2.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
@@ -206,7 +207,7 @@ def _any(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
 def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 do not change the distance of the center from the intersection of their
+    # 1. Joints 1 and 2 do not change the distance from the center to the intersection of their
     # axes.
     V, reach = subtracted(terms, W, C), subtracted(terms, center, C)
     r2 = dot(terms, V, V)
@@ -216,7 +217,7 @@ def _meeting_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
-    # 2, 3. The two joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the point about the intersection of their axes.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     _two_about_a_point(work, a1, a2, extended, V)
 
@@ -237,19 +238,19 @@ def _parallel_then_slide(work: Work, lines: Lines, center: Vector, W: Vector) ->
         f"{a1.name} and {a2.name} do not move the center along their axes",
         slide_in_reach(terms, found, in_reach),
     )
-    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle normal to the parallel axes.
     extended = combination(terms, (sp.Integer(1), length), (center, a3.h))
     triangle(work, a1, a2, extended, subtracted(terms, W, a1.p))
 
 
 def _turn_across_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Neither joint 2 nor the perpendicular prismatic joint moves the center along axis 2.
+    # 1. Joint 2 and the perpendicular prismatic joint do not move the center along axis 2.
     reason = f"{a2.name} and {a3.name} do not move the center along axis {a2.name}"
     levers = (W, a1.p), (a2.p, a1.p), (center, a2.p)
     sides = [subtracted(terms, *lever) for lever in levers]
     U, _ = turn_to_plane(work, a1, a2, center, W, reason, sides)
-    # 2. Joint 2 does not change the distance of the center from its axis.
+    # 2. Joint 2 does not change the distance from the center to axis 2.
     A = perpendicular(terms, a2.h, U)
     reach = perpendicular(terms, a2.h, subtracted(terms, center, a2.p))
     length = work.slide(
@@ -285,7 +286,7 @@ def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) ->
         f"{a2.name} and {a3.name} do not move the center along their axes",
         slide_in_reach(terms, found, in_reach),
     )
-    # 2, 3. Shoulder, elbow and wrist form a triangle perpendicular to the parallel axes.
+    # 2, 3. Shoulder, elbow and wrist form a triangle normal to the parallel axes.
     A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
     triangle(work, a2, a3, center, A)
 
@@ -293,7 +294,7 @@ def _slide_then_parallel(work: Work, lines: Lines, center: Vector, W: Vector) ->
 def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 do not change the distance of the center from the intersection of their
+    # 1. Joints 2 and 3 do not change the distance from the center to the intersection of their
     # axes.
     reach, V = subtracted(terms, center, C), subtracted(terms, W, C)
     minus_h = negative(a1.h)
@@ -303,7 +304,7 @@ def _slide_then_meeting(work: Work, lines: Lines, center: Vector, W: Vector) -> 
         f"{a2.name} and {a3.name} keep the center's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
-    # 2, 3. The two joints rotate the point about the intersection of their axes.
+    # 2, 3. Both joints rotate the point about the intersection of their axes.
     left = combination(terms, (sp.Integer(1), length), (V, minus_h))
     _two_about_a_point(work, a2, a3, reach, left)
 

@@ -1,4 +1,4 @@
-"""Two parallel revolute joints that position a point in the plane normal to their axes.
+"""Two parallel revolute joints that position a point in a plane.
 
 Shoulder, elbow and wrist are the corners of a triangle in the plane normal to the axes.
 """
@@ -12,15 +12,15 @@ from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
-    """Solves for two joints from the sides of the triangle: first the elbow, then the shoulder.
+    """Solves for two joints from the sides of a triangle. The elbow is solved first.
 
     Args:
-        work: Records the two solution steps.
+        work: Two steps are recorded.
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
-        hand: A point moved by both joints, in the home pose.
-        position: The target position of the point relative to the shoulder axis; its component
-            along this axis has no effect.
+        hand: A point in the home pose that both joints move.
+        position: The target of the point, relative to the shoulder axis. The component along this
+            axis has no effect.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
@@ -43,12 +43,12 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
 
 
 def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
-    """Solves for the last of several parallel joints from the sum of all angles.
+    """Solves for the last of several parallel joints. The sum of all angles is known.
 
     Args:
-        work: Record of the solution, to which the last joint is added.
+        work: Record of the solution, which receives the last joint.
         axes: The parallel axes.
-        total: The rotation by the angle sum, measured about the first axis.
+        total: The rotation by the angle sum about the first axis.
     """
     first, *others, last = axes
     before = work.turns[first.joint]

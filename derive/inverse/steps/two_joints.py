@@ -1,8 +1,8 @@
 """Two joints that position a point.
 
-Two joints cannot reach every position. For an unreachable position, the solution steps return joint
-values that reach a nearby position instead. The second joint must satisfy two equations; it is
-computed from the better conditioned equation.
+Two joints cannot reach every position. For an unreachable position, the joint values lead to a
+nearby position. The second joint must satisfy two equations. The better conditioned equation is
+solved.
 """
 
 import sympy as sp
@@ -45,8 +45,7 @@ def second_turn(
 ) -> None:
     """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations R_1 and R_2.
 
-    The first rotation changes neither the length of a vector nor its component along the rotation
-    axis.
+    The rotation R_1 changes neither the length of a vector nor its component along the axis of R_1.
     """
     terms = work.terms
     length2 = dot(terms, offset, offset)
@@ -96,9 +95,9 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 
 
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
-    """Solves for the prismatic joint from the height or the distance relative to a revolute axis.
+    """Solves for the prismatic joint from the height or the axis distance of a point.
 
-    The revolute joint rotates ``point`` to ``other``; both positions are relative to its axis.
+    The revolute joint rotates ``point`` to ``other``. Both positions are relative to its axis.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:

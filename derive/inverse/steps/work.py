@@ -1,4 +1,4 @@
-"""Record of a closed form during its derivation: angles, signs, margins and solution steps."""
+"""Record of a closed form during its derivation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,16 +17,15 @@ Found = TypeVar("Found", FoundTurn, FoundLength)
 
 @dataclass(frozen=True)
 class InverseStep:
-    """One solution step of a closed-form inverse.
+    """One step of a closed-form inverse.
 
     Attributes:
-        joints: Names of the joints; with several names, the step solves for the sum of their
+        joints: Names of the joints. If there are several, the step solves for the sum of their
             angles.
         method: The subproblem, for example "subproblem 4".
-        reason: Reason for the step: which joints its equation does not contain, and why.
-        found: The solved angle or displacement, with its equation.
-        degenerate: Describes the poses at which the value is arbitrary, and the value selected at
-            these poses.
+        reason: Reason for the step: the joints that its equation does not contain.
+        found: The angle or displacement, with its equation.
+        degenerate: The poses at which the value is arbitrary, and the value that is then selected.
     """
 
     joints: tuple[str, ...]
@@ -38,14 +37,13 @@ class InverseStep:
 
 @dataclass(frozen=True)
 class NamedVector:
-    """A named vector that the descriptions of the solution steps mention.
+    """A vector with a name, which step descriptions use.
 
     Attributes:
-        letters: LaTeX letters in order of preference; letters that denote robot parameters are
-            avoided.
+        letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
         meaning: Description of the vector.
-        vector: The components in base axes (in meters for a position).
-        after: Number of preceding solution steps on which the vector depends.
+        vector: The components in base axes. A position is in meter.
+        after: Number of steps on which the vector depends.
     """
 
     letters: tuple[str, ...]
@@ -56,11 +54,11 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle is computed from a solved angle sum and the other joints of the sum.
+    """A joint whose angle is the rest of an angle sum.
 
     Attributes:
-        joints: Names of the joints in the sum, in the order of the solution step.
-        last: Name of the joint that is computed from the sum.
+        joints: Names of the joints in the sum, in the order of the step.
+        last: Name of the joint whose angle is computed.
     """
 
     joints: tuple[str, ...]
@@ -69,7 +67,7 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Sum:
-    """Parallel joints for which the sum of the angles is solved before the single angles.
+    """Parallel joints whose angle sum is solved before the single angles.
 
     Attributes:
         senses: For each joint, its index and the sense (1 or -1) of its angle about the first axis.
@@ -82,21 +80,22 @@ class Sum:
 
 @dataclass
 class Work:
-    """State of a derivation, which a family of axis structures fills step by step.
+    """State of a derivation, which a family fills step by step.
 
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints, which save atan2 calls.
-        remainders: Joints whose angles follow from an angle sum, for the printed explanation.
+        sums: Angle sums of parallel joints. They save calls of atan2.
+        remainders: Joints whose angles are computed from an angle sum.
         lengths: The value of each prismatic joint, keyed by joint index.
-        locked: Indices of the joints that the closed loops of a robot lock.
-        signs: The sign symbols (1 or -1), in the order of the solution slots.
-        settled: Indices of the redundant branch signs; these signs are always 1.
-        choices: Number of branch signs introduced so far.
-        sides: The loop name of each loop-branch sign, and the branch names keyed by sign value.
+        locked: Indices of the joints that loops lock.
+        signs: The symbols of the signs (1 or -1), in the order of the solution slots.
+        settled: Indices of the signs that are not needed and always 1.
+        choices: Number of signs so far.
+        sides: For the sign of a loop branch, the name of the loop and the name of the branch for
+            each value.
         steps: The solution steps in order.
-        vectors: Named vectors that the descriptions of the solution steps mention.
+        vectors: The named vectors.
     """
 
     terms: Terms
@@ -113,7 +112,10 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """Returns a new symbol that selects one of two solutions, or 1 for a redundant sign."""
+        """Returns a new symbol that selects one of two solutions.
+
+        A sign that is not needed is 1.
+        """
         self.choices += 1
         if self.choices - 1 in self.settled:
             return sp.Integer(1)
@@ -121,7 +123,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Records the name of a vector for the article, and returns the vector."""
+        """Gives a vector a name for the article and returns the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -133,7 +135,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Records a solution step and, for a single axis, the joint angle."""
+        """Records a step. If the step has one axis, the joint angle is recorded, too."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
@@ -143,35 +145,34 @@ class Work:
         return found.turn
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
-        """Records the solution step for a prismatic joint."""
+        """Records the step of a prismatic joint."""
         self.steps.append(InverseStep((axis.name,), method, reason, _settled(found)))
         self.lengths[axis.joint] = found.length
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Records a step that solves for an angle that is not a joint angle of the chain."""
+        """Records a step whose angle is not a joint angle."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Records a step that solves for a length that is not a joint displacement of the chain."""
+        """Records a step whose length is not a joint displacement."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Records that the angle of the last joint is computed from the solved sum."""
+        """Records that the angle of the last joint follows from the sum."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
-        """Returns the margins of all solution steps that may have no real solution."""
+        """Returns the margins of all steps that may have no real solution."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
 
 
 def _settled(found: Found) -> Found:
-    """Returns the result of a solution step; a unique solution has no sign and no margin."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

@@ -1,10 +1,9 @@
 """Arm angles that the position of the wrist center does not determine.
 
-A joint does not move a wrist center on the joint's axis, so the angle of the joint is arbitrary. A
-wrist whose consecutive axes are perpendicular reaches every orientation, so any arm angle is valid.
-Other wrists reach only some orientations, because the angle between axes 4 and 6 has limits. For a
-wrist with limited orientations, the selected arm angle brings the angle between axes 4 and 6 as
-close as possible to the middle of its range.
+If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. A wrist whose
+axes are perpendicular in succession reaches every orientation, so any arm angle is valid. Other
+wrists limit the angle between axes 4 and 6. For these wrists, the selected arm angle brings the
+angle between axes 4 and 6 as close as possible to the middle of its range.
 """
 
 import sympy as sp
@@ -23,14 +22,14 @@ from .work import Work
 def with_wrist_in_reach(
     work: Work, lines: Lines, center: Vector, position: Vector, target: Target
 ) -> None:
-    """Selects the angles of joints 1 to 3 that the wrist-center position does not determine.
+    """Selects the angles of joints 1 to 3 that the wrist center leaves arbitrary.
 
     Args:
         work: Record of the solution with joints 1 to 3.
-        lines: The six-joint chain; the last three joints are the wrist.
+        lines: The six-joint chain. The last three joints are the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
-        target: The displacement that the chain must produce.
+        target: The pose that the chain must reach.
     """
     *_, a4, a5, a6 = lines.axes
     terms = work.terms
@@ -54,14 +53,16 @@ def with_angle_to_axis(
     best: tuple[Vector, sp.Expr],
     sign: sp.Expr,
 ) -> None:
-    """Selects the arbitrary angles of joints 1 to 3 by the angle between axis 4 and a direction.
+    """Selects the arbitrary angles of joints 1 to 3.
+
+    The angle between axis 4 and a direction is the criterion.
 
     Args:
         work: Record of the solution with joints 1 to 3.
-        lines: The chain; axis 4 is the first axis of the wrist.
+        lines: The chain. Axis 4 is the first axis of the wrist.
         center: The wrist center in the home pose.
         position: The target position of the wrist center.
-        best: The target direction, and the preferred cosine of its angle to axis 4.
+        best: The target of the direction, and the preferred cosine of its angle to axis 4.
         sign: Selects one of two angles.
     """
     a1, a2, a3, a4, *_ = lines.axes
@@ -82,12 +83,11 @@ def with_angle_to_axis(
 
 
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
-    """Replaces the joint angle by ``best`` if the lever is parallel to the joint axis."""
     work.turns[axis.joint] = where_free(work.terms, axis.h, lever, work.turns[axis.joint], best)
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """Returns ``best`` if the lever is parallel to the axis k; otherwise ``found``."""
+    """Returns ``best`` if the lever is parallel to the axis k, otherwise ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)
@@ -103,7 +103,6 @@ def is_straight(one: Axis, other: Axis) -> bool:
 def _turned(
     terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
 ) -> Vector:
-    """Rotates a direction by several joints or, with ``back``, by their inverse rotations."""
     for axis in axes if back else axes[::-1]:
         if axis.turns:
             turn = work.turns[axis.joint]
@@ -112,7 +111,6 @@ def _turned(
 
 
 def _moved(terms: Terms, work: Work, axis: Axis, point: Vector) -> Vector:
-    """Returns a point moved by a joint."""
     if not axis.turns:
         return combination(terms, (sp.Integer(1), work.lengths[axis.joint]), (point, axis.h))
     lever = subtracted(terms, point, axis.p)

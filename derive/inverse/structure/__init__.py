@@ -1,1 +1,1 @@
-"""Relative positions of the joint axes in a chain, which determine its closed-form inverse."""
+"""Relative positions of the joint axes in a chain."""

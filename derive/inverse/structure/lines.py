@@ -1,8 +1,7 @@
-"""Axes of a chain, as lines in its home pose, and their relative positions.
+"""Axes of a chain, as lines in its home pose.
 
-A chain has a closed-form inverse if certain axes are parallel or intersect. The test for parallel
-and intersecting axes is numeric, at the default values of all parameters. The inverse is then
-derived in exact expressions.
+A chain has a closed-form inverse if certain axes are parallel or intersect. The test is numeric,
+with the default values of all parameters. The inverse is then derived with exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -33,17 +32,15 @@ Frame = tuple[Basis, Vector]
 
 
 MAX_ADDENDS = 16
-"""Maximum number of addends up to which a symbolic constant is expanded to cancel terms."""
+"""Maximum number of addends up to which a constant is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of added joints: the first name for an axis along the tool axis, the second name for any
-other axis."""
+"""Names of added joints: along the tool axis, and along any other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic value of prismatic joints (meter); axes that intersect at this value intersect at every
-value."""
+"""Generic value of prismatic joints (meter). Axes that intersect at this value always intersect."""
 SOME_TURN = 0.7548776662
-"""Generic value of revolute joints (radian), at which no axes align by chance."""
+"""Generic value of revolute joints (radian). No axes align by chance at this value."""
 APART = 0.5698402910
-"""Offset between the generic values of two joints, so that joint motions do not cancel."""
+"""Difference between the generic values of two joints. Equal values could cancel."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +52,10 @@ class Axis:
         name: Name of the joint.
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
-        p: A point on the axis (meter), meaningless for a prismatic joint.
-        direction: Numeric value of the direction h.
-        origin: Numeric value of the point p.
-        stays: Whether the joint is an added joint that stays at 0.
+        p: A point on the axis (meter). The point has no meaning for a prismatic joint.
+        direction: The direction h in numbers.
+        origin: The point p in numbers.
+        stays: Whether the joint is an added joint, which stays at 0.
     """
 
     joint: int
@@ -77,7 +74,7 @@ class Axis:
 
     @property
     def some_motion(self) -> float:
-        """A generic joint value (radian or meter), which differs from joint to joint."""
+        """A generic joint value (radian or meter). It differs from joint to joint."""
         some = SOME_TURN if self.turns else SOME_SLIDE
         return some * (1 + self.joint * APART % 1)
 
@@ -96,7 +93,7 @@ class Axis:
 
 
 def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
-    """Returns the axes of the moving joints in the home pose, ordered from the base."""
+    """Returns the axes of the moving joints in the home pose, starting at the base."""
     frames, _ = _home_frames(robot, terms)
     return tuple(
         _axis(terms, k, joint, basis[2], origin)
@@ -114,12 +111,12 @@ def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
 
 
 def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines":
-    """Returns the chain with an added joint about the third axis of the tool.
+    """Adds a joint about the third axis of the tool to a chain.
 
     Args:
         robot: The description.
-        lines: The axes of the robot's moving joints.
-        stays: Whether the angle of the added joint is 0; otherwise, the task determines this angle.
+        lines: The axes of the moving joints.
+        stays: Whether the angle of the added joint is 0. Otherwise, the task determines the angle.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
@@ -129,7 +126,6 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
 
 
 def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
-    """Returns the frames of the moving joints and of the tool in the home pose."""
     frames = []
     frame = _placed(terms, (IDENTITY, ORIGIN), robot.base)
     for joint in robot.joints:
@@ -141,7 +137,6 @@ def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """Returns a frame moved by a constant placement, with named components."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -159,7 +154,10 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 
 
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
-    """Returns the axis through p; the stored point is the axis point nearest to the base origin."""
+    """Returns the axis through p.
+
+    The stored point is the point of the axis that is nearest to the base origin.
+    """
     h = named(terms, (_short(terms, component) for component in h))
     written = [_short(terms, component) for component in p]
     along = _tidied(terms, sum((a * b for a, b in zip(h, written, strict=True)), sp.Integer(0)))
@@ -169,19 +167,19 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel; numbers and long constants do not change."""
+    """Expands a constant so that terms cancel. Numbers and long constants stay."""
     if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel; a long expansion is replaced by a name."""
+    """Expands a constant so that terms cancel. A long result gets a name."""
     return sp.expand(component) if addends(component) <= MAX_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
-    """Returns the numeric value of a constant vector."""
+    """Returns a constant vector in numbers."""
     return np.array([float(terms.value(component)) for component in vector])
 
 
@@ -193,14 +191,14 @@ def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Lines:
-    """The axes of a chain, with the tolerance for parallel and intersecting axes.
+    """The axes of a chain, with a tolerance.
 
     Attributes:
         terms: Table of named terms.
-        axes: The axes, ordered from the base or from the tool.
-        tolerance: Maximum deviation (radian, or relative to the arm length) of parallel or
-            intersecting axes.
-        is_part: Whether other joints of the original chain have fixed values.
+        axes: The axes, starting at the base or at the tool.
+        tolerance: Largest deviation of axes that count as parallel or intersecting. An angle is in
+            radian, a distance is divided by the arm length.
+        is_part: Whether other joints of the chain are fixed.
     """
 
     terms: Terms
@@ -210,7 +208,7 @@ class Lines:
 
     @property
     def added(self) -> tuple[Axis, ...]:
-        """The axes of added joints, which do not exist in the arm."""
+        """The axes of added joints, which the arm does not have."""
         return tuple(axis for axis in self.axes if axis.name in (TOOL_AXIS, ADDED_AXIS))
 
     @cached_property
@@ -220,13 +218,13 @@ class Lines:
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
-        """Returns the axes numbered from the tool, with opposite directions."""
+        """Returns the axes in opposite order, with opposite directions."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """Returns the axes of the free joints, displaced by fixed joints at generic values.
+        """Returns the axes of the free joints for generic values of the fixed joints.
 
-        The returned axes serve only to test the structure, not to solve for the joints.
+        The axes are used to test the structure, not to solve for the joints.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -247,10 +245,10 @@ class Lines:
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest sine of the angles between consecutive axes of the list.
+        """Returns the largest sine of the angles between axes that follow each other in the list.
 
-        The angles between consecutive axes are the same in every configuration if the axes are
-        consecutive in the arm.
+        If these axes also follow each other in the arm, the angles are the same in every
+        configuration.
         """
         directions = [self.axes[k].direction for k in indices]
         return max(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(directions))
@@ -260,14 +258,13 @@ class Lines:
         return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
 
     def meet(self, *indices: int) -> bool:
-        """Whether several revolute axes, none of them parallel, intersect in one point."""
+        """Whether several revolute axes intersect in one point. Parallel axes do not."""
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest distance of axes from their nearest point, relative to arm length.
+        """Returns the largest distance of axes from their nearest point, divided by the arm length.
 
-        The result is infinite if consecutive axes are parallel, because their intersection is at
-        infinity.
+        The result is infinite for parallel axes, because they intersect at infinity.
         """
         axes = [self.axes[k] for k in indices]
         if any(

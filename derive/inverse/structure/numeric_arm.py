@@ -1,4 +1,4 @@
-"""Numeric model of an arm: poses and Jacobians for numeric tests."""
+"""Numeric model of an arm, with poses and Jacobians."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class NumericArm:
     Attributes:
         directions: Directions (n, 3) of the axes in the home pose.
         points: Points (n, 3) on the axes.
-        turns: Flags (n,) that state whether each joint is revolute.
-        senses: Signs (n,) of the coordinates, 1 or -1.
+        turns: Flags (n,) of the revolute joints.
+        senses: Directions (n,) of the coordinates, 1 or -1.
         home: Tool pose (4, 4) with all joints at zero.
         length: Arm length (meter).
         offsets: Components (meter) of all translations in the description.
@@ -37,7 +37,7 @@ class NumericArm:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines) -> "NumericArm":
-        """Builds the model of a robot; added axes are omitted."""
+        """Builds the model of a robot without added axes."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
         axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
         return cls(
@@ -78,7 +78,6 @@ class NumericArm:
 
 
 def _offsets(robot: SerialRobot) -> Iterator[sp.Expr]:
-    """Yields the components of all translations between consecutive robot frames."""
     placements = [placement for joint in robot.joints for placement in (joint.before, joint.after)]
     for placement in (robot.base, *placements, robot.tool):
         for motion in placement:

@@ -1,4 +1,4 @@
-"""Degrees of freedom of the tool: the rank of the Jacobian."""
+"""Rank of the Jacobian of an arm."""
 
 from itertools import combinations, product
 
@@ -13,12 +13,12 @@ _QUARTERS = tuple(k * np.pi / 2 for k in range(4))
 
 
 def of_chain(lines: Lines) -> int:
-    """Returns the largest rank of the Jacobian over random configurations."""
+    """Returns the largest rank of the Jacobian at random configurations."""
     return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians(lines))
 
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
-    """Returns Jacobians (6, n) in random configurations; lengths are relative to the arm length."""
+    """Returns Jacobians (6, n) at random configurations. Lengths are relative to the arm length."""
     return [_jacobian(lines, q)[0] for q in _random_configurations(lines)]
 
 
@@ -33,9 +33,9 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 
 
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
-    """Sums the ranks of a point's Jacobian over right-angle configurations and sets of joints.
+    """Sums the ranks of the Jacobian of a point over right-angle configurations.
 
-    The rank is lower if the point lies on the axis of a joint.
+    The sum is lower if the point lies on the axis of a joint.
 
     Args:
         lines: The chain.
@@ -54,7 +54,6 @@ def _directions(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]
 
 
 def _rates(lines: Lines, point: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns the velocities (3, n) of a point per joint rate, relative to the arm length."""
     size = lines.length or 1.0
     J, R, t = _jacobian(lines, q)
     there = R @ (point / size) + t
@@ -69,10 +68,6 @@ def _random_configurations(lines: Lines) -> NDArray[np.float64]:
 def _jacobian(
     lines: Lines, q: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Returns axis screws (v; omega) and the displacement (R, t) of the last link.
-
-    Lengths are relative to the arm length.
-    """
     R, t = np.eye(3), np.zeros(3)
     size = lines.length or 1.0
     columns = []

@@ -1,4 +1,4 @@
-"""Conditions that a family places on the axes of a chain, with their deviations."""
+"""Conditions of a family on the axes of a chain."""
 
 import math
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
 SMALL_ANGLE = 0.1
-"""Angles below this value (radian) are printed in milliradians, larger angles in degrees."""
+"""Smaller angles (radian) are printed in milliradians, larger angles in degrees."""
 _MILLI = 1e3
 _PAIR = 2
 
@@ -20,14 +20,14 @@ class Requirement:
     """A condition on the axes.
 
     Attributes:
-        text: Description of the condition on the axes.
-        deviation: Deviation of the axes from the condition, which is the sine of an angle or a
-            distance relative to the arm length. The deviation is 0 if the condition holds, and
-            infinite if no small change of the arm can satisfy the condition.
-        is_length: Whether the deviation is a distance relative to the arm length.
-        parallel: Axes that must be parallel, or () for another kind of condition.
-        meeting: Axes that must intersect, or () for another kind of condition.
-        across: The two axes that must be perpendicular, or () for another kind of condition.
+        text: Description of the condition.
+        deviation: Deviation of the axes: the sine of an angle, or a distance divided by the arm
+            length. The deviation is 0 if the condition holds. It is infinite if no small change of
+            the arm can satisfy the condition.
+        is_length: Whether the deviation is a distance.
+        parallel: Axes that must be parallel, if any.
+        meeting: Axes that must intersect, if any.
+        across: The two axes that must be perpendicular, if any.
         parts: The conditions that this condition summarizes, if any.
     """
 
@@ -40,9 +40,9 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """Formats a finite deviation in mm, mrad or degrees, for the arm length ``length`` [m].
+        """Formats a finite deviation in mm, mrad or degrees.
 
-        The deviation of two axes that should intersect is printed as the distance between them.
+        The deviation of two axes that should intersect is the distance between them.
         """
         several = "up to " if max(len(self.parallel), len(self.meeting)) > _PAIR else ""
         if self.is_length:

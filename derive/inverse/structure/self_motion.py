@@ -1,4 +1,4 @@
-"""Arms that are singular in every configuration, and their self-motion joints."""
+"""Arms that are singular in every configuration."""
 
 from collections.abc import Sequence
 
@@ -14,15 +14,15 @@ PAIR = 2
 
 
 def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
-    """Describes the joints that can move without moving the tool, in every configuration.
+    """Describes the joints that can always move without moving the tool.
 
     Args:
         lines: The axes of all joints.
-        given: Indices of the joints with fixed values.
+        given: Indices of the fixed joints.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone", or an empty text without a
-        self-motion.
+        A clause such as "the tool depends on joint5 + joint6 alone". The text is empty if there are
+        no such joints.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
@@ -37,19 +37,17 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
 
 
 def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:
-    """Returns the joints that can move without moving the tool, in every configuration."""
+    """Returns the joints that can always move without moving the tool."""
     return tuple(_moving([_null_space(J) for J in rank.jacobians(lines)]).tolist())
 
 
 def _moving(motions: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
-    """Returns the joints that move in null spaces (k, n) of the Jacobian."""
     if min(map(len, motions)) == 0:
         return np.array([], dtype=np.intp)
     return np.flatnonzero(np.max([np.abs(m).max(0) for m in motions], axis=0) > JACOBIAN_RANK)
 
 
 def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns joint velocities (k, n) that do not move the tool."""
     _, sizes, V = np.linalg.svd(J)
     return V[int((sizes > JACOBIAN_RANK).sum()) :]
 

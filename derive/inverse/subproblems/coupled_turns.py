@@ -1,31 +1,29 @@
-"""Two rotations by equal or opposite angles that give a vector a known component.
+"""Two rotations by equal or opposite angles. A component of the rotated vector is known.
 
-Statement: The equation ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` with s = 1 or -1 is solved for
-theta, where the unit vectors h, k1, k2 and p lie in one plane.
+Statement: The equation is ``h.(R(k1, theta) R(k2, s theta) p) = h.v`` with s = 1 or -1. The unit
+vectors h, k1, k2 and p lie in one plane.
 
 Derivation: let ``h' = h - k1 (k1.h)`` and ``p' = p - k2 (k2.p)``. The terms in sin(theta) vanish,
-because a vector in the plane is perpendicular to the cross product of two other vectors in it. The
-left side is ``A + B cos + D cos^2 + E sin^2`` with the following coefficients.
+because the vectors lie in one plane. The left side is ``A + B cos + D cos^2 + E sin^2``.
 
-    The first two coefficients are ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2)
-    (k2.p)``.
+    Two coefficients are ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2) (k2.p)``.
 
-    The other two coefficients are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
+    The others are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
 
-For ``w = sin^2(theta / 2)``, the relation ``cos = 1 - 2 w`` gives the quadratic equation ``a w^2 -
-b w + e = 0``. Its coefficients are ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
+Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``a w^2 - b w + e =
+0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
-The quadratic equation has up to two roots in [0, 1], and each root gives two angles of opposite
-sign. A root that would be a difference of similar numbers is computed from the product of both
-roots; the same applies to ``1 - w``. The discriminant is ``-4 a (x - h.v)`` with the extreme
-component ``x = h.p - b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta =
-pi, and x. The difference of a component of 1 or -1 from h.v is then half the squared length of ``h
-- v`` or ``h + v``, so that a straight or folded wrist keeps all digits.
+Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. A root that would be a
+difference of similar numbers is computed from the product of both roots. So is ``1 - w``. The
+discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p
+- b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. The
+difference from h.v is then half the squared length of ``h - v`` or ``h + v``, so that a straight or
+folded wrist keeps all digits.
 
-Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. As in subproblem 4,
-solutions that differ by rounding errors only are merged.
+Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
+by rounding errors are merged, as in subproblem 4.
 
-Degenerate: a is 0 only if k1 and k2, h and k1, or p and k2 are parallel; such axes are excluded.
+Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. Such axes are excluded.
 
 Source: elementary.
 """
@@ -47,14 +45,14 @@ Signs = tuple[sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """Two coupled rotations and the vectors of the equation.
+    """Two coupled rotations and the vectors of their equation.
 
     Attributes:
-        h: The direction along which the component is known.
+        h: The direction of the known component.
         k1: The first axis.
         k2: The second axis.
         p: The rotated unit vector.
-        sense: The value is 1 for equal angles, and -1 for opposite angles.
+        sense: 1 for equal angles, -1 for opposite angles.
     """
 
     h: Vector
@@ -76,7 +74,7 @@ class CoupledPair:
         )
 
     def middle(self, terms: Terms) -> sp.Expr:
-        """Returns the component at a right angle, near the middle of the range."""
+        """Returns the component at a right angle."""
         A, _, _, E = self.coefficients(terms)
         return terms.let(A + E)
 
@@ -84,13 +82,13 @@ class CoupledPair:
 def coupled_turns(
     terms: Terms, pair: CoupledPair, v: Vector, signs: Signs
 ) -> tuple[FoundLength, FoundTurn]:
-    """Returns the square of the sine of half the angle, and the first angle.
+    """Returns two values: the squared sine of half the angle, and the first angle.
 
     Args:
         terms: Table of named terms.
         pair: The rotations.
-        v: A unit vector; its component along h is the required component.
-        signs: The first sign selects a root, the second sign the sign of the angle.
+        v: A unit vector that has the required component along h.
+        signs: Two signs. The first selects a root, the second the sign of the angle.
     """
     let = terms.let
     A, B, D, E = pair.coefficients(terms)
@@ -121,11 +119,10 @@ def coupled_turns(
 def _root(
     terms: Terms, equation: tuple[sp.Expr, sp.Expr, sp.Expr], sign: sp.Expr, root: sp.Expr
 ) -> sp.Expr:
-    """Returns ``(b - sign root) / 2 a``, a root of ``a x^2 - b x + e``."""
     a, b, e = equation
     let = terms.let
     sense = -1 if terms.value(b) < 0 else 1
-    # The floor avoids a division by zero at a double root if b is 0.
+    # The floor avoids a division by zero at a double root with b = 0.
     floor = sense * DIRECTION_FLOOR if abs(terms.value(b)) < EXACT_STRUCTURE else ZERO
     stable = let(b + sense * root + floor)
     large, small = let(stable / (2 * a)), let(2 * e / stable)
@@ -133,7 +130,7 @@ def _root(
 
 
 def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
-    """Returns ``value - h . v`` for unit vectors, without cancellation for a value of 1 or -1."""
+    """Returns ``value - h . v`` for unit vectors. Nothing cancels if the value is 1 or -1."""
     number = float(terms.value(value))
     if abs(abs(number) - 1) > EXACT_STRUCTURE:
         return terms.let(value - dot(terms, h, v))
@@ -142,6 +139,9 @@ def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
 
 
 def _merged(terms: Terms, value: sp.Expr) -> sp.Expr:
-    """Returns the threshold below which two solutions are merged; 0 for a component of 1 or -1."""
+    """Returns the threshold for merging two solutions.
+
+    The threshold is 0 for a component of 1 or -1.
+    """
     is_exact = abs(abs(float(terms.value(value))) - 1) <= EXACT_STRUCTURE
     return ZERO if is_exact else MEETING_SOLUTIONS

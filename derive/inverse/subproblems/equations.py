@@ -1,7 +1,7 @@
-"""Equations of the subproblems as data, with their coefficients and their solutions.
+"""Equations of the subproblems, with coefficients and solutions.
 
-Each solution step stores its equation. The article prints the coefficients, the relation and the
-solution; a test evaluates all of them numerically.
+Each step stores its equation. The article prints the equation. A test evaluates the equation
+numerically.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,21 +18,23 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation whose fields are its coefficients: numbers, vectors or matrix rows."""
+    """An equation. Its fields are the coefficients: numbers, vectors or matrix rows."""
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The coefficients in the order of the fields; vectors and rows are listed by entry."""
+        """The coefficients in the order of the fields.
+
+        Vectors and rows are listed entry by entry.
+        """
         return tuple(sp.flatten(getattr(self, field.name) for field in fields(self)))
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """Returns the same type of equation with the given coefficients."""
+        """Returns an equation of the same type with other coefficients."""
         left = iter(values)
         return type(self)(*(_filled(getattr(self, field.name), left) for field in fields(self)))
 
 
 def _filled(shape: Any, left: Iterator[sp.Expr]) -> Any:
-    """Returns the next values of ``left``, nested like ``shape``."""
     return tuple(_filled(part, left) for part in shape) if isinstance(shape, tuple) else next(left)
 
 
@@ -46,11 +48,11 @@ class Linear(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation that holds for the opposite angle."""
+        """Returns the equation for the opposite angle."""
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the angle; the sign (1 or -1) selects a solution.
+        """Returns the terms whose sum is the angle. The sign (1 or -1) selects a solution.
 
         The angle is 0 if the equation does not contain the angle.
         """
@@ -72,7 +74,7 @@ class Direction(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation that holds for the opposite angle."""
+        """Returns the equation for the opposite angle."""
         return type(self)(self.a, -self.b)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
@@ -89,7 +91,7 @@ class LineAndPlane(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation that holds for the opposite displacement."""
+        """Returns the equation for the opposite displacement."""
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
@@ -106,11 +108,11 @@ class LineAndSphere(Equation):
 
     @property
     def mirrored(self) -> Self:
-        """Returns the equation that holds for the opposite displacement."""
+        """Returns the equation for the opposite displacement."""
         return type(self)(-self.linear, self.constant)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """Returns the terms whose sum is the displacement; the sign selects a solution."""
+        """Returns the terms whose sum is the displacement. The sign selects a solution."""
         half = self.linear / 2
         root = sign * sp.sqrt(half**2 - self.constant)
         return (root,) if half == 0 else (-half, root)
@@ -120,7 +122,7 @@ class LineAndSphere(Equation):
 class LoopOfThree(Equation):
     """The vector equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
-    Subproblem 5 solves all three angles together.
+    Subproblem 5 solves for all three angles together.
     """
 
     p0: Vector
@@ -136,7 +138,7 @@ class LoopOfThree(Equation):
 class TwoEllipses(Equation):
     """The two equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
-    Subproblem 6 solves both angles together.
+    Subproblem 6 solves for both angles together.
 
     Attributes:
         first: The matrix A1, with one row per equation.
@@ -154,4 +156,4 @@ AngleEquation = Linear | Direction
 LengthEquation = LineAndPlane | LineAndSphere
 """Equation for the displacement of a prismatic joint."""
 JointEquation = LoopOfThree | TwoEllipses
-"""Equations for several angles, solved together by a quartic."""
+"""Equations for several angles that a quartic solves together."""

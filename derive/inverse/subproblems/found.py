@@ -1,4 +1,4 @@
-"""Result of a subproblem: an angle or a displacement, its margin, and the solved equation."""
+"""Result of a subproblem."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from .turns import CosSin
 
 @dataclass(frozen=True)
 class FoundTurn:
-    """An angle solved by a subproblem.
+    """An angle that a subproblem solves for.
 
     Attributes:
         turn: Cosine and sine of the angle.
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
+        sign: Symbol (1 or -1) that selects one of two solutions. None if there is one solution.
         margin: The squared sine of half the angle between the two solutions. The margin is 0 for a
-            double solution, and negative without a solution; the angle is then the least-squares
-            solution. The margin is None if a solution always exists.
+            double solution. The margin is negative if there is no solution; the angle is then the
+            least-squares solution. The margin is None if there is always a solution.
     """
 
     turn: CosSin
@@ -29,14 +29,14 @@ class FoundTurn:
 
 @dataclass(frozen=True)
 class FoundLength:
-    """The displacement of a prismatic joint, solved by a subproblem.
+    """The displacement of a prismatic joint that a subproblem solves for.
 
     Attributes:
         length: The displacement (meter).
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions, or None if the solution is unique.
+        sign: Symbol (1 or -1) that selects one of two solutions. None if there is one solution.
         margin: The margin is 0 for a double solution, and negative without a solution. The margin
-            is relative to the squared input lengths, or None if a solution always exists.
+            is divided by the squared input lengths. It is None if there is always a solution.
     """
 
     length: sp.Expr

@@ -1,38 +1,37 @@
-"""Roots of a trigonometric polynomial of degree 2 (a quartic), as points on the unit circle.
+"""Roots of a trigonometric polynomial of degree 2 (a quartic).
 
-Statement: The equation ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) = (cos,
-    sin)(phi) is solved for phi.
+Statement: The equation is ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0`` with (c, s) =
+(cos, sin)(phi).
 
-Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic ``g (x^2 -
-y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. Its intersections with the unit circle are the
-roots. A multiple lambda of x^2 + y^2 - 1 may be added to the conic. Let ``r' = r/g``, ``P =
-(p/2g)^2`` and ``Q = (q/2g)^2``. If lambda = g tau solves the cubic resolvent ``(tau^2 - 1)(tau -
-r') + P (tau - 1) + Q (tau + 1) = 0``, the conic is a pair of lines, which are real for -1 <= tau <=
-1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1, so it always has a root in this
-range, and no complex arithmetic is needed. A line intersects the circle in two points, or misses
-the circle and has two complex roots.
+Derivation: the axes are rotated by half the angle of (a2, b2). The polynomial then is the conic ``g
+(x^2 - y^2) + p x + q y + r = 0`` with ``g = |(a2, b2)|``. The roots are the intersections of the
+conic with the unit circle. A multiple lambda of x^2 + y^2 - 1 may be added to the conic. Let ``r' =
+r/g``, ``P = (p/2g)^2`` and ``Q = (q/2g)^2``. The conic becomes a pair of lines if lambda = g tau
+solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. The lines are real for
+-1 <= tau <=
+1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, it always has a root in
+this range. A line intersects the circle in two points, or has two complex roots.
 
-If the cubic has several roots tau, the root farthest from the other roots is used. Two coinciding
-roots of the quartic then lie on the same line, so their computation loses no accuracy. A double
-root tau is never used, because its accuracy is only 1e-8. Newton's method computes tau. The start
-value lies beyond tau, seen from the other roots, so the method converges monotonically. If the
-outer root gives no real lines, the circle has no intersections; the other two roots tau follow from
-a quadratic.
+If the cubic has several roots, the root farthest from the other roots is used. Two roots of the
+quartic that coincide then lie on the same line, and no accuracy is lost. A double root tau is never
+used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and the other
+roots are on opposite sides of tau, so the method converges monotonically. If the outer root leads
+to no real lines, the circle has no intersections. The other two roots tau then follow from a
+quadratic equation.
 
-For tau > 0, x and y are exchanged, which gives t = 1 + tau in [0, 1]. Newton's method refines t in
-the cubic ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0`` to full relative accuracy, even
-for small t. With alpha^2 = g t and beta^2 = g (2 - t), the lines are ``alpha x + beta y + m`` and
-``alpha x - beta y + n``. The two unknowns m and n satisfy three equations, which are ``alpha (m +
-n) = p``, ``beta (n - m) = q`` and ``m n = r + g - g t``. The second equation is combined with the
-first if alpha^2 > |p|, otherwise with the third. Therefore, a relative error of t has the same
-effect as an equal relative error of the largest of p, q and r. If p is only rounding error, t = 0
-is exact, as a fourfold root requires.
+For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's method refines t in
+``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a small t has full relative accuracy.
+Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m`` and ``alpha x -
+beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
+n = r + g - g t``. The second equation is combined with the first if alpha^2 > |p|, otherwise with
+the third. A relative error of t then has no more effect than an equal relative error of the largest
+of p, q and r. If p is only a rounding error, t = 0 is exact. A fourfold root requires this.
 
-Degenerate: for g = 0, the conic is a single line and the second line is far away; the same formulas
-hold with g = 1e-20. If all coefficients are 0, the points are arbitrary.
+Degenerate: for g = 0, the conic is one line and the second line is far away. The formulas hold with
+g = 1e-20. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
-Geometry, 11.4); the choice of lambda and the forms without cancellation are original.
+Geometry, 11.4). The choice of lambda and the forms without cancellation are original.
 """
 
 from dataclasses import dataclass
@@ -57,7 +56,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps, which gives 12 digits from a start value with a 30 % error."""
+"""Number of Newton steps. A start value with a 30 % error leads to 12 digits."""
 POLISHING_STEPS = 2
 
 
@@ -67,9 +66,9 @@ class CirclePoint:
 
     Attributes:
         turn: Cosine and sine of the root angle.
-        margin: Margin in the units of the polynomial; it is 0 for a double root. The margin is
-            negative for a complex root; in this case, ``turn`` is the circle point nearest to a
-            line of the pair.
+        margin: Margin in the units of the polynomial. The margin is 0 for a double root. For a
+            complex root, the margin is negative and ``turn`` is the point of the circle nearest to
+            a line of the pair.
     """
 
     turn: CosSin
@@ -88,10 +87,10 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference for the root labels if the circle of the polynomial may be rotated or mirrored.
+    """Reference for the labels of roots. It rotates with the circle of the polynomial.
 
     Attributes:
-        along: A direction in the plane of the circle; roots in the half plane of this direction
+        along: A direction in the plane of the circle. Roots in the half plane of this direction
             have the sign 1.
         orientation: Sense (1 or -1) of the angle phi.
     """
@@ -101,7 +100,7 @@ class Reference:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """Returns a named term that equals ``one`` if the condition holds, otherwise ``other``."""
+    """Returns a term that equals ``one`` if the condition holds, otherwise ``other``."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
@@ -123,13 +122,12 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols (1 or -1); the four combinations give all roots. The second sign is
-            opposite to the sign of the polynomial's derivative with respect to the angle; it
-            changes only at double roots. The first sign distinguishes two roots whose second sign
-            is equal, by the side of the conic axis on which a root lies.
-        separation: Angle by which each of two coinciding roots is moved from their common point.
-        reference: Reference direction and sense of the signs, if the default reference is
-            discontinuous.
+        signs: Two symbols (1 or -1). The four combinations lead to all roots. The second sign is
+            opposite to the sign of the derivative of the polynomial. It changes only at double
+            roots. The first sign distinguishes two roots with the same second sign. It states on
+            which side of the axis of the conic a root lies.
+        separation: Angle by which coinciding roots are moved from their common point.
+        reference: Reference direction and sense of the signs, if the default reference has jumps.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -151,7 +149,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """Returns the conic in its principal axes, and their angle (half the angle of ``second``)."""
+    """Returns (conic in its principal axes, angle of these axes)."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))
@@ -165,7 +163,7 @@ def _turned(
 
 
 def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
-    """Returns the root t, the slope of the cubic at t = 0, and whether x and y are exchanged."""
+    """Returns (root t, slope of the cubic at t = 0, whether x and y are exchanged)."""
     let = terms.let
     inverse = let(1 / conic.g)
     r = let(conic.r * inverse)
@@ -185,7 +183,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Returns a root tau in [-1, 1], preferably the root farthest from the other roots."""
+    """Returns a root tau in [-1, 1], if possible the root farthest from the other roots."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -210,10 +208,13 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """Returns a start value for the positive root of ``y^3 - k y = size``, above it if k > 0."""
+    """Returns a start value for the positive root of ``y^3 - k y = size``.
+
+    The start is above the root if k > 0.
+    """
     let = terms.let
-    # The power size^(5/16) approximates the cube root, since 5/16 is near 1/3; a Halley step
-    # reduces the error to a few percent.
+    # The power size^(5/16) approximates the cube root. A Halley step reduces the error to a few
+    # percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
@@ -231,7 +232,7 @@ def _on_lines(
     signs: tuple[sp.Expr, sp.Expr],
     separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Returns the intersection of one line of the pair with the circle, and its margin."""
+    """Returns (intersection of the circle with one of the lines, margin)."""
     let = terms.let
     g, p, q = conic.g, conic.p, conic.q
     alpha2 = let(g * t)
@@ -247,7 +248,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The line with the larger offset is alpha x - side beta y; the offset has the sign of p.
+    # The line with the larger offset is alpha x - side beta y. Its offset has the sign of p.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -258,9 +259,9 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Within the circle, the two lines differ in their y
-    # values or in their x values. The y or x coordinate of a root identifies the line that contains
-    # the root.
+    # The two lines intersect outside the circle. Within the circle, the lines differ in their y
+    # values or in their x values. The y or x coordinate of a root states which line contains the
+    # root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])
@@ -269,7 +270,7 @@ def _on_lines(
     offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
     v = let(label * side * beta)
-    # At a root, the polynomial changes sign together with the product of both line equations.
+    # At a root, the polynomial has the same change of sign as the product of both line equations.
     beyond = let(of_p * let(other + offset * let(1 - t)))
     sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
     other = let(sp.Abs(other))

@@ -1,14 +1,13 @@
-"""Second-order step to the common root of two equations for two angles.
+"""Second-order step to a common root of two equations for two angles.
 
-Statement: The equations ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0`` are solved
-for the small step x of two angles. No term of the two equations contains both angles, so the
-matrices G and H are diagonal.
+Statement: The equations are ``g + n.x + x.(G x) / 2 = 0`` and ``h + m.x + x.(H x) / 2 = 0``, where
+x is the small step of two angles. The matrices G and H are diagonal, because no term contains both
+angles.
 
 Derivation: let g be the equation with the larger gradient n. On the parabola ``x = -(g + tau^2 d.(G
 d) / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|``, g vanishes to second order. On this parabola,
-h is a quadratic in tau; the root nearer to 0 is used. If the second gradient vanishes, as at a
-double root, Newton's method only halves the error per step, but this second-order step still
-converges quickly.
+h is quadratic in tau. The root nearer to 0 is used. At a double root, the second gradient vanishes
+and Newton's method only halves the error per step. The second-order step still converges quickly.
 
 Source: elementary.
 """
@@ -24,7 +23,7 @@ from .turns import direction
 
 
 class Expansion(NamedTuple):
-    """Value of an equation, with its first and second derivatives with respect to two angles."""
+    """An equation for two angles: its value and its first and second derivatives."""
 
     value: sp.Expr
     first: sp.Expr
@@ -36,7 +35,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the steps of both joint angles, from the parabola of second order."""
+    """Returns the steps of both angles."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]
@@ -58,7 +57,10 @@ def step_on_parabola(
 
 
 def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearer to 0, or the mean of complex roots."""
+    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearest to 0.
+
+    The mean of the two roots is returned if they are complex.
+    """
     let = terms.let
     square = let(B**2 - 2 * A * C)
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))

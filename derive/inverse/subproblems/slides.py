@@ -1,11 +1,11 @@
-"""Prismatic subproblems: a translation moves a point into a plane or onto a sphere.
+"""Subproblems of prismatic joints.
 
-Plane: The equation ``h.(p + t u) = d`` for a point p and a direction u gives ``t = (d - h.p) /
-(h.u)``, the only solution. The direction u must not lie in the plane.
+Plane: The equation ``h.(p + t u) = d`` for a point p and a direction u has one solution, ``t = (d -
+h.p) / (h.u)``. The direction u must not be parallel to the plane.
 
-Sphere: The equation ``|p + t u| = r`` with a unit vector u gives ``t = -u.p +- sqrt(r^2 -
-|p'|^2)``, where p' is the component of p perpendicular to u. If no real root exists, the root term
-is set to 0, which gives the point of the line nearest to the sphere.
+Sphere: Let p' be the part of p that is perpendicular to the unit vector u. The equation ``|p + t u|
+= r`` has the solutions ``t = -u.p +- sqrt(r^2 - |p'|^2)``. If there is no real root, the root term
+is set to 0. The result is the point of the line nearest to the sphere.
 
 Source: elementary; Elias and Wen 2022 do not treat prismatic joints.
 """
@@ -22,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """Solves for the displacement along u after which a point has the component d along h."""
+    """Solves for the displacement along u that gives a point the component d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
@@ -35,7 +35,7 @@ def slide_to_sphere(
     across2 = dot(terms, across, across)
     xi2 = terms.let(r2 - across2)
     size = terms.let(r2 + across2)
-    # As in subproblem 4, two solutions that differ only by rounding error are merged.
+    # Two solutions that differ only by rounding errors are merged, as in subproblem 4.
     xi = terms.let(
         sp.Piecewise(
             (sp.sqrt(xi2), xi2 > terms.let(MEETING_SOLUTIONS * size)),

@@ -1,12 +1,11 @@
-"""Subproblem 1: the angle of a rotation about a known axis that maps a vector to a given vector.
+"""Subproblem 1: the rotation about an axis that moves one vector to another.
 
 Statement: The equation ``R(k, theta) p = v`` is solved for the angle theta.
 
-Derivation: let ``p' = p - k (k.p)``; the rotated vector is ``k (k.p) + cos p' + sin (k x p)``.
-Since p' and k x p are perpendicular and equally long, ``p'.v = |p'|^2 cos`` and ``(k x p).v =
-|p'|^2 sin``. Therefore, the angle is the direction of ``(p'.v, (k x p).v)`` for any length of v. If
-v differs from p in length or in the component along k, the computed angle is the least-squares
-solution.
+Derivation: let ``p' = p - k (k.p)``. The rotated vector is ``k (k.p) + cos p' + sin (k x p)``. The
+vectors p' and k x p are perpendicular and equally long. Therefore, ``p'.v = |p'|^2 cos`` and ``(k x
+p).v = |p'|^2 sin``. The angle is the direction of ``(p'.v, (k x p).v)`` for any length of v. If v
+and p differ in length or in the component along k, the angle is the least-squares solution.
 
 Degenerate: if p or v is parallel to k, the angle is arbitrary and set to 0.
 
@@ -21,15 +20,15 @@ from .turns import direction, perpendicular
 
 
 def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, is_regular: bool = False) -> FoundTurn:
-    """Returns the rotation about the unit vector k that maps p to v.
+    """Returns the rotation about the unit vector k that moves p to v.
 
-    The vectors p and v should have equal length and equal components along k.
+    The vectors p and v should have equal lengths and equal components along k.
 
     Args:
         terms: Table of named terms.
         k: The axis.
         p: The vector before the rotation.
-        v: The vector after the rotation by the angle.
+        v: The vector after the rotation.
         is_regular: Whether p and v are never parallel to k.
     """
     across = perpendicular(terms, k, p)

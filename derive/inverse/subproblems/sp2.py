@@ -1,15 +1,16 @@
-"""Subproblem 2: two rotations about intersecting axes that map a vector to a given vector.
+"""Subproblem 2: two rotations about intersecting axes that move one vector to another.
 
 Statement: The equation ``R(k1, theta1) R(k2, theta2) p = v`` is solved for both angles.
 
 Derivation: The vector ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2.p`` along
-k2, so subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. With
-theta1 solved first, the two angles match, even if theta1 is arbitrary.
+k2. Subproblem 4 therefore has two solutions for theta1. Subproblem 1 solves for theta2 after
+theta1. Since theta1 is known, the two angles match even if theta1 is arbitrary.
 
 Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
 equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a
-small difference of large terms. Because p and v have equal length, xi^2 also equals ``|p x k2|^2
-s^2 - (k1.v - c k2.p)^2``, whose terms are small. The expression whose terms are smaller is used.
+small difference of large terms. Because p and v have equal lengths, also ``xi^2 = |p x k2|^2 s^2 -
+(k1.v - c k2.p)^2``. The terms of this expression are small. The expression with the smaller terms
+is used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.
@@ -37,8 +38,7 @@ def sp2(
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # If theta1 always exists, the vector v, rotated back by theta1, has the same distance from k2
-    # as p.
+    # If theta1 always exists, v rotated back by theta1 is as far from k2 as p is.
     is_regular = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), is_regular=is_regular)
 
@@ -46,7 +46,6 @@ def sp2(
 def _first(
     terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundTurn:
-    """Solves subproblem 4 with xi^2 from the expression with the smaller terms."""
     c = dot(terms, k1, k2)
     s2 = terms.let(1 - c**2)
     along_v, along_p = dot(terms, k1, v), dot(terms, k2, p)

@@ -1,21 +1,21 @@
-"""Subproblem 3: the angles at which the sum of a rotated and a constant vector has a known length.
+"""Subproblem 3: a rotation after which the sum of two vectors has a known length.
 
-Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta; for example, the distance
+Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta. For example, the distance
 D between shoulder and wrist determines the elbow angle.
 
-Derivation: the length depends only on the components perpendicular to k, with lengths P and Q and
-the angle phi between them. With ``D'^2 = D^2 - (k.p0 + k.p)^2``, the line of subproblem 4 follows
-from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
-- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form stays accurate for a folded elbow with P = Q. With the
-cosine alone, an elbow angle of 1e-10 has an error of 1e-8. Two close solutions are merged if
-rounding errors of D'^2 or (P + Q)^2 exceed their difference. The two solutions of a nearly folded
-elbow with shoulder and wrist close together are not merged, because D' is small and has full
-relative accuracy.
+Derivation: only components perpendicular to k matter. Let P and Q be their lengths and phi the
+angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The line of subproblem 4 follows from ``2 P
+Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
+- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded elbow with P = Q. The
+cosine alone would give an elbow angle of 1e-10 an error of 1e-8. Two close solutions are merged if
+the rounding error of D'^2 or (P + Q)^2 is larger than their difference. Exception: if shoulder and
+wrist are close together, D' is small and has full relative accuracy. The two solutions of a nearly
+folded elbow are then kept.
 
-Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|; any D' outside this range
+Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|. Any D' outside this range
 is replaced by the nearer boundary.
 
-Degenerate: if P or Q is 0, the distance does not depend on the angle, which is set to 0.
+Degenerate: if P or Q is 0, the length does not depend on the angle, which is set to 0.
 
 Source: Elias and Wen 2022, subproblem 3, with the same formula for the cosine.
 """
@@ -39,17 +39,17 @@ def sp3(
     sign: sp.Symbol,
     rounding: sp.Expr | None = None,
 ) -> FoundTurn:
-    """Returns the rotation about the unit vector k for which ``p0 + R p`` has a known length.
+    """Returns the rotation about the unit vector k that gives ``p0 + R p`` a known length.
 
     Args:
         terms: Table of named terms.
         k: The axis.
         p0: The fixed vector.
         p: The rotated vector.
-        across2: The value ``D'^2``, which is the squared length of the sum's component
-            perpendicular to k; see :func:`squared_across`.
-        sign: Selects one of the two angles: the sign of sin(phi).
-        rounding: The term that determines the rounding error of across2 (by default across2). If
+        across2: The value ``D'^2``: the squared length of the sum, without the component along k.
+            See :func:`squared_across`.
+        sign: Selects one of the two angles. It is the sign of sin(phi).
+        rounding: The term that determines the rounding error of across2. The default is across2. If
             across2 is a difference, the term is ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
@@ -60,7 +60,7 @@ def sp3(
     xi2 = terms.let(above * below)
     if is_constant and least != 0:
         return on_line(terms, a, b, e, sign, xi2)
-    # If shoulder and wrist may coincide, their distance is computed with full relative accuracy.
+    # Shoulder and wrist may coincide, so their distance is computed with full relative accuracy.
     opening = terms.let(
         above - terms.let(MEETING_SOLUTIONS * (across2 if rounding is None else rounding))
     )
@@ -68,7 +68,7 @@ def sp3(
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
     if is_constant:
         return on_line(terms, a, b, e, sign, xi2, are_two)
-    # If P consists only of rounding errors, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine
+    # If P is only a rounding error, a^2 + b^2 differs from 4 P^2 Q^2. Therefore, cosine and sine
     # are divided by their norm.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
 
@@ -76,10 +76,10 @@ def sp3(
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """Solves subproblem 3; near a folded or stretched elbow, only half of the digits are correct.
+    """Solves subproblem 3 with fewer operations than :func:`sp3`.
 
-    The variant needs fewer operations than :func:`sp3`. The variant is used if every angle is valid
-    and the solution is only a preferred value.
+    Near a folded or stretched elbow, only half of the digits are correct. The function is used
+    where every angle is valid and the solution is only a preferred value.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
@@ -88,7 +88,7 @@ def by_cosine(
 def _line(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
 ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Returns P^2 and Q^2, and the coefficients a, b, e of the line ``a cos + b sin = e``."""
+    """Returns P^2, Q^2, and the coefficients a, b, e of the line ``a cos + b sin = e``."""
     p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
     P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
     a = terms.let(2 * dot(terms, p0_across, p_across))
@@ -98,13 +98,13 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` for the sum of two vectors, from the length of this sum.
+    """Returns ``D'^2`` for the sum of two vectors. The length of the sum is known.
 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
         total: A vector that is as long as the sum.
-        parts: The two vectors of the sum; their components along k do not depend on the angle.
+        parts: The two vectors of the sum. Their components along k do not depend on the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
     return terms.let(dot(terms, total, total) - along**2)

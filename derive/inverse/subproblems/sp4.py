@@ -1,22 +1,22 @@
-"""Subproblem 4: the angles at which a rotated vector has a known component along a given vector.
+"""Subproblem 4: a rotation after which a vector has a known component along another vector.
 
-Statement: the equation ``h.(R(k, theta) p) = d`` for the angle theta.
+The equation ``h.(R(k, theta) p) = d`` is solved for theta.
 
-Derivation: the left side is ``a cos + b sin + (h.k)(k.p)`` with ``p' = p - k (k.p)``, ``a = h.p'``
-and ``b = h.(k x p)``. With ``e = d - (h.k)(k.p)``, the line ``a x + b y = e`` intersects the unit
-circle at ``(x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a)``, where ``xi^2 = a^2 + b^2 - e^2``.
+Derivation: let ``p' = p - k (k.p)``. The left side is ``a cos + b sin + (h.k)(k.p)`` with ``a =
+h.p'`` and ``b = h.(k x p)``. Let ``e = d - (h.k)(k.p)``. The line ``a x + b y = e`` intersects the
+unit circle at ``(x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a)``, where ``xi^2 = a^2 + b^2 - e^2``.
 
-If no intersection exists, xi is set to 0, and (x, y) along e (a, b) is the circle point nearest to
-the line.
+If there is no intersection, xi is set to 0. The result is the point of the circle nearest to the
+line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
-b^2). Therefore, the two solutions are merged if xi^2 is below MEETING_SOLUTIONS (a^2 + b^2).
-Without merging, a rounding error would move a solution by 1e-8 from its singular position and hide
-the singularity from later steps. Merging changes the component along h only by the fraction 4e-15.
+b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
+Without merging, a rounding error would move a solution by 1e-8 from its singular position. Later
+steps would not notice the singularity. Merging changes the component along h only by the fraction
+4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
-= b = 0 for every target, the value of e decides whether the target is reachable, and there is no
-margin.
+= b = 0 for every target, e decides whether the target is reachable. There is no margin then.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -53,12 +53,13 @@ def on_line(
 
     Args:
         terms: Table of named terms.
-        a: Coefficient of the cosine in the equation.
-        b: Coefficient of the sine in the equation.
+        a: Coefficient a of the cosine.
+        b: Coefficient b of the sine.
         e: The right-hand side.
-        sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
+        sign: Selects one of the two points. It is the sense of the rotation from (a, b) to the
+            point.
         xi2: The value ``a^2 + b^2 - e^2`` in its most accurate form.
-        are_two: Whether the two points are distinct; if None, xi2 is compared with a^2 + b^2.
+        are_two: Whether the two points are distinct. The default compares xi2 with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -88,17 +89,17 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Returns the result of :func:`on_line` if xi^2 is not computed from a and b.
+    """Variant of :func:`on_line` for an xi^2 that is not computed from a and b.
 
     Args:
         terms: Table of named terms.
-        a: Coefficient of the cosine in the equation.
-        b: Coefficient of the sine in the equation.
+        a: Coefficient a of the cosine.
+        b: Coefficient b of the sine.
         e: The right-hand side.
         sign: Selects one of the two points.
-        xi2: The value ``a^2 + b^2 - e^2`` up to rounding error.
+        xi2: The value ``a^2 + b^2 - e^2``, with a rounding error.
         scale: The magnitude of the terms whose difference is xi2.
-        are_two: Whether the two points are distinct; if None, xi2 is compared with the scale.
+        are_two: Whether the two points are distinct. The default compares xi2 with the scale.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -113,14 +114,14 @@ def near_line(
 
 
 def _through_center(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """Returns one of the two opposite points of a line through the center of the unit circle."""
+    """Returns a point of the unit circle on a line through the center."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """Returns ``part / whole`` for a nonnegative ``whole``, or 0 if both are 0."""
+    """Returns ``part / whole``, or 0 if both are 0. The divisor is not negative."""
     if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

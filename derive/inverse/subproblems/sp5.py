@@ -1,27 +1,25 @@
-"""Subproblem 5: three rotations that close a vector loop.
+"""Subproblem 5: three rotations that close a loop of vectors.
 
 Statement: The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)`` is solved
-    for the three angles.
+for the three angles.
 
-Derivation: write the left side as v and the right side as ``R(k2, theta2) w``. The second rotation
-changes neither the length of w nor its component along k2, so ``|v|^2 = |w|^2`` and ``k2.v =
-k2.w``.
+Derivation: let v be the left side and ``R(k2, theta2) w`` the right side. The second rotation keeps
+the length of w and its component along k2. Therefore, ``|v|^2 = |w|^2`` and ``k2.v = k2.w``.
 
-The two equations for the length and the component are linear in the cosine and sine of theta1 and
-of theta3, so subproblem 6 solves them with up to four solutions. The rotation about k2 from w to v
-is theta2.
+Both equations are linear in the cosine and sine of theta1 and of theta3. Subproblem 6 solves them
+with up to four solutions. The angle theta2 is the rotation about k2 from w to v.
 
-If v and w are almost parallel to k2, as at a shoulder singularity, the squared lengths determine
-the components v' and w' normal to k2 only to 1e-8. Therefore, two solutions that the squared
-lengths cannot distinguish get start values on both sides of their common point. Each start value
-moves to the nearer root of the second-order expansion in v' and w', which restores the accuracy. If
-first derivatives vanish, the expansion is not accurate enough. Therefore, damped Newton steps on
-``v - R2 w = 0`` refine all three angles. Each step is used only if it reduces the closure error.
+At a shoulder singularity, v and w are almost parallel to k2. The squared lengths then determine the
+components v' and w' normal to k2 only to 1e-8. Two solutions that the squared lengths cannot
+distinguish get start values on both sides of their common point. A second-order step in v' and w'
+moves each start value to the nearer root and restores the accuracy. If first derivatives vanish,
+this step is not accurate enough. Therefore, damped Newton steps on ``v - R2 w = 0`` refine all
+three angles. A step is used only if it reduces the closure error.
 
-Boundary: at a double solution, the determinant of the Jacobian vanishes.
+Boundary: at a double solution, the determinant of the Jacobian is 0.
 
-Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. If the equations are
-dependent, see subproblem 6.
+Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. Subproblem 6 describes
+dependent equations.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -50,13 +48,13 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class ThreeAngles:
-    """Three angles of subproblem 5 and their margin.
+    """Three angles that subproblem 5 solves for, with their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: The margin of the solution, defined as in subproblem 6.
+        margin: The margin of the solution, as in subproblem 6.
     """
 
     first: CosSin
@@ -80,14 +78,14 @@ def sp5(
 
     Args:
         terms: Table of named terms.
-        p0: The fixed vector on the left side.
+        p0: The constant vector on the left side.
         k1: Unit vector of the first axis.
-        p1: The vector rotated about the first axis.
+        p1: The vector that rotates about the first axis.
         k2: Unit vector of the second axis.
-        p2: The vector rotated only about the second axis.
+        p2: The vector that rotates about the second axis.
         k3: Unit vector of the third axis.
-        p3: The vector rotated about the third and the second axis.
-        signs: Two symbols (1 or -1); the four combinations give all solutions.
+        p3: The vector that rotates about the third and the second axis.
+        signs: Two symbols (1 or -1). The four combinations lead to all solutions.
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
@@ -105,7 +103,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """The sum ``fixed + cos across + sin turned`` of a constant vector and a rotated vector."""
+    """The sum ``fixed + cos across + sin turned`` of a constant and a rotated vector."""
 
     fixed: Vector
     across: Vector
@@ -126,8 +124,6 @@ class _Arm:
 
 @dataclass(frozen=True)
 class _State:
-    """Three angles, with the vector ``R2 w`` and the closure error ``v - R2 w``."""
-
     turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
     residual: Vector
@@ -135,8 +131,6 @@ class _State:
 
 @dataclass(frozen=True)
 class _Loop:
-    """The two sides of the equation, and the second axis."""
-
     v: _Arm
     k2: Vector
     w: _Arm
@@ -168,7 +162,6 @@ class _Loop:
         )
 
     def closed(self, terms: Terms, first: CosSin, third: CosSin) -> _State:
-        """Solves for the second angle from the other two angles."""
         v, w = (
             perpendicular(terms, self.k2, arm.at(terms, turn))
             for arm, turn in ((self.v, first), (self.w, third))
@@ -184,8 +177,8 @@ class _Loop:
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
         """Moves the angles to the nearer root of both second-order equations.
 
-        The step is kept only if it reduces the error. With the components v' and w' normal to k2,
-        the equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``. These equations
+        The step is kept only if it reduces the error. Let v' and w' be the components normal to k2.
+        The equations are ``k2.(v - w) = 0`` and ``(|v'|^2 - |w'|^2) / (2 L) = 0``. The equations
         are as accurate as v' and w'.
         """
         let = terms.let
@@ -208,7 +201,7 @@ class _Loop:
     def _expansion(
         self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
-        """Returns first and second angle derivatives of ``k2.v`` and ``|v'|^2 / (2 L)``."""
+        """Returns the first and second derivatives of ``k2.v`` and ``|v'|^2 / (2 L)``."""
         rate = arm.rate(terms, turn)
         arrow = subtracted(terms, arm.at(terms, turn), arm.fixed)
         rate_across = perpendicular(terms, self.k2, rate)
@@ -219,10 +212,10 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """Applies a damped Newton step to all three angles, if it reduces the closure error.
+        """Applies a damped Newton step to all three angles if the step reduces the closure error.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so that squaring J costs
-        no accuracy. With ``M = J^T J``, the step is ``-(det J adj(J) e + mu (tr M + mu - M) J^T e)
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because squaring J would
+        cost accuracy. Let ``M = J^T J``. The step is ``-(det J adj(J) e + mu (tr M + mu - M) J^T e)
         / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)``.
         """
         let = terms.let
@@ -258,7 +251,6 @@ class _Loop:
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
-    """Returns the state with the smaller closure error; a new state must also be finite."""
     better = sp.And(
         exists, dot(terms, new.residual, new.residual) < dot(terms, old.residual, old.residual)
     )

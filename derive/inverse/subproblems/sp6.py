@@ -1,30 +1,30 @@
-"""Subproblem 6: two angles from two equations that are linear in their cosines and sines.
+"""Subproblem 6: two equations that are linear in the cosines and sines of two angles.
 
 Statement: The equation ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)`` is solved for both
-angles. Geometrically, two ellipses intersect in up to four points. The two equations are equivalent
-to ``h_i.(R(k_i, theta1) p_i) + h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
+angles. Geometrically, two ellipses intersect in up to four points. Another form of the equations is
+``h_i.(R(k_i, theta1) p_i) + h'_i.(R(k'_i, theta2) p'_i) = d_i`` for i = 1, 2.
 
-Derivation: the solutions of the two equations form a plane ``X + N z`` in the space of (x1, x2),
-where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
-lies on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. Then ``|x1|^2 - |x2|^2
-= 0`` is a trigonometric polynomial of degree 2 in phi, that is, a quartic; see :mod:`..quartic`.
-Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must have rank 2. X and
-N follow from two Householder reflections. Afterwards, Newton steps refine the two angles. The steps
-are damped near singular Jacobians; a step is used only if it reduces the error of the equations.
+Derivation: the vectors (x1, x2) that solve both equations form a plane ``X + N z``. X is the point
+of the plane nearest to 0, and N has two orthonormal columns. Since ``|x1|^2 + |x2|^2 = 2``, z lies
+on the circle ``z = rho (cos phi, sin phi)`` with ``rho^2 = 2 - |X|^2``. The condition ``|x1|^2
+- |x2|^2 = 0`` is then a trigonometric polynomial of degree 2 in phi, that is, a quartic
+(:mod:`..quartic`). Neither angle is eliminated, so A1 and A2 may be singular. Only ``[A1 A2]`` must
+have rank 2. Two Householder reflections give X and N. Newton steps then refine the two angles. Near
+singular Jacobians, the steps are damped. A step is used only if it reduces the error of the
+equations.
 
-Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
-solutions. The first sign distinguishes two solutions whose second sign is equal. If the data follow
-a closed path, the two solutions may be exchanged, so the first sign must be discontinuous somewhere
-on the path.
+Labels: the second sign is the sign of the Jacobian determinant. It changes only at double
+solutions. The first sign distinguishes two solutions with the same second sign. On a closed path of
+the data, these two solutions may be exchanged. The first sign must then jump somewhere on the path.
 
-Boundary: at a double solution, the determinant of the Jacobian vanishes.
+Boundary: at a double solution, the determinant of the Jacobian is 0.
 
-Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. If the rank is 1, a
-solution with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected, which exists if any solution exists. If
-the rank is 0, the angles are arbitrary.
+Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. On the curve, a solution
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. It exists if there is any solution. If the rank is
+0, the angles are arbitrary.
 
-Source: The equations are subproblem 6 of Elias and Wen 2022, whose derivation eliminates one angle.
-The circle in the plane of solutions is original.
+Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the
+plane of solutions is original.
 """
 
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class TwoAngles:
-    """Two angles of subproblem 6 and their margin.
+    """Two angles that subproblem 6 solves for, with their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
@@ -74,7 +74,7 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
         A1: Coefficients of sin and cos of theta1, one row per equation.
         A2: Coefficients of sin and cos of theta2.
         b: Right-hand sides.
-        signs: Two symbols (1 or -1); the four combinations give all solutions.
+        signs: Two symbols (1 or -1). The four combinations lead to all solutions.
     """
     found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second
@@ -89,7 +89,7 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
 def algebraic(
     terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
-    """Solves :func:`sp6` by the quartic alone, without refinement by Newton's method.
+    """Solves :func:`sp6` with the quartic alone, without Newton steps.
 
     Each of two coinciding solutions is moved by the angle ``separation`` from their common point.
     """
@@ -99,12 +99,11 @@ def algebraic(
     )
     rho2 = let(2 - _dot(terms, X, X))
     rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
-    # Each entry is the product of the first halves minus the product of the second halves.
     n, m = N
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # The direction rotates together with the solutions if the input vectors rotate.
+    # If the input vectors rotate, the direction rotates with the solutions.
     normal = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, normal, column) for column in N)
     root = circle_roots(
@@ -126,7 +125,7 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """Returns the point nearest to 0, a basis and the orientation of ``rows.(x1, x2) = b``.
+    """Returns (point nearest to 0, basis, orientation) of the plane ``rows.(x1, x2) = b``.
 
     The orientation is the sign of the determinant of the two rows and the two basis vectors.
     """
@@ -143,7 +142,7 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # If the rows are dependent, a different row replaces the shorter row.
+    # If the rows are dependent, another row replaces the shorter row.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
@@ -171,7 +170,7 @@ def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class _Reflection:
-    """Householder reflection ``I - v v^T / kappa`` that maps a vector to (image, 0, 0, ...)."""
+    """Householder reflection ``I - v v^T / kappa`` that moves a vector to (image, 0, 0, ...)."""
 
     v: Row
     inverse: sp.Expr
@@ -198,10 +197,10 @@ def _improved(
     error: Row,
     exists: Boolean,
 ) -> tuple[tuple[CosSin, CosSin], Row]:
-    """Applies a damped Newton step to both angles, if it reduces the error.
+    """Applies a damped Newton step to both angles if the step reduces the error.
 
-    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so that squaring J costs no
-    accuracy. The step is then ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
+    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, because squaring J would cost
+    accuracy. The result is ``-(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)``.
     """
     let = terms.let
     one, two = angles
@@ -225,7 +224,7 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """Returns the rotation ``turn``, continued by the angle whose tangent is ``step``."""
+    """Returns the rotation ``turn`` plus the angle whose tangent is ``step``."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 

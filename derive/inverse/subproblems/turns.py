@@ -1,7 +1,7 @@
-"""Rotations about known axes, stored as pairs of cosine and sine.
+"""Rotations about known axes, as pairs of cosine and sine.
 
-Intermediate angles are not computed: each angle would need an atan2 call, and its cosine and sine
-would add two rounding errors.
+Intermediate angles are not computed. Each angle would need a call of atan2, and two more rounding
+errors.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class CosSin:
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """Returns the rotation measured about the reversed axis if ``sign`` is -1."""
+        """Returns the rotation about the opposite axis if ``sign`` is -1."""
         return self if sign == 1 else self.back
 
 
@@ -36,8 +36,8 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by the length of its rounded components, which normalizes even a vector of
-    small differences. The vector (0, 0) gives the angle 0.
+    The vector is divided by the length of its rounded components. Even a vector of small
+    differences is then normalized. The vector (0, 0) gives the angle 0.
 
     Args:
         terms: Table of named terms.
@@ -54,7 +54,7 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """Returns the result of :func:`direction`, and the squared and inverse vector length."""
+    """Returns (result of :func:`direction`, squared length, inverse length)."""
     x, y = (terms.let(entry) for entry in (x, y))
     # Components that consist only of rounding errors are replaced by 0.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
@@ -91,9 +91,9 @@ def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """Returns a unit vector perpendicular to ``k``; it is constant for a constant ``k``.
+    """Returns a unit vector perpendicular to ``k``. The result is constant for a constant ``k``.
 
-    Source: Duff et al. 2017, Building an orthonormal basis, revisited, for variable ``k``.
+    Source for variable ``k``: Duff et al. 2017, Building an orthonormal basis, revisited.
     """
     if not all(terms.is_constant(component) for component in k):
         side = terms.let(sp.Piecewise((1, k[2] >= 0), (-1, True), evaluate=False))

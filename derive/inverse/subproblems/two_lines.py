@@ -1,13 +1,13 @@
-"""One angle from two equations that are linear in its cosine and sine.
+"""Two equations that are linear in the cosine and sine of one angle.
 
-Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are solved for one angle
-that satisfies both. This subproblem occurs in chains with fewer joints than task equations.
+Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are solved for an angle
+that satisfies both. These equations occur in chains with fewer joints than task equations.
 
-Derivation: each equation is subproblem 4 with two solutions; the common angle is used. The rounding
-error of a solution is the error of the equation, divided by the sine of half the difference between
-its two solutions. For a double solution, the error grows to the square root of the rounding error.
-For a = b = 0, the equation does not determine the angle. Therefore, the equation whose two
-solutions differ more, relative to its terms, is used. If both have a double solution, the equation
+Derivation: each equation is subproblem 4 with two solutions. The common solution is used. Let delta
+be the difference between the two solutions of an equation. A solution has the error of the equation
+divided by sin(delta / 2). For a double solution, the error is the square root of the rounding
+error. If a = b = 0, the equation does not determine the angle. Therefore, the equation is used
+whose two solutions differ more, relative to its terms. If both have a double solution, the equation
 with the larger coefficients is used. For the second equation, sign 1 selects the solution that is
 nearer to the first equation's solution of sign 1.
 
