@@ -52,7 +52,7 @@ class Ratio:
         wrenfold".
         own: Minimum time of chasles [ns].
         peer: Minimum time of the other library [ns].
-        median: Median ratio of all rounds; above 1, chasles is faster.
+        median: Median ratio of all rounds. Above 1, chasles is faster.
         least: Minimum ratio of all rounds.
         bar: Required value of the median ratio, or None if no value is required.
     """
@@ -197,7 +197,7 @@ def _version(package: str) -> str:
 
 
 def text(cell: object) -> str:
-    """Format a table cell; numbers have three significant digits."""
+    """Format a table cell. Numbers have three significant digits."""
     if isinstance(cell, float):
         return f"{cell:.0f}" if abs(cell) >= 100 else f"{cell:.3g}"
     return "" if cell is None else str(cell)

@@ -1,4 +1,4 @@
-"""Checks of arguments: the class of an object, such as a robot, and names that do not exist."""
+"""Checks of arguments."""
 
 import reprlib
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return the three known names that are most similar to an unknown name, for an error."""
+    """Returns the three known names that are most similar to an unknown name."""
     from difflib import get_close_matches  # noqa: PLC0415 - for errors only
 
     return ", ".join(get_close_matches(name, [*known], n=3, cutoff=0.0))

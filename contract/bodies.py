@@ -26,8 +26,9 @@ class Shape:
             "revolute", "helical", "universal" and "ball" are joint symbols with one point. For a
             joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
             "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
-            end). A strut has the symbols "barrel", "piston" or "rod" (end to end).
-        name: Name of the joint, closure or strut; for a link or plate, name of the body.
+            end). A strut has the symbols "barrel" and "piston", or "rod" from end to end.
+        name: Name of the joint, closure or strut. For a link or plate, this is the name of the
+            body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
         Whether the joint's frame is at the end of a strut.
@@ -42,15 +43,15 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class BodyJoint:
-    """The joint that carries a body; its value is ``ratio * z[coordinate] + offset``.
+    """The joint that carries a body. The joint value is ``ratio * z[coordinate] + offset``.
 
     Attributes:
         name: Name of the joint.
         kind: "revolute", "prismatic", "helical" or "fixed".
         at: A point of the axis in the body's frame [m].
         axis: The unit direction of the axis in the body's frame.
-        coordinate: Index of the coordinate in the configuration z, or in q for a serial robot; -1
-            for a fixed joint.
+        coordinate: Index of the coordinate in the configuration z, or in q for a serial robot. The
+            index of a fixed joint is -1.
         ratio: Value of the joint per unit of the coordinate.
         offset: Value of the joint at coordinate 0 [rad or m].
         advance: Translation of a helical joint along its axis [m/rad].
@@ -68,14 +69,14 @@ class BodyJoint:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The two end points of a strut body: a rod, or one half of a cylinder.
+    """The two end points of a strut body.
 
     Attributes:
         name: Name of the strut.
         bodies: Indices of the bodies at the first and the second end.
         ends: The end points of the strut in the frames of both bodies [m].
-        across: A direction in the frame of the first body. The y axis of the strut is the part
-            of the direction that is normal to the strut.
+        across: A direction in the frame of the first body. The y axis of the strut is the component
+            of the direction normal to the strut.
         from_end: Whether the body's frame is at the second end instead of the first.
     """
 
@@ -129,7 +130,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class PlacedTip:
-    """The tip frame: its body, and its pose in that body."""
+    """The tip frame, with its body and its pose in that body."""
 
     body: int
     placement: PoseRows
@@ -137,7 +138,7 @@ class PlacedTip:
 
 @dataclass(frozen=True, slots=True)
 class SkeletonFacts:
-    """The bodies of a robot: first the ground in the base frame, and parents before children.
+    """The bodies of a robot. The ground is the first body, and parents precede children.
 
     Attributes:
         size: The diagonal of the robot's bounding box at the reference [m].
@@ -156,7 +157,7 @@ class SkeletonFacts:
 
 
 def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
-    """Checks conditions beyond the annotations: indices, and the joint or span of each body.
+    """Checks the indices, and the joint or span of each body.
 
     Args:
         found: The bodies.

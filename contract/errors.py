@@ -6,7 +6,7 @@ class ChaslesError(Exception):
 
 
 class InputError(ChaslesError):
-    """An argument cannot be used; base class of `InputTypeError` and `InputValueError`."""
+    """An argument cannot be used. Base class of `InputTypeError` and `InputValueError`."""
 
 
 class InputTypeError(InputError, TypeError):
@@ -27,11 +27,11 @@ class DescriptionError(ChaslesError, ValueError):
     A description built in Python has no file, and the other attributes may also be empty.
 
     Attributes:
-        file: Name of the file as passed by the caller; the value is empty if there is no file.
+        file: Name of the file as passed by the caller, or "" without a file.
         line: Line number, starting at 1, or None if no line is known.
-        field: Dotted path of the field; the value is empty for the description as a whole.
+        field: Dotted path of the field, or "" for the description as a whole.
         value: The value found, or None if no value was found.
-        expected: Description of a valid value; the value is empty if only the message contains it.
+        expected: Description of a valid value, or "" if only the message contains it.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class LoopError(DescriptionError):
         closure_error: Smallest distance between the frames of the open loop (meter). For a strut,
             the smallest difference between its length and the distance between its ends. None if no
             distance was found.
-        remedies: Lengths, angles and coordinates, each with the interval of values that close the
-        loop. The smallest change comes first.
+        remedies: Lengths, angles and coordinates with the interval of values that close the loop.
+            The smallest change comes first.
     """
 
     def __init__(
@@ -69,15 +69,15 @@ class LoopError(DescriptionError):
 
 
 class DerivationError(ChaslesError):
-    """The compiler is not installed or could not derive a robot; contains the compiler's output."""
+    """The compiler is missing or could not derive a robot. The message contains its output."""
 
 
 class OutOfReachError(ChaslesError, ValueError):
-    """A loop does not close, or a pose is out of reach; the message names the loop."""
+    """A loop does not close, or a pose is out of reach. The message names the loop."""
 
 
 class SingularityError(OutOfReachError):
-    """The result is not defined at a pose that exists, such as rates at a dead point."""
+    """The result is not defined at this pose, such as rates at a dead point."""
 
 
 class UnknownRobotError(ChaslesError, LookupError):
@@ -85,15 +85,15 @@ class UnknownRobotError(ChaslesError, LookupError):
 
 
 class MissingFunctionError(ChaslesError, AttributeError):
-    """The robot lacks a function or method; the message states the reason and names substitutes."""
+    """The robot lacks a function or method. The message states the reason and names substitutes."""
 
 
 class NotInstalledError(ChaslesError, ImportError):
-    """An optional package is not installed; the message contains the command that installs it."""
+    """An optional package is not installed. The message contains the installation command."""
 
 
 class KernelError(ChaslesError):
-    """A robot's compiled functions cannot be built, found or opened; base class of five errors."""
+    """A robot's compiled functions cannot be built, found or opened. Base class of five errors."""
 
 
 class CompilerNotFoundError(KernelError):
@@ -101,7 +101,7 @@ class CompilerNotFoundError(KernelError):
 
 
 class CompileError(KernelError):
-    """The C compiler rejected the generated C; contains the compiler's output."""
+    """The C compiler rejected the generated C. The message contains the compiler's output."""
 
 
 class CacheError(KernelError, OSError):
@@ -109,7 +109,7 @@ class CacheError(KernelError, OSError):
 
 
 class ManifestError(KernelError, ValueError):
-    """A `manifest.json` has an unsupported form; the message names file, field and value."""
+    """A `manifest.json` has an unsupported form. The message names file, field and value."""
 
 
 class MismatchError(KernelError):

@@ -1,4 +1,4 @@
-"""Optional packages: if an import fails, the error names the command that installs the package."""
+"""Optional packages, and errors that name the command to install a package."""
 
 import shlex
 from collections.abc import Iterator

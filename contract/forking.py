@@ -19,16 +19,16 @@ Result = TypeVar("Result")
 def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     """Starts work in a forked process, with a copy of this process's state.
 
-    On systems other than Linux, or while other threads run, this process runs the work when the
-    result is requested. A fork could copy a lock that another thread holds, and nothing would
-    release this lock.
+    On systems other than Linux, or while other threads run, this process runs the work itself. The
+    work then starts when the result is requested. A fork could copy a lock that another thread
+    holds. Nothing would release this lock.
 
     Args:
-        work: Function that computes the result, which must be plain data.
+        work: Function that computes the result. The result must be plain data.
 
     Yields:
-        A function that waits for the result and returns it, or raises the error of the work. The
-        process ends at the end of the ``with`` block.
+        A function that waits for the result, and returns the result or raises the error of the
+        work. The process ends at the end of the ``with`` block.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work
@@ -62,12 +62,12 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
 
 
 def _send(work: Callable[[], object], sender: Connection) -> None:
-    """Runs the work, and sends its result or its error."""
+    """Runs the work, and sends the result or the error."""
     sender.send(outcome_of(work))
 
 
 def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
-    """Returns whether work succeeds, and the result or the error."""
+    """Returns (whether work succeeds, result or error)."""
     try:
         return True, work()
     except BaseException as error:

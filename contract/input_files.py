@@ -1,4 +1,4 @@
-"""Opens input files: only regular files, with a size limit, and inside the folder of a robot."""
+"""Opens regular input files in the folder of a robot, with a size limit."""
 
 import errno
 import os
@@ -18,7 +18,7 @@ MAX_DESCRIPTION = 1_000_000
 PACKAGE_FILE = "package.xml"
 """File that marks the folder of a ROS package."""
 FOLDERS_UP = 5
-"""Number of folders that are searched for a package: the folder of a file and its parents."""
+"""Number of folders that are searched for a package, from the folder of a file upwards."""
 
 
 def as_path(name: str, path: Any) -> Path:

@@ -1,4 +1,4 @@
-"""Runs work in a separate process with time and memory limits and without file output."""
+"""Runs work in a separate process with time and memory limits."""
 
 import os
 import pickle
@@ -38,9 +38,9 @@ class IsolatedWorkError(RuntimeError):
 
 
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
-    """Returns the result of work in a separate process, which cannot write files.
+    """Returns the result of work in a separate process. The process cannot write files.
 
-    On Linux, the process is a fork. The fork avoids locks that other threads may hold; if a library
+    On Linux, the process is a fork. The fork avoids locks that other threads may hold. If a library
     waits for such a lock, the time limit ends the process. On other systems, a new interpreter
     starts. The start takes one second, and ``work`` must be picklable.
 

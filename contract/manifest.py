@@ -1,6 +1,6 @@
 """The manifest of a generated robot: every fact that the runtime needs, as plain data.
 
-The compiler writes these records and the runtime reads them; both use the annotations.
+The compiler writes these records, and the runtime reads the records. Both use the annotations.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Coordinate:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """The name and unit of a passive joint or of an entry of z."""
+    """A passive joint or an entry of z, with its unit."""
 
     name: str
     unit: str
@@ -70,7 +70,7 @@ class Redundancy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The reference configuration, with coordinates q and variables z, which selects the branch."""
+    """The reference configuration, which selects the branch."""
 
     q: tuple[float, ...]
     z: tuple[float, ...]
@@ -235,9 +235,9 @@ class Cleaning:
 
     Attributes:
         position: Upper bound (m) of the tool displacement that cleaning causes within the joint
-            limits; 0.0 if no value was cleaned.
+            limits, or 0.0 if no value was cleaned.
         orientation: Upper bound (rad) of the tool rotation that cleaning causes. For a robot with
-            loops, both bounds are maxima over random configurations; the notes state the number of
+            loops, both bounds are maxima over random configurations. The notes state the number of
             configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
@@ -249,7 +249,7 @@ class Cleaning:
 
 @dataclass(frozen=True, slots=True)
 class LoopFacts:
-    """The loops of a robot; all fields are empty for a serial robot without couplings.
+    """The loops of a robot. All fields are empty for a serial robot without couplings.
 
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
@@ -259,7 +259,7 @@ class LoopFacts:
         reference: The reference configuration, or None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
-        coupling: C of theta = C q + c for the joints theta of a coupled serial robot with
+        coupling: C of theta = C q + c for a coupled serial robot with joints theta and
             coordinates q, or () without couplings.
     """
 
@@ -313,9 +313,9 @@ class Manifest:
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
-        folder: The folder of the manifest; not stored in the manifest.
-        digest: SHA-256 of the manifest, which covers the hashes of all files; not stored in the
-            manifest.
+        folder: The folder of the manifest, which is not stored in the manifest.
+        digest: SHA-256 of the manifest, which covers the hashes of all files. The value is not
+            stored in the manifest.
     """
 
     format: int = field(metadata={"key": "chasles"})

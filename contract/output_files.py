@@ -27,13 +27,14 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterator[Path]:
-    """Yields a temporary file with the name of a path; at the end, the file moves to the path.
+    """Yields a temporary file that moves to a path at the end.
 
     After an error, the path has its former content. A device or a pipe is written directly.
 
     Args:
         path: The file to write.
-        is_new: Whether an existing file is an error, also if another process has just created it.
+        is_new: Whether an existing file is an error, even if another process has just created the
+            file.
 
     Raises:
         InputValueError: The file cannot be written.
@@ -59,7 +60,7 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:
-    """Writes several files; the last file moves to its path after all other files.
+    """Writes several files. The last file moves to its path after all other files.
 
     If a file cannot be written, for example because the disk is full, all paths keep their content.
 

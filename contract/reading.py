@@ -1,6 +1,6 @@
 """Reads, checks and writes `manifest.json`, the contract between compiler and runtime.
 
-Reading includes all checks, so that the runtime can use a manifest without further checks.
+Reading includes all checks. The runtime can therefore use a manifest without further checks.
 """
 
 from __future__ import annotations

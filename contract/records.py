@@ -39,7 +39,7 @@ NOT_STORED = MappingProxyType({"stored": False})
 
 @dataclass(frozen=True)
 class Check:
-    """A condition on a value: a description and a test."""
+    """A condition on a value, with a description and a test."""
 
     expected: str
     passes: Callable[[Any], bool]
@@ -52,7 +52,7 @@ def one_of(choices: Collection[str]) -> Check:
 
 @dataclass(frozen=True)
 class Place:
-    """The location of a value: a file and a field."""
+    """The location of a value in a file."""
 
     file: Path
     field: str = ""
@@ -157,7 +157,7 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """Error for a value of the wrong form; each enclosing level of the JSON data adds its key."""
+    """Error for a value of the wrong form. Each enclosing level of the JSON data adds its key."""
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -180,7 +180,7 @@ Reader = Callable[[Any], Any]
 
 @functools.cache
 def _reader(kind: Any) -> Reader:
-    """Returns the reader of a type, which is created once and cached."""
+    """Returns the cached reader of a type."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         assert isinstance(kind, type)
@@ -213,7 +213,7 @@ def _record_reader(record: Any) -> Reader:
 
 
 def _fields_reader(record: Any) -> Reader:
-    """Returns the reader of a record's fields, from an object that may have other keys."""
+    """Returns the reader of a record's fields. The object may have other keys."""
     items = [
         (item, _fields_reader(item.kind) if item.inline else _reader(item.kind))
         for item in _items(record)
@@ -320,7 +320,7 @@ def write(record: Any, value: Any) -> dict[str, Any]:
     """Writes a record as plain JSON data.
 
     Args:
-        record: The dataclass; for a subclass, only the fields of this class are written.
+        record: The dataclass. For a subclass, only the fields of this class are written.
         value: An instance of the dataclass.
     """
     found: dict[str, Any] = {}
@@ -350,5 +350,5 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # The sum avoids -0.0, whose sign would depend on the order of additions.
+    # The sum avoids -0.0. The sign of -0.0 would depend on the order of additions.
     return float(value) + 0.0 if kind is float else value

@@ -38,7 +38,7 @@ VECTORS = {
     "task": "a part of the tool's pose",
     "": "none of these",
 }
-"""The vectors that functions receive first or return: domain and codomain of a role."""
+"""The vectors that functions receive first or return."""
 
 ROLES = {
     "pose": "pose of the tool",
@@ -77,14 +77,14 @@ ROLES = {
     "identification jacobian": "derivative of the pose with respect to the geometry p",
     "other": "no meaning beyond its summary",
 }
-"""The roles of functions with the result of each."""
+"""The roles of functions, each with its result."""
 
 INTERMEDIATE = {
     *("branches", "chain pose", "closure", "lengths", "lengths derivative", "modes"),
     "nominal inverse",
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
-"""Roles of functions that only methods call; the functions are not attributes of a robot."""
+"""Roles of functions that only methods call. The functions are not attributes of a robot."""
 
 TASK_COMPONENTS = {
     "position": 3,
@@ -136,7 +136,7 @@ class Role:
             of the first matrix in a velocity relation.
         components: The task components that the first input of an inverse prescribes, in the order
             of its entries. Each component is one of :data:`TASK_COMPONENTS`; a full pose has ().
-        free: Indices in q of the coordinates that the task leaves free; the inverse sets them to 0.
+        free: Indices in q of the coordinates that the task leaves free. The inverse sets them to 0.
         searches: Whether the closed form can miss configurations with joint angles that are
             multiples of 90 degrees. If true, the runtime also searches for solutions, starting
             from the least-squares solutions.

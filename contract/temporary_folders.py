@@ -1,4 +1,4 @@
-"""Temporary folders for unfinished files; folders of killed processes are removed."""
+"""Temporary folders for unfinished files. Folders of killed processes are removed."""
 
 import os
 import sys
@@ -11,10 +11,10 @@ if sys.platform != "win32":
     import fcntl
 
 TEMPORARY = ".chasles-"
-"""Prefix of temporary folder names: the folder of CHASLES_CACHE may contain other files."""
+"""Prefix of temporary folder names. The folder of CHASLES_CACHE may contain other files."""
 _SUFFIX = "[0-9a-f]" * 16
-"""Pattern of the random digits at the end of the folder names; the names of a user's folders do
-not match."""
+"""Pattern of the random digits at the end of the folder names. Folder names of users do not
+match."""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if its file system has no locks."""
 
@@ -76,7 +76,7 @@ def _remove_unless_in_use(folder: Path) -> None:
 
 
 def _lock(folder: Path) -> int | None:
-    """Returns an open and locked folder, or None if the system or its file system has no locks.
+    """Returns an open and locked folder, or None without locks.
 
     Raises:
         BlockingIOError: Another process holds the lock.

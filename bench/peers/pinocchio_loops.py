@@ -1,7 +1,7 @@
 """A five-bar in Pinocchio: an open tree with a closure constraint, solved with NumPy.
 
-Newton's method solves the constraint; the constraint Jacobian gives the rates,
-``J_passive z' = -J_actuated q'``. The code is specific to the five-bar: it selects the rows and
+Newton's method solves the constraint. The constraint Jacobian gives the rates,
+``J_passive z' = -J_actuated q'``. The code is specific to the five-bar. It selects the rows and
 columns of the plane, and starts each pose from the last configuration.
 """
 
@@ -19,8 +19,8 @@ class FiveBar:
     """Two cranks and two couplers that are connected at the tool.
 
     Attributes:
-        z: Angles of left crank and elbow, and of right crank and elbow [rad]: the start of the next
-            iteration.
+        z: Angles of left crank and elbow, and of right crank and elbow [rad]. The next iteration
+            starts from these angles.
         corrections: Number of Newton corrections of the elbows so far.
     """
 

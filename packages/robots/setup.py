@@ -21,7 +21,7 @@ class PlatformWheel(bdist_wheel):
     """A wheel whose libraries do not use the C API of Python."""
 
     def get_tag(self):
-        """Return the tag of the wheel: any Python 3 on this platform."""
+        """Return the tag of the wheel for any Python 3 on this platform."""
         return "py3", "none", super().get_tag()[2]
 
 
