@@ -39,8 +39,8 @@ def extension(name, patterns):
         sorted(str(path) for pattern in patterns for path in runtime.glob(pattern)),
         depends=sorted(map(str, [*runtime.glob("**/*.h"), *Path("contract").glob("*.h")])),
         include_dirs=["runtime", "contract", np.get_include()],
-        # Some builds of Python compile extensions with -O2. Square roots need not set errno,
-        # because no code reads it. With hidden symbols, calls between files need no linker table.
+        # Some builds of Python compile extensions with -O2. No code reads errno, so square roots
+        # need not set it. With hidden symbols, calls between files need no linker table.
         extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),

@@ -1,7 +1,7 @@
 """``python -m bench`` compares the speed and size of chasles with other libraries in the same run.
 
-Without a command, the program runs all benchmarks, prints and saves the tables (bench/results/),
-and updates docs/performance.md. With --quick, the program saves nothing.
+Without a command, the program runs all benchmarks and updates docs/performance.md. The tables are
+saved in bench/results/. With --quick, the program saves nothing.
 """
 
 import argparse
@@ -26,14 +26,14 @@ COMMANDS = {
     "exports": ("measures.exports", "compare exported C++ with the generated C"),
     "view": ("measures.frames", "time the computation of a frame of the live view"),
 }
-"""Maps each command to its module, which has a function ``run``, and to its help text."""
+"""Maps each command to (module with a function ``run``, help text)."""
 
 
 def main() -> int:
     options = vars(_parser().parse_args())
     command, quick, only = (options.pop(name) for name in ("command", "quick", "only"))
     if command:
-        # The module is imported on use, because other commands may need packages that are missing.
+        # The module is imported on use. Other commands may need missing packages.
         module = import_module(f".{COMMANDS[command][0]}", __package__)
         return int(module.run(**options))
     if quick:

@@ -1,4 +1,4 @@
-"""Fair comparisons: another library is timed only if it computes the same results as chasles."""
+"""Another library is timed only if it computes the same results as chasles."""
 
 from collections.abc import Iterable
 
@@ -19,9 +19,9 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
     """Check that another library computes the same results as chasles.
 
     Args:
-        name: Name of the other library, and of the robot or function that it computes.
-        found: Result arrays of the other library. An entry must be NaN if chasles returns NaN
-            there.
+        name: Name of the other library and of its robot or function.
+        found: Result arrays of the other library. If chasles returns NaN, the other library must
+            return NaN too.
         expected: Result arrays of chasles, with the same shapes.
     """
     for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):

@@ -1,8 +1,8 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
 Time ratios to other libraries in the same run hardly depend on the machine. A margin allows for the
-remaining dependence. If a ratio has decreased by more than the margin, the program measures all
-ratios again. A ratio fails if it decreased by more than the margin in both measurements.
+remaining dependence. If a ratio decreases by more than the margin, all ratios are measured again. A
+ratio fails if it decreased by more than the margin in both measurements.
 """
 
 import json
@@ -14,14 +14,13 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""On the machine that measured the baseline, a ratio may decrease by this fraction.
+"""Allowed relative decrease of a ratio on the machine of the baseline.
 
-The margin is large because another process on the same core slows chasles more than other
-libraries. Instruction counts (`count.py`) detect small
-slowdowns.
+The margin is large. Other processes on the same core slow chasles more than other libraries.
+Instruction counts (`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
-"""Allowed relative decrease of a ratio on a different processor or with a different compiler."""
+"""Allowed relative decrease of a ratio with a different processor or compiler."""
 
 
 def run(write: bool) -> int:
@@ -58,12 +57,10 @@ def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> floa
 
 
 def slower(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> list[str]:
-    """Return the keys of the ratios that decreased by more than the margin."""
     return [key for key in expected if key in found and found[key] < expected[key] * (1 - margin)]
 
 
 def show(expected: Mapping[str, float], found: Mapping[str, float], margin: float) -> None:
-    """Print all ratios next to the ratios of the baseline."""
     rows = [
         (key, expected.get(key, "new"), found.get(key, "not measured"))
         for key in {**expected, **found}

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Restrict the calling thread, and the threads that it starts in the context, to one core."""
+    """Restrict the calling thread and its new threads to one core."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -1,10 +1,9 @@
 """Instruction counts by valgrind, which are reproducible on a busy machine.
 
-Kernels are compiled for baseline x86-64. Instructions of the math library are excluded, so the
-counts depend only on the generated C and the compiler. Functions of the generated C that replace
-library functions are counted. The count of a Python call is the difference between a long and a
-short
-run, divided by the number of additional calls.
+Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The counts
+depend only on the generated C and the compiler. Functions of the generated C that replace library
+functions are counted. A long run has more Python calls than a short run. The count of a call is the
+difference of both runs per additional call.
 """
 
 import json
@@ -98,7 +97,6 @@ def impossible() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the tools that affect the counts."""
     return {
         "compiler": compiler_version(("gcc",)),
         "python": platform.python_version(),
@@ -120,8 +118,9 @@ def compare(
         kind: "kernels" or "python".
         expected: Expected versions and counts, from bench/instructions.json.
         found: Versions and counts of the current machine.
-        same: Names of the versions that affect the counts. If a version differs, no count fails.
-        exactly: Whether each difference or missing function is treated as a failure.
+        same: Names of the versions that affect the counts. No count fails if one of these versions
+            differs.
+        exactly: Whether each difference or missing function is a failure.
 
     Returns:
         One line per count that increased too much.
@@ -146,7 +145,7 @@ def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[s
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose count increased by more than the fraction RISE."""
+    """Return the functions whose count increased by more than RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"
@@ -190,7 +189,7 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
         "--compress-strings=no",
     ]
     subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
-    # The first part of the output is the program start, and each further part is a kernel.
+    # The first part of the output is the program start. Each further part is a kernel.
     parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
     totals = [
         own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))
@@ -263,7 +262,7 @@ def python_calls() -> dict[str, int]:
         start.write_text(START, encoding="utf-8")
         library = f"{folder}/start.so"
         subprocess.run(["gcc", "-shared", "-fPIC", str(start), "-o", library], check=True)
-        # Compile first, otherwise valgrind would trace the compiler.
+        # Compile first. Otherwise, valgrind would trace the compiler.
         _python(library, *arms)
         options = [
             "--tool=callgrind",
@@ -288,7 +287,7 @@ def _with_called_functions(name: str, folder: Path) -> str:
 
 def _python(*arguments: str, before: tuple[str, ...] = ()) -> None:
     program = PYTHON.replace("CALLS", str(CALLS)).replace("CALLED", str(CALLED))
-    # valgrind does not run AVX-512, so the library is compiled without it.
+    # valgrind does not run AVX-512. The library is therefore compiled without AVX-512.
     settings = {
         "CC": "gcc",
         "CHASLES_CACHE": f"{Path(arguments[0]).parent}/cache",

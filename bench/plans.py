@@ -27,5 +27,5 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
 
 
 def without_slow_builds(plan: Plan) -> Plan:
-    """Return the plan without libraries that take long to compile and are not yet compiled."""
+    """Return the plan without libraries that are not yet compiled and take long to compile."""
     return replace(plan, leave_out=frozenset(n for n in SLOW_TO_BUILD if not is_built(n)))

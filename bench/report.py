@@ -77,7 +77,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A measured value and its upper limit, or None if the value has no limit."""
+    """A measured value and its upper limit."""
 
     key: str
     value: float
@@ -102,10 +102,10 @@ def alternated(
     rounds: int,
     clock: Callable[[], float] = time.process_time,
 ) -> dict[str, list[float]]:
-    """Return the times of each function [s], in alternating order to distribute disturbances.
+    """Return the times of each function [s] from alternating runs.
 
     Each function first runs once without being timed. By default, the times are processor times of
-    all threads of this process, without other processes.
+    all threads of this process.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():

@@ -8,7 +8,7 @@ from .errors import InputTypeError
 
 
 def check_type(name: str, value: Any, *kinds: type) -> None:
-    """Raise an error that names the argument if its value is not an object of the expected class.
+    """Raises an error if an argument does not have the expected class.
 
     Args:
         name: Names of the function and the argument, for the error.

@@ -27,8 +27,8 @@ class Shape:
             joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
             "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
             end). A strut has the symbols "barrel" and "piston", or "rod" from end to end.
-        name: Name of the joint, closure or strut. For a link or plate, this is the name of the
-            body.
+        name: Name of the joint, closure or strut. For a link or plate, this is the
+            name of its body.
         points: The points in the body's frame, (points, 3) [m].
         axis: The direction of the joint's axis in the body's frame, or () for a shape without axis.
         Whether the joint's frame is at the end of a strut.
@@ -76,8 +76,8 @@ class Span:
         bodies: Indices of the bodies at the first and the second end.
         ends: The end points of the strut in the frames of both bodies [m].
         across: A direction in the frame of the first body. The y axis of the strut is the component
-            of the direction normal to the strut.
-        from_end: Whether the body's frame is at the second end instead of the first.
+            of this direction normal to the strut.
+        from_end: Whether the body's frame is at the second end instead of the first end.
     """
 
     name: str
@@ -111,10 +111,10 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries this body's joint, or None for the ground and for
-            bodies of struts.
+        parent: Index of the body that carries this body's joint. The ground and bodies of struts
+            have None.
         placement: The first three rows of the pose in the parent, at joint value 0.
-        joint: The joint that carries the body, or None for the ground and for bodies of struts.
+        joint: The joint that carries the body. The ground and bodies of struts have None.
         span: The end points of a strut body, or None for other bodies.
         shapes: The shapes in the frame of the body. If several bodies are fixed to each other, the
             first body has all shapes.

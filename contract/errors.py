@@ -44,7 +44,7 @@ class DescriptionError(ChaslesError, ValueError):
         value: object = None,
         expected: str = "",
     ) -> None:
-        # Pickle restores the message from `args` and the other attributes from `__dict__`.
+        # Pickle restores the message from `args`, and the other attributes from `__dict__`.
         super().__init__(message)
         self.file, self.line, self.field = file, line, field
         self.value, self.expected = value, expected
@@ -55,8 +55,8 @@ class LoopError(DescriptionError):
 
     Attributes:
         closure_error: Smallest distance between the frames of the open loop (meter). For a strut,
-            the smallest difference between its length and the distance between its ends. None if no
-            distance was found.
+            the distance is the smallest difference between its length and the distance between its
+            ends. The value is None if no distance was found.
         remedies: Lengths, angles and coordinates with the interval of values that close the loop.
             The smallest change comes first.
     """

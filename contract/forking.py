@@ -21,7 +21,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
     On systems other than Linux, or while other threads run, this process runs the work itself. The
     work then starts when the result is requested. A fork could copy a lock that another thread
-    holds. Nothing would release this lock.
+    holds. No thread would release this lock.
 
     Args:
         work: Function that computes the result. The result must be plain data.
@@ -39,7 +39,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 @contextmanager
 def forked(work: Callable[[], object]) -> Iterator[Connection]:
-    """Starts work in a forked process, which ends at the end of the ``with`` block.
+    """Starts work in a forked process. The process ends at the end of the ``with`` block.
 
     Yields:
         The connection from which :func:`received` reads the result or the error.
@@ -48,8 +48,7 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_send, args=(work, sender))
     with warnings.catch_warnings():
-        # Python 3.12 warns about forks while other threads run, but the caller decides whether to
-        # fork.
+        # Python 3.12 warns about forks while other threads run. The caller decides whether to fork.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     sender.close()
@@ -75,7 +74,7 @@ def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
 
 
 def received(receiver: Connection) -> Any:
-    """Receives the result of a process, or raises the error that its work raised.
+    """Receives the result of a process, or raises the error of its work.
 
     Raises:
         EOFError: The process ended without a result.
@@ -87,9 +86,9 @@ def received(receiver: Connection) -> Any:
 
 
 def _picklable(error: BaseException) -> BaseException:
-    """Returns the error, or a RuntimeError with the traceback if the error cannot be pickled."""
+    """Returns the error. An error that cannot be pickled becomes a RuntimeError."""
     text = "".join(traceback.format_exception(error))
-    # With dask, pickle includes causes and contexts, and errors of lxml cannot be pickled.
+    # With dask, pickle includes causes and contexts. Errors of lxml cannot be pickled.
     error.__cause__ = error.__context__ = None
     try:
         pickle.loads(pickle.dumps(error))

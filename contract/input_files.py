@@ -74,7 +74,7 @@ def read_input(path: str | os.PathLike[str], max_bytes: int = MAX_FILE) -> bytes
         max_bytes: Maximum size of the file in bytes.
 
     Raises:
-        OSError: The file cannot be read, is not a regular file, or is larger.
+        OSError: The file cannot be read, is not a regular file, or is too large.
     """
     with open_input(path) as stream:
         content = stream.read(max_bytes + 1)

@@ -180,9 +180,8 @@ class FunctionInfo:
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
         margin: Name of the margin function, or "" if every loop always closes. The margin function
-            has the same first input and returns, for each loop, the distance from configurations
-            with an open loop.
-        steps: The loop to which each entry of a margin function's result belongs.
+            has the same first input. It returns a distance from open loops for each loop.
+        steps: The loop of each entry of a margin function's result.
     """
 
     name: Name
@@ -204,8 +203,7 @@ class InverseFacts:
     Attributes:
         method: "exact" (closed form), "snapped" (iteration from the closed form of a nearby nominal
             arm), "general" (roots of a determinant) or "none" (no inverse).
-        missing: The reason why there is no inverse, or "" if there is an inverse or if no
-            reason is stated.
+        missing: The reason for a missing inverse, or "" without a stated reason.
     """
 
     method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -234,10 +232,10 @@ class Cleaning:
     """The combined effect of all cleaned values.
 
     Attributes:
-        position: Upper bound (m) of the tool displacement that cleaning causes within the joint
-            limits, or 0.0 if no value was cleaned.
-        orientation: Upper bound (rad) of the tool rotation that cleaning causes. For a robot with
-            loops, both bounds are maxima over random configurations. The notes state the number of
+        position: Upper bound (m) of the tool displacement from cleaning within the joint limits.
+            The bound is 0.0 if no value was cleaned.
+        orientation: Upper bound (rad) of the tool rotation from cleaning. For a robot with loops,
+            both bounds are maxima over random configurations. The notes state the number of
             configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
@@ -278,7 +276,7 @@ class ContractTolerances:
     """Tolerances that belong to the generated code.
 
     Attributes:
-        dead_point: The largest margin for which a loop is considered to be at a dead point.
+        dead_point: The largest margin of a loop at a dead point.
     """
 
     dead_point: float
@@ -302,20 +300,19 @@ class Manifest:
         loops: Facts about the loops of the robot.
         format: The format version of the manifest.
         notes: Remarks on the robot, such as snapped values.
-        cleaning: The values of the description that were replaced by exact values, and their
-            effect.
+        cleaning: The cleaned values of the description, and their effect.
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
         robot_file: For a robot with loops, the template of a robot file with other dimensions. For
             an arm with masses, the springs section of a robot file. Otherwise "".
-        inverse: Solution method of the inverse, or the reason why there is no inverse.
+        inverse: Solution method of the inverse, or the reason for a missing inverse.
         skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
         folder: The folder of the manifest, which is not stored in the manifest.
-        digest: SHA-256 of the manifest, which covers the hashes of all files. The value is not
-            stored in the manifest.
+        digest: SHA-256 of the manifest. The manifest contains the hashes of all files. This SHA-256
+            is not stored in the manifest.
     """
 
     format: int = field(metadata={"key": "chasles"})
@@ -375,9 +372,9 @@ class Manifest:
 
     @property
     def direct_parameters(self) -> tuple[str, ...]:
-        """The redundancy parameters if the C code can call the inverse directly, otherwise ().
+        """The redundancy parameters for a direct call of the C inverse, or () without direct call.
 
-        The inverse of a serial robot may degenerate if a fixed joint lies between free joints.
+        A fixed joint between free joints may make the inverse of a serial robot degenerate.
         """
         fixed = {item.index for item in self.redundancy}
         free = [k for k in range(len(self.coordinates)) if k not in fixed]
@@ -406,14 +403,14 @@ class Manifest:
 
     @property
     def batch_file(self) -> str:
-        """Name of the C file for pose batches, which is optional."""
+        """Name of the optional C file for pose batches."""
         return f"{self.name}_batch.c"
 
     @property
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        The value is False for geared motors and for motors that drive a spindle.
+        The value is False for geared motors and for motors of spindles.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)
@@ -431,14 +428,13 @@ class Manifest:
     def path_of(self, file: str) -> Path:
         """Returns the path of a generated file.
 
-        Robots installed with chasles share their support headers, in the folder `support` next to
-        the robots' folders.
+        Robots installed with chasles share their support headers in the folder `support`.
         """
         own, shared = self.folder / file, self.folder.parent / SUPPORT / file
         return shared if shared.is_file() and not own.exists() else own
 
     def sources(self) -> dict[str, str]:
-        """Returns the text of every C file and header by name, with the errors of `read_source`."""
+        """Returns the text of every C file and header, keyed by name."""
         return {file: self.read_source(file).decode() for file in self.c_files}
 
     def read_source(self, file: str) -> bytes:

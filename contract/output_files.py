@@ -29,7 +29,7 @@ def make_folder(path: Path) -> None:
 def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterator[Path]:
     """Yields a temporary file that moves to a path at the end.
 
-    After an error, the path has its former content. A device or a pipe is written directly.
+    After an error, the path keeps its former content. A device or a pipe is written directly.
 
     Args:
         path: The file to write.
@@ -62,7 +62,7 @@ def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterat
 def write_files(contents: Mapping[Path, bytes]) -> None:
     """Writes several files. The last file moves to its path after all other files.
 
-    If a file cannot be written, for example because the disk is full, all paths keep their content.
+    If a file cannot be written, all paths keep their content.
 
     Args:
         contents: The content of each file, keyed by path.
@@ -91,7 +91,7 @@ def _replacing(target: Path, is_new: bool) -> Iterator[Path]:
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
         if is_new and os.name == "posix":
-            # A link, unlike a move, never replaces a file that another process has written.
+            # A link never replaces a file that another process has written.
             os.link(temporary, target)
         else:
             temporary.replace(target)

@@ -70,7 +70,7 @@ def _check_files(manifest: Manifest, place: Place) -> None:
         if needed not in manifest.files:
             raise ManifestError(f"{place.file}: files: has no {needed!r}")
     for name in manifest.files:
-        # Compilers and chasles build write copies of the files with these names.
+        # Compilers and `chasles build` write copies of files with these names.
         if {"", ".", ".."} & set(name.split("/")) or set("\\:\0") & set(name):
             place.fail(name, "a path inside the folder")
 
@@ -126,7 +126,7 @@ def _check_unique(names: Sequence[str], place: Place) -> None:
 
 
 def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Place) -> None:
-    """Checks that a margin function has the same first input and one entry per loop."""
+    """Checks the first input and the number of entries of a margin function."""
     first = replace(function.inputs[0], unit="", meaning="")
     if function.margin:
         inputs = [replace(a, unit="", meaning="") for a in margin.inputs] if margin else []
@@ -139,7 +139,7 @@ def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Pl
 
 
 def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
-    """Checks the order and shape of the outputs with solution slots, for the class Solutions."""
+    """Checks the order and shape of outputs with solution slots."""
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:

@@ -1,8 +1,9 @@
 """Records: frozen dataclasses that can be converted from and to JSON objects.
 
-The annotations of a dataclass are its schema: `str`, `bool`, `float`, `int` (0 or greater), tuples,
-mappings, other records and unions with None. `Annotated[kind, Check(...)]` adds a condition. A
-field with a default is optional and is written only if its value differs.
+The annotations of a dataclass are its schema: An annotation is `str`, `bool`, `float`, `int` (0 or
+greater), a tuple, a mapping, a record or a union with None. `Annotated[kind, Check(...)]` adds a
+condition. A field with a default is optional. The field is written only if its value differs from
+the default.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .errors import ManifestError
 Record = TypeVar("Record")
 _SPACE = 3
 INLINE = MappingProxyType({"inline": True})
-"""Metadata of a record field whose fields are stored in the enclosing JSON object."""
+"""Metadata of a record whose fields are stored in the enclosing JSON object."""
 NOT_STORED = MappingProxyType({"stored": False})
 """Metadata of a field that is not stored in JSON."""
 
@@ -70,7 +71,7 @@ class Place:
 
 
 def _is_name(text: str) -> bool:
-    # Generated C contains the names, so they must be identifiers.
+    # Generated C contains the names. The names must therefore be identifiers.
     return bool(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text)) and not iskeyword(text)
 
 
@@ -89,7 +90,7 @@ PoseRows = Annotated[
 
 @dataclass(frozen=True)
 class _Item:
-    """A field of a record: its name, JSON key, type and default."""
+    """A field of a record, with its JSON key."""
 
     name: str
     key: str
@@ -157,7 +158,7 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """Error for a value of the wrong form. Each enclosing level of the JSON data adds its key."""
+    """Error for a value of the wrong form. Each enclosing JSON level adds a key."""
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -213,7 +214,7 @@ def _record_reader(record: Any) -> Reader:
 
 
 def _fields_reader(record: Any) -> Reader:
-    """Returns the reader of a record's fields. The object may have other keys."""
+    """Returns the reader of a record's fields. The object may have further keys."""
     items = [
         (item, _fields_reader(item.kind) if item.inline else _reader(item.kind))
         for item in _items(record)
@@ -296,7 +297,7 @@ def _is_count(value: Any) -> bool:
 
 _MAX_INTEGER = 2**1023
 _MAX_COUNT = 2**31 - 1
-"""Largest integer in a manifest; the C code uses int."""
+"""Largest integer in a manifest. The C code uses int."""
 _PLAIN: Mapping[type[Any], Check] = {
     str: Check("a string", lambda value: isinstance(value, str)),
     bool: Check("true or false", lambda value: isinstance(value, bool)),
@@ -350,5 +351,5 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # The sum avoids -0.0. The sign of -0.0 would depend on the order of additions.
+    # The sum avoids -0.0. Its sign would depend on the order of additions.
     return float(value) + 0.0 if kind is float else value

@@ -1,7 +1,7 @@
 """Defines the robot kinds, function roles, vectors and task components.
 
-A role states what a function computes. Neither the compiler nor the runtime infers the role
-from the function's name.
+A role states what a function computes. Compiler and runtime do not infer the role from the
+function's name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ KINDS = {
     "chain in closed form.",
     "iterated": "The loops are solved by iteration in both directions.",
 }
-"""The kinds of robots, which differ in how the tool pose follows from the coordinates."""
+"""The kinds of robots differ in how the tool pose follows from the coordinates."""
 
 SOLUTIONS = {
     "serial": "",
@@ -84,7 +84,7 @@ INTERMEDIATE = {
     "nominal inverse",
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
-"""Roles of functions that only methods call. The functions are not attributes of a robot."""
+"""Roles of functions that only methods call. These functions are not attributes of a robot."""
 
 TASK_COMPONENTS = {
     "position": 3,
@@ -95,9 +95,10 @@ TASK_COMPONENTS = {
     "heading": 1,
 }
 """The components of a task with their number of entries. The component "position" is the tool
-position, "plane" its x and y, "orientation" the rotation matrix of the tool, and "direction" the
-third axis of the tool. The component "pitch" is the elevation of the third axis above the x-y plane
-of the base, and "heading" is the angle of the first axis in the x-y plane."""
+position, and "plane" its x and y. The component "orientation" is the rotation matrix of the tool,
+and "direction" is the third axis of the tool. The component "pitch" is the elevation of the third
+axis above the x-y plane of the base. The component "heading" is the angle of the first axis in the
+x-y plane."""
 
 
 TaskName = Literal[
@@ -129,17 +130,17 @@ class Role:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
-        fixed: Indices in q of the coordinates that the second and later inputs of an inverse
-            determine. A fixed coordinate is constant during the refinement.
+        fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
+            coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
-        directions: Indices (0 to 5) of the twist components (v, omega) that belong to the columns
-            of the first matrix in a velocity relation.
-        components: The task components that the first input of an inverse prescribes, in the order
-            of its entries. Each component is one of :data:`TASK_COMPONENTS`; a full pose has ().
-        free: Indices in q of the coordinates that the task leaves free. The inverse sets them to 0.
-        searches: Whether the closed form can miss configurations with joint angles that are
-            multiples of 90 degrees. If true, the runtime also searches for solutions, starting
-            from the least-squares solutions.
+        directions: Indices (0 to 5) of the twist components (v, omega) in the first matrix of a
+            velocity relation, one per column.
+        components: The task components in the first input of an inverse, in order. Each component
+            is one of :data:`TASK_COMPONENTS`. A full pose has ().
+        free: Indices in q of the coordinates that the task leaves free. The inverse sets these
+            coordinates to 0.
+        searches: Whether the closed form can miss configurations with joint angles at multiples of
+            90 degrees. If true, the runtime also searches from the least-squares solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})
@@ -159,12 +160,12 @@ class Role:
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether only methods call the function, so that it is not an attribute of the robot."""
+        """Whether only methods call the function. Such a function is no robot attribute."""
         return self.name in INTERMEDIATE
 
     @property
     def is_inverse(self) -> bool:
-        """Whether the function returns solutions in slots, with residual and margin per slot."""
+        """Whether the function returns solutions in slots, with residual and margin."""
         return self.name == "inverse"
 
     @property

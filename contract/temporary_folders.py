@@ -16,21 +16,21 @@ _SUFFIX = "[0-9a-f]" * 16
 """Pattern of the random digits at the end of the folder names. Folder names of users do not
 match."""
 _ABANDONED = 86400.0
-"""Age [s] after which a temporary folder is removed if its file system has no locks."""
+"""Age [s] after which a temporary folder is removed if the file system has no locks."""
 
 
 @contextmanager
 def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
     """Yields a temporary folder, which is removed at the end.
 
-    The folders that killed processes left in the same parent are removed first. Each process locks
-    its folders, and the system releases the locks of a killed process.
+    Folders that killed processes left in the same parent are removed first. Each process locks its
+    folders. The system releases the locks of a killed process.
 
     Args:
         parent: The folder that contains the temporary folder.
         name: A part of the folder name, such as the name of a robot.
     """
-    # The module is imported here, because loading a compiled robot needs no temporary folder.
+    # The import is local, because loading a compiled robot needs no temporary folder.
     import shutil  # noqa: PLC0415
 
     remove_abandoned_folders(parent)
@@ -53,7 +53,7 @@ def _make(parent: Path, prefix: str) -> tuple[Path, int | None]:
     while True:
         folder = parent / f"{prefix}{os.urandom(8).hex()}"
         folder.mkdir(mode=0o700)
-        # Until this process locks the folder, another process may remove it.
+        # Another process may remove the folder until this process locks the folder.
         with suppress(BlockingIOError, FileNotFoundError):
             lock = _lock(folder)
             if folder.exists():
@@ -76,7 +76,7 @@ def _remove_unless_in_use(folder: Path) -> None:
 
 
 def _lock(folder: Path) -> int | None:
-    """Returns an open and locked folder, or None without locks.
+    """Returns an open and locked folder, or None if locks are not supported.
 
     Raises:
         BlockingIOError: Another process holds the lock.

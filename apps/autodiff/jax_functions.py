@@ -133,7 +133,6 @@ def _raw(robot: Robot, name: str, printed: Callable[..., Any] | None) -> Callabl
 
 
 def _address(capsule: object) -> np.int64:
-    """Return the address of a kernel as an attribute of XLA."""
     pointer = ctypes.pythonapi.PyCapsule_GetPointer
     pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
     return np.int64(pointer(capsule, b"chasles.kernel"))
@@ -188,8 +187,8 @@ def _ik(
         V = jnp.broadcast_to(V[..., None, :], J.shape[:-1])
         for k, rate in zip(fixed, fixed_dot, strict=True):
             V = V - J[..., k] * rate[..., None, None]
-        # NaN times a zero derivative would be NaN. So the inverse Jacobian is 0 in slots without a
-        # solution.
+        # Without a solution, the inverse Jacobian is 0, because NaN times a zero derivative would
+        # be NaN.
         inverse = jnp.where(solved[..., None, None], _inverse(J[..., jnp.array(free)]), 0)
         rates = jnp.einsum("...ij,...j->...i", inverse, V)
         own = [(rate[..., None] * solved)[..., None] for rate in fixed_dot]

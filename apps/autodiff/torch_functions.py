@@ -96,7 +96,6 @@ def _(
 
 
 def _keep(ctx: Any, inputs: tuple[Any, ...], output: Any) -> None:
-    """Save the tensors and constants for the backward function."""
     tensors = [item for item in inputs if isinstance(item, Tensor)]
     results = output if isinstance(output, tuple) else (output,)
     ctx.save_for_backward(*tensors, *results)

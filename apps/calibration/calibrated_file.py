@@ -1,9 +1,9 @@
 """Robot files of calibrated robots.
 
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
-describe every chain without rounding, whatever convention the nominal file uses. For a robot with
-loops, the result is the nominal file with the identified parameters. The compiler infers the
-nominal structure from the values. The inverse refines the solutions of the nominal structure.
+describe every chain exactly. For a robot with loops, the result is the nominal file with the
+identified parameters. The compiler infers the nominal structure from the values. The inverse
+refines the solutions of the nominal structure.
 """
 
 from __future__ import annotations
@@ -141,8 +141,8 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
             f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
             "identified parameters into the file of the nominal robot"
         )
-    # v = omega x (tool - point) for the twist (v, omega). This point of the axis is nearest to the
-    # tool origin.
+    # v = omega x (tool - point) for the twist (v, omega). The point is the axis point nearest to
+    # the tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 

@@ -1,10 +1,10 @@
 """Select the configurations that determine the parameters best.
 
-B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
-The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
-det(A), and thus the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters and count
-configurations. The search adds configurations one by one. The search then exchanges configurations
-until no exchange improves det(A).
+B_i is the derivative of the measurements at configuration i. Each row is divided by its standard
+deviation. The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design
+maximizes det(A), and thus the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters
+and count configurations. The search adds configurations one by one. The search then exchanges
+configurations until no exchange improves det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -36,8 +36,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PRIOR = 1e-6
-"""Prior weight of all candidates, which keeps A invertible while few configurations are
-selected."""
+"""Prior weight that keeps A invertible while few configurations are selected."""
 _PASSES = 20
 """Maximum number of passes over the selected configurations."""
 _GAIN = 1e-9
@@ -55,9 +54,9 @@ class Design(StudyResult):
         names: Names of the identifiable parameters and unknowns.
         std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
-        tool_error: Root mean square tool position error due to measurement noise, over all
-            candidates [m].
-        tool_error_with_more: The tool error if the ten next best configurations are added.
+        tool_error: Root mean square tool position error from measurement noise, over all candidates
+            [m].
+        tool_error_with_more: Expected tool error with ten additional configurations [m].
     """
 
     indices: NDArray[np.intp]
@@ -100,12 +99,12 @@ def optimal_design(
 
     Args:
         robot: A robot with parametric functions.
-        candidates: (M, n) coordinates [rad or m]; candidates beyond the limits are ignored.
+        candidates: (M, n) coordinates [rad or m]. Candidates beyond the limits are ignored.
         count: Number of configurations to select.
         targets: (m, 3) targets on the tool whose positions are measured [m], or None if poses
             are measured.
-        sigma: Standard deviation of each measured position coordinate [m]. For poses, a pair of
-            standard deviations: position [m] and orientation [rad].
+        sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
+            pair (position [m], orientation [rad]).
         vary: As in :func:`~chasles.calibration.identify`.
         is_allowed: Function that returns (M,) booleans for candidates (M, n), for example False for
             a collision.

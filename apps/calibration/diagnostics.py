@@ -23,8 +23,6 @@ suggests a different robot or wrong joint values."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
-"""Above this ratio of actual to stated noise, the identified parameters do not explain the
-measurements."""
 MIN_SPREAD = 1e-6
 """Minimum spread of the tool positions [m]. A smaller spread means that the tool only rotates."""
 MANY = 0.2

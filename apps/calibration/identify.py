@@ -59,12 +59,12 @@ def identify(
             Parameters with little effect on the measurements stay near nominal.
         T_W_base: (4, 4) the base frame in the device frame W, or None to identify this frame.
         robust: Whether outliers are excluded. The result lists the excluded rows.
-        weights: (N,) weight of each configuration; weight 4 halves the standard deviations.
+        weights: (N,) weight of each configuration. Weight 4 halves the standard deviations.
 
     Raises:
         ShapeError: The shape of q does not match the robot.
         InputValueError: There are fewer measurements than variables, vary contains an unknown name,
-            or the measurements fit only after correcting units, signs or columns.
+            or units, signs or columns are wrong.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)

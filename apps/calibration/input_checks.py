@@ -36,8 +36,7 @@ BETTER = 10.0
 MUCH_BETTER = 3.0
 """Factor by which a correction must reduce the errors after calibration."""
 _TRIED = 3
-"""Number of mistakes that are checked by a calibration, beginning with the smallest nominal
-error."""
+"""Number of mistakes that a calibration checks."""
 _LENGTHS = {
     "positions are in millimeters": 1e-3,
     "positions are in meters, not in millimeters": 1e3,
@@ -63,7 +62,7 @@ off by 180 deg."""
 
 
 class Mistake(NamedTuple):
-    """A possible mistake in the input, and the corrected input.
+    """A possible mistake, with the corrected input.
 
     Attributes:
         words: The mistake, as the end of the sentence "the measurements fit better if ...".
@@ -78,16 +77,16 @@ class Mistake(NamedTuple):
     factor: float = 1.0
 
     def comparable(self, misfit: float) -> float:
-        """Return the misfit of the corrected input [m], for comparison with the stated misfit.
+        """Return the misfit of the corrected input [m].
 
-        Smaller lengths have smaller errors, so the misfit is divided by a factor below 1. If the
-        lengths become longer, the misfit stays unchanged.
+        Smaller lengths have smaller misfits, so a factor below 1 divides the misfit. A factor above
+        1 does not change the misfit.
         """
         return misfit / min(self.factor, 1.0)
 
 
 def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
-    """Yield the possible mistakes in coordinates and measurements, with the corrected input.
+    """Yield possible mistakes with the corrected input.
 
     Args:
         robot: The nominal robot.
@@ -105,7 +104,7 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
 def _table_mistakes(
     robot: Robot, q: FloatArray, measured: Measurements, turning: BoolArray
 ) -> Iterator[Mistake]:
-    """Yield the possible mistakes in joint units, joints, rows and conventions."""
+    """Yield mistakes in units, joints, rows and conventions."""
     for kind, units in ((turning, _ANGLES), (~turning, _SLIDES)):
         for words, factor in units.items():
             if kind.any():
@@ -216,7 +215,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
 def _tried(
     robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements
 ) -> list[tuple[float, Mistake]]:
-    """Return the misfit of the nominal robot after each correction, frequent mistakes first."""
+    """Return the misfit of the nominal robot after each correction."""
     return [
         (m.comparable(m.measurements._start(robot.fk_p(m.q, p)).misfit), m)
         for m in mistakes(robot, q, measurements)

@@ -1,12 +1,12 @@
 """Model selection by cross-validation: which parameters to identify.
 
 More parameters fit the measurements better, but may predict other measurements less accurately.
-Each model is identified several times, each time without one group of the configurations. The
-models are compared by the errors on the omitted groups.
+Each model is identified several times. Each identification omits one group of the configurations.
+The errors on the omitted groups rank the models.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
-    cross-validation and for preferring the simplest of equally good models.
+    cross-validation.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ FloatArray = NDArray[np.float64]
 FOLDS = 6
 """Default number of groups of the configurations."""
 EQUAL = 1.05
-"""Up to this ratio of median errors, two models count as equal. The median error of a hundred
+"""Maximum ratio of median errors of two models that count as equal. The median error of a hundred
 targets has a sampling uncertainty of about 5 %."""
 
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """A model: the set of parameters to identify.
+    """A set of parameters to identify.
 
     Attributes:
         name: Name of the model, for reports.
@@ -74,8 +74,8 @@ class ModelSelection:
     Attributes:
         model: The selected model.
         calibration: The calibration of this model with all measurements.
-        errors: Median validation error of each model [m], keyed by name. For poses, this is the
-            position error.
+        errors: Median validation error of each model [m], keyed by name. For poses, the error is
+            the position error.
     """
 
     model: CalibrationModel
@@ -144,7 +144,7 @@ def cross_validate(
         robust: Whether outliers are excluded.
 
     Returns:
-        (M,) the errors in the order of the measurements, in standard deviations.
+        (M,) the errors of the measurements, in standard deviations.
     """
     check_type("cross_validate: robot", robot, Robot)
     start = located(robot, q, measurements)
@@ -156,10 +156,9 @@ def cross_validate(
 def _validation_errors(
     problem: Problem, fitted: Calibration, folds: int, *, robust: bool
 ) -> FloatArray:
-    """Return the error of each row from the fit without the row's configuration.
+    """Return the error of each row without the row's configuration in the fit.
 
-    Each fit starts from the solution with all configurations. The start values do not affect the
-    result.
+    Each fit starts from the solution with all configurations.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))

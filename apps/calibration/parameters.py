@@ -19,11 +19,12 @@ def nominal(robot: Robot) -> FloatArray:
 
 
 FRAMES = frozenset({"base", "tool"})
-"""Groups of the base and tool corrections, which are not part of the robot's design."""
+"""Groups of the base and tool corrections."""
 GEOMETRY = "geometry"
 """Name for all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Groups that "geometry" includes. Axes include offsets, and loops include rod lengths."""
+"""Groups that "geometry" includes. The group "axis" contains offsets, and "loop" contains rod
+lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:
@@ -66,7 +67,7 @@ def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
             group, and a group over a unit.
 
     Raises:
-        InputValueError: A key is neither a parameter, a group nor a unit.
+        InputValueError: A key is not a parameter, a group or a unit.
     """
     words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
     if unknown := sorted(parameter_std.keys() - words):

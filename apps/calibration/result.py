@@ -34,21 +34,20 @@ class Calibration(StudyResult):
     """Identified parameters and the uncertainty of each.
 
     Attributes:
-        names: Names of the variables: first the identified robot parameters, then the unknowns.
+        names: Names of the variables. The identified parameters come first, then the unknowns.
         values: (k,) values of the variables [m, rad, 1].
-        deviations: (k,) differences from the nominal parameters; for unknowns, their values.
+        deviations: (k,) differences from the nominal parameters, or the values of unknowns.
         covariance: (k, k) covariance of the values.
         parameter_std: Stated standard deviation of each value about nominal, or 0 if the value is
             free.
         p: All geometry parameters of the calibrated robot.
-        unidentifiable: Parameters that the measurements do not distinguish. Their values stay
-            nominal.
+        unidentifiable: Parameters that the measurements do not determine.
         T_W_base: (4, 4) the base frame in the frame of the measuring device.
         nominal_errors: (M,) errors of the nominal robot, in standard deviations.
         errors: (M,) errors of the calibrated robot, in standard deviations.
-        used: (rows,) whether a row was used; the other rows are outliers.
+        used: (rows,) whether a row was used. Unused rows are outliers.
         noise: Factor by which the errors exceed the stated standard deviations of the measurements.
-        residual_dof: Number of measured values minus number of values that the variables absorb.
+        residual_dof: Number of measured values minus number of fitted variables.
         unknowns: The values of all unknowns of the measurements, such as targets on the tool [m].
         measurements: The measurements, with their estimated frames.
         q: (N, n) coordinates at which the tool was measured [rad or m].
@@ -200,22 +199,21 @@ class Calibration(StudyResult):
         source: str = "",
         nominal: str | None = None,
     ) -> None:
-        """Write a file; its suffix selects the format.
+        """Write a file in the format of its suffix.
 
-        .toml is the robot file of the calibrated robot, .html and .tex are one-page reports,
-        .csv is the parameter table, and .npz contains all data, for `load`.
+        .toml is the robot file of the calibrated robot. .html and .tex are one-page reports. .csv
+        is the parameter table. .npz contains all data for `load`.
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to the report.
             name: Name of the calibrated robot in a .toml file, or None for the stem of the path.
             source: Source of the values in a .toml file, or "" for the source of the nominal robot.
             nominal: Name or file of the nominal robot in a .toml file. The inverse of a robot with
-                loops refines the nominal solutions. If the nominal robot is None, the compiler
-                rounds lengths instead.
+                loops refines the solutions of the nominal robot. Without a nominal robot, the
+                compiler rounds lengths.
 
         Raises:
-            InputValueError: The suffix is not supported, or a coordinate moves several joints,
-                which the .toml format cannot express.
+            InputValueError: The suffix is not supported, or a coordinate moves several joints.
         """
 
         def write_toml(path: Path) -> None:
@@ -270,9 +268,9 @@ class Calibration(StudyResult):
             robot: The nominal robot with parametric functions, or None to load the robot by name.
 
         Raises:
-            InputValueError: The suffix is not .npz, or the file contains no calibration, or a
-                calibration of a different robot.
-            UnknownRobotError: The robot named in the file is unknown; pass `robot`.
+            InputValueError: The suffix is not .npz, or the file contains no calibration of this
+                robot.
+            UnknownRobotError: The robot named in the file is unknown. Pass `robot`.
         """
         found = super().load(path)
         name = str(found.robot)
@@ -294,7 +292,7 @@ def _rms(errors: FloatArray) -> float:
 
 
 def _report(found: Calibration) -> str:
-    """Return the report as text: errors, parameters with 95 % intervals, excluded rows."""
+    """Return the report as text."""
     lengths, used = found.measurements._lengths, found.used
     before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
     units = {item.name: item.unit for item in found.robot.geometry}

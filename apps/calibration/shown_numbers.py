@@ -24,6 +24,6 @@ def roll_pitch_yaw(R: FloatArray) -> FloatArray:
 
 
 def shown_numbers(T: FloatArray) -> tuple[str, ...]:
-    """Return x, y, z [mm], roll, pitch and yaw [deg] of a pose (4, 4), to four decimal places."""
+    """Return x, y, z [mm] and roll, pitch, yaw [deg] of a pose (4, 4)."""
     numbers = (*(1e3 * T[:3, 3]), *np.degrees(roll_pitch_yaw(T[:3, :3])))
     return tuple(f"{x:.4f}" for x in numbers)

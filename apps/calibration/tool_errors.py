@@ -1,8 +1,8 @@
 """Tool errors caused by manufacturing tolerances: first-order analysis and Monte Carlo analysis.
 
-J_p is the identification Jacobian, and S the diagonal matrix of the parameters' standard
-deviations. To first order, the covariance of the small tool displacement (v, omega) is J_p S^2
-J_p^T. The Monte Carlo analysis compares the exact tool poses of random arms with the nominal pose.
+J_p is the identification Jacobian. S is the diagonal matrix of the parameters' standard deviations.
+To first order, the covariance of the small tool displacement (v, omega) is J_p S^2 J_p^T. The Monte
+Carlo analysis compares the exact tool poses of random arms with the nominal pose.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class FirstOrderErrors(StudyResult):
         covariance: (..., 6, 6) covariance of the small tool displacement (v, omega), in base axes
             [m, rad].
         names: The parameters with a standard deviation, the largest effect first.
-        effects: (k,) root mean square tool displacement [m] that each parameter alone causes, over
-            all configurations.
+        effects: (k,) root mean square tool displacement [m] over all configurations, caused by each
+            parameter alone.
     """
 
     covariance: FloatArray
@@ -121,7 +121,7 @@ def first_order_errors(
             unit.
 
     Raises:
-        InputValueError: A key is neither a parameter, a group nor a unit.
+        InputValueError: A key is not a parameter, a group or a unit.
     """
     check_type("first_order_errors: robot", robot, Robot)
     sigma = deviations(robot, parameter_std)
@@ -154,7 +154,7 @@ def monte_carlo(
         rng: A seed or a random generator, or None for fresh random numbers.
 
     Raises:
-        InputValueError: A key is neither a parameter, a group nor a unit.
+        InputValueError: A key is not a parameter, a group or a unit.
     """
     check_type("monte_carlo: robot", robot, Robot)
     sigma, center = deviations(robot, parameter_std), nominal(robot)

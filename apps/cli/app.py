@@ -69,8 +69,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # The program that reads the pipe (head, less) closed the pipe. Without this statement, an
-        # error message would follow at exit.
+        # If `head` or `less` closed the pipe, Python prints an error message at exit. This
+        # statement prevents the message.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))

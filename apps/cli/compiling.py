@@ -301,7 +301,7 @@ def _work() -> ModuleType:
 
 
 def _job(**fields: Any) -> Job:
-    """Return a job without a file, with the options that all robots of a command share."""
+    """Return a job with the options that all robots of a command share."""
     from chasles.derive.build import Job  # noqa: PLC0415
 
     return Job(Path(), **fields)
@@ -376,7 +376,7 @@ def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
 
 
 def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
-    """Return the files on the command line, each file with its arguments."""
+    """Return the files with their arguments."""
     files: list[tuple[Path, tuple[str, ...]]] = []
     for word in words:
         if ":=" not in word:

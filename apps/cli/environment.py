@@ -139,7 +139,7 @@ def cache(
 
 
 def _is_entry(path: Path) -> bool:
-    """Whether a path in the cache is a compiled library or the folder of a derived robot.
+    """Whether a path is a compiled library or the folder of a derived robot.
 
     CHASLES_CACHE may name a folder with other files.
     """

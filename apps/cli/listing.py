@@ -23,7 +23,7 @@ _GROUPS = {
     "constraint": ("constraint", "constraint derivative", "constraint rate"),
     "geometry": ("parametric pose", "parametric jacobian", "identification jacobian"),
 }
-"""Groups of functions with the roles of their members; all other roles are in the last group."""
+"""Groups of functions by role. The last group has all other roles."""
 _OTHER = "other"
 
 

@@ -16,10 +16,9 @@ from .values import FloatArray, positions, shown, shown_unit
 
 _OPEN = "the loops do not close at these joints on the branch of the reference configuration"
 _SAMPLES = 200
-"""Number of random configurations that show which actuators depend on joints without a value."""
+"""Number of random configurations for the dependence of actuators on joints."""
 _ALIKE = 1e-9
-"""If the coordinate of an actuator varies by more than this value [rad or m], the actuator depends
-on the joints without a value."""
+"""Minimum change of a coordinate [rad or m] that shows this dependence."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -69,7 +68,7 @@ def actuators(
 
 
 def _determined(arm: chasles.Robot, joints: dict[str, float]) -> FloatArray:
-    """Return the actuated coordinates (n,), NaN if they depend on joints without a value."""
+    """Return the actuated coordinates (n,), or NaN if joint values are missing."""
     if len(joints) == len(arm.chain_joints):
         return np.ravel(arm.actuators([list(joints.values())]))
     if "chain" not in arm.functions:

@@ -73,7 +73,7 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The command with subcommands; its help shows no type for flags."""
+    """The command with subcommands. The help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the parameters, with an empty type for flags."""
@@ -88,7 +88,7 @@ def _with_plain_flags(parameters: list[Any]) -> list[Any]:
 
 
 def add(app: typer.Typer, subcommand: Callable[..., None], example: str, name: str = "") -> None:
-    """Add a subcommand to the command line; its help ends with an example."""
+    """Add a subcommand. The help of the subcommand ends with an example."""
     parameters = signature(subcommand).parameters.values()
     needs_arguments = any(parameter.default is parameter.empty for parameter in parameters)
     example = f"Example: [bold]{example}[/]"

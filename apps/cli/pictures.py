@@ -35,7 +35,7 @@ Views = Annotated[
     ),
 ]
 _LINES = 20
-"""An error message quotes this number of lines from the end of the LaTeX log."""
+"""Number of quoted lines from the end of the LaTeX log."""
 
 
 def add_to(app: typer.Typer) -> None:

@@ -16,11 +16,11 @@ from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_
 
 _MANIFEST = "manifest.json"
 _LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
-"""The levels of a processor architecture, and the value of the flag -march for each level."""
+"""Processor levels of an architecture with the value of -march."""
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:
-    """Write the folder of a robot with its kernel, and return this folder.
+    """Write the folder of a robot with its kernel.
 
     The folder can be loaded on every machine of this platform, without a compiler.
 
@@ -52,7 +52,7 @@ def _source(manifest: Manifest, file: str) -> bytes:
 
 
 def write_kernel(manifest: Manifest, folder: Path) -> Path:
-    """Write the kernel of a robot into a folder, remove older kernels, and return the path."""
+    """Write the kernel of a robot into a folder, and remove older kernels."""
     recipe = kernel_recipe(manifest)
     recipe = replace(recipe, path=folder / recipe.path.name)
     for old in set(folder.glob(f"{manifest.name}-*.so")) - {recipe.path}:

@@ -36,7 +36,7 @@ _WEIGHTS: Mapping[TaskName, tuple[float, ...]] = {
     "position_direction": (1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
     "orientation": (0.0, 0.0, 0.0, 1.0, 1.0, 1.0),
 }
-"""Weights of the pose error in tool axes, for the tasks that `ik_numeric` can solve."""
+"""Weights of the pose error in tool axes, for each task of `ik_numeric`."""
 _COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
     "position": lambda T: T[:3, 3],
     "plane": lambda T: T[:2, 3],
@@ -45,13 +45,13 @@ _COMPONENTS: Mapping[str, Callable[[FloatArray], Any]] = {
     "pitch": lambda T: [math.atan2(T[2, 2], math.hypot(T[0, 2], T[1, 2]))],
     "heading": lambda T: [math.atan2(T[1, 0], T[0, 0])],
 }
-"""The components of a task, as functions of the pose."""
+"""Functions from a pose to the components of a task."""
 _FREER: tuple[TaskName, ...] = ("position_direction", "position_pitch", "position")
 """Tasks that prescribe the position and at most two components of the orientation."""
 _ORIENTATION = "orientation out of reach"
-"""Reason for a missing solution if the tool reaches the position with a different orientation."""
+"""Message if the tool reaches the position with a different orientation."""
 _REASONS = {"stalled": "no closer pose found"}
-"""Reasons of `ik_numeric` in the words of the command line."""
+"""Messages for the reasons of `ik_numeric`."""
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
@@ -208,10 +208,10 @@ def ik(
 
 @dataclass(frozen=True)
 class _Near:
-    """The configuration q (n,) within limits whose pose T is nearest to the target.
+    """The configuration q (n,) within limits with the pose T nearest to the target.
 
-    The field `reaches_position` states whether the tool reaches the target position with a
-    different orientation.
+    If true, `reaches_position` states that the tool reaches the position with a different
+    orientation.
     """
 
     q: FloatArray
@@ -237,7 +237,7 @@ def _near(
 
 @dataclass(frozen=True)
 class _Found:
-    """Solutions q (k, n), or the reason why there is no solution.
+    """Solutions q (k, n), or the reason for a missing solution.
 
     Smallest residual [m] if there is no exact solution, otherwise NaN.
     """
@@ -256,7 +256,7 @@ def _solutions(
     nearest: bool,
     numeric: bool,
 ) -> _Found:
-    """Return the solutions. If none is exact, accept the rounding errors of printed poses."""
+    """Return the solutions. Without an exact one, accept the rounding errors of printed poses."""
     if numeric:
         if task not in _WEIGHTS:
             raise InputValueError(f"--numeric solves --task {', '.join(_WEIGHTS)}, not {task}")
@@ -278,7 +278,7 @@ def _all(
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
-    """Return all solutions. If none is exact, accept the rounding errors of printed poses."""
+    """Return all solutions. Without an exact one, accept the rounding errors of printed poses."""
     if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
     if fixed and task != "pose":
@@ -318,7 +318,7 @@ def _nearest_within_limits(arm: chasles.Robot, found: _Found) -> _Found:
 
 
 def _no_closed_form(arm: chasles.Robot, task: str) -> str:
-    """Return the message for a task without a closed form, with the command that solves it."""
+    """Return the message for a task without a closed form."""
     known = ", ".join(f"--task {word}" for word in arm.manifest.inverses) or "none"
     numeric = ". Add --numeric to find one solution by iteration" if task in _WEIGHTS else ""
     return f"{arm.name} has no closed form for --task {task}; with a closed form: {known}{numeric}"
@@ -357,7 +357,7 @@ def _print_solutions(arm: chasles.Robot, found: _Found, inside: Any) -> None:
         unit = "m, rad" if arm.unit_length == 1 else f"m, angles times {arm.unit_length:g} m"
         least = f"residual {found.residual:.3g} ({unit})"
     if not len(found.q):
-        # Limits can remove solutions whose residual is small.
+        # The limits may have removed solutions with a small residual.
         missed = (
             f"; the best branch has the {least}" if found.residual > rounding(arm) and least else ""
         )
@@ -398,7 +398,7 @@ def _print_near(arm: chasles.Robot, near: _Near, T: FloatArray, task: TaskName) 
 
 
 def _print_task_hint(arm: chasles.Robot, T: FloatArray, task: TaskName, found: _Found) -> None:
-    """Print the tasks with solutions if only the orientation is out of reach."""
+    """Print the tasks that are possible with a different orientation."""
     if found.reason != _ORIENTATION:
         return
     freer = [one for one in _FREER if one != task and one in arm.manifest.inverses]
@@ -416,7 +416,7 @@ def _print_unit_hint(xyz: str, near: _Near, T: FloatArray) -> None:
 
 
 def _outside(arm: chasles.Robot, q: FloatArray) -> str:
-    """Return the coordinates and main-chain joints outside their limits, with the limits."""
+    """Return the violated limits with their coordinates or joints."""
     variables, x, limits = [*arm.coordinates], [*q], [*arm.limits]
     if "chain" in arm.functions:
         joints = zip(arm.chain_joints, arm.chain(q[None])[0], arm.joint_limits, strict=True)

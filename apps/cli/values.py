@@ -32,7 +32,7 @@ _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)", r
 
 
 def value(text: str, unit: str, name: str) -> float:
-    """Return a number in a unit (rad, m, or an empty text for a plain number).
+    """Return a number in a unit: "rad", "m" or "" for a plain number.
 
     Raises:
         InputValueError: The text is not a number, or its unit belongs to a different quantity.
@@ -160,5 +160,5 @@ def rounded(number: float, digits: int) -> float:
 
 
 def shown_unit(unit: str) -> str:
-    """Return the unit in which the function `shown` prints a number."""
+    """Return the display unit for the function `shown`."""
     return {ANGLE: "deg", LENGTH: "mm"}.get(unit, unit)

@@ -9,7 +9,7 @@ from typing import Any
 from chasles import InputValueError
 
 REAL = {"<f4": "float", "<f8": "double"}
-"""The number types of the kernels, keyed by their code in the interface of an array."""
+"""Number types of the kernels, keyed by the type code of an array."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def stream(like: Any) -> int:
 
 
 def is_jax(array: Any) -> bool:
-    """Whether an array belongs to JAX, whose work is not ordered after the kernel."""
+    """Whether an array belongs to JAX. Work of JAX is not ordered after the kernel."""
     return _package(array) == "jaxlib"
 
 

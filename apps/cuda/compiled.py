@@ -13,7 +13,7 @@ from chasles import ChaslesError, InputValueError
 from cuda.bindings import driver, nvrtc
 
 THREADS = 128
-"""Number of threads in a block, the maximum that the kernels allow."""
+"""Number of threads in a block. Kernels allow no more."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def read(path: Path) -> Source:
 def compiled(
     source: Source, robot: str, name: str, real: str, architecture: str
 ) -> tuple[bytes, bytes]:
-    """Return (machine code of a kernel, name of the kernel in the code).
+    """Return (machine code of a kernel, name in the machine code).
 
     Raises:
         InputValueError: The source does not contain the kernel.

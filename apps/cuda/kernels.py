@@ -55,7 +55,7 @@ class Kernels:
 
         Args:
             name: The name of the function, such as "fk", "fk_jacobian_mixed" or "ik".
-            inputs: Arrays (..., count): the shapes of the function's inputs, followed by the batch
+            inputs: Arrays (..., count) with the shapes of the function's inputs, then the batch
                 size.
 
         Raises:
@@ -80,7 +80,7 @@ class Kernels:
             q_seed: (n, count) seed coordinates [rad or m].
             lower: (n,) lower limits that apply to all poses, or None for the limits of the robot.
             upper: (n,) upper limits.
-            weights: (n,) weights of the displacements in the distance, None for 1.
+            weights: (n,) weights of the displacements, or None for 1.
 
         Returns:
             q (n, count), residual (count,), margin (count,) and slot (count,) as int32. A negative

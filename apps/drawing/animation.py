@@ -29,14 +29,14 @@ _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
 """Largest motion of a coordinate in each direction: an angle, or a length relative to the robot
 size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
-"""Duration of the motion of a coordinate [s], minimum number of frames of this motion, and number
-of configurations at which the loops must close."""
+"""Duration of a coordinate's motion [s], minimum number of its frames, and number of configurations
+to test for closed loops."""
 _HALO = 1.6
 """Width of the background around the letters of a label [points]."""
 _PERIOD = 4.0
 """Duration of the motion of a single coordinate [s]."""
 _DOTS = 200
-"""Pixels per inch; a figure 8 cm wide has 630 pixels."""
+"""Pixels per inch. A figure 8 cm wide has 630 pixels."""
 
 
 def animate(
@@ -58,7 +58,7 @@ def animate(
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
         views: One or more views, as for `draw`. Without views, a planar robot is shown in its
-            plane, other robots in the axonometric view.
+            plane. Other robots are shown in the axonometric view.
         fps: Frames per second.
 
     Returns:
@@ -128,12 +128,12 @@ def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
 
 
 def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
-    """Return (k,) booleans: whether the loops close at configurations (k, n)."""
+    """Return a mask (k,) of the configurations (k, n) whose loops close."""
     return np.asarray(np.isfinite(bodies.poses(q)).all(axis=(1, 2, 3)))
 
 
 def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
-    """Return the largest part of a displacement from q for which the loops close."""
+    """Return the largest part of a displacement that keeps the loops closed."""
     parts = np.linspace(0, 1, _PARTS)
     closes = _closes(bodies, q + parts[:, None] * move)
     closed = int(np.argmin(closes)) if not closes.all() else _PARTS
@@ -188,7 +188,7 @@ def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
 
 
 def _ffmpeg(target: Path) -> str:
-    """Return the path of ffmpeg: the installed program, or the program of imageio-ffmpeg."""
+    """Return the path of ffmpeg or of the program of imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is not None:
         return found

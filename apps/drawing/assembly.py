@@ -15,7 +15,7 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Number of start configurations of the passive leg joints. Two are enough for legs with two
+"""Number of start configurations of the passive leg joints. Two starts are enough for legs with two
 links."""
 _STEPS = 20
 """Maximum number of Newton steps from each start configuration."""
@@ -25,9 +25,9 @@ class AssemblyModes(NamedTuple):
     """The assembly modes at specified actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. A rod keeps its start rotation about its own axis, because no
-            body depends on this rotation.
-        margin: (k,) margins of the modes; 0 at a singularity, where two modes coincide.
+        z: (k, n_z) configurations. A rod keeps its rotation about its own axis. No body depends on
+            this rotation.
+        margin: (k,) margins of the modes. The margin is 0 at a singularity.
     """
 
     z: FloatArray

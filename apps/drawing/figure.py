@@ -1,4 +1,4 @@
-"""Technical drawings of robots as matplotlib figures; no window opens."""
+"""Technical drawings of robots as matplotlib figures."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected ghosts; more would be hard to distinguish."""
+"""Maximum number of automatically selected ghosts. More ghosts would be hard to distinguish."""
 _VISIBLE = 1e-3
 """Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"
@@ -81,18 +81,19 @@ def draw(
 ) -> Any:
     """Draw a robot: links, joint symbols, cylinders, rods, ground and frames.
 
-    Actuated joints are orange and labeled with their coordinate; passive joints are white. A planar
+    Actuated joints are orange and labeled with their coordinate. Passive joints are white. A planar
     robot is drawn in its plane, with its lengths in meters. Other robots are drawn in front, side,
-    top and axonometric views. The figure is 8 cm wide, and no window opens.
+    top and axonometric views. The figure is 8 cm wide. No window opens.
 
     Args:
         robot: The robot.
         q: (n,) actuated coordinates [rad or m]. None selects the reference configuration of a robot
-            with loops, or a configuration in which all joints of an arm are clearly visible.
-        ghosts: Additional configurations in pale colors: True for the nearest other solutions for
-            the tool pose, at most three; "modes" for other assembly modes at q, at most three;
-            `Solutions` for one pose; or (g, n) coordinates. The legend names solutions whose links
-            coincide.
+            with loops. For an arm, None selects a configuration in which all joints are clearly
+            visible.
+        ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
+            the tool pose, at most three. "modes" draws other assembly modes at q, at most three.
+            `Solutions` for one pose and coordinates (g, n) are also drawn. The legend names
+            solutions whose links coincide.
         path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
         ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
@@ -104,9 +105,8 @@ def draw(
 
     Raises:
         OutOfReachError: Loops do not close at q.
-        InputValueError: A view is unknown, axes are passed for several views, or a motion belongs
-            to a different robot, or the robot lacks the inverse or assembly modes that `ghosts`
-            needs.
+        InputValueError: A view is unknown, axes are passed for several views, a motion belongs to a
+            different robot, or the robot lacks a function that `ghosts` needs.
         ShapeError: The number of coordinates in q, ghosts or path is wrong.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
@@ -311,14 +311,14 @@ def figure_of(
 
 
 def _cells(views: list[View]) -> list[tuple[int, int]]:
-    """Return row and column of each view: four spatial views in two rows, others in one row."""
+    """Return row and column of each view. Four views fill two rows."""
     if [view.name for view in views] == [view.name for view in SPATIAL]:
         return [(0, 0), (0, 1), (1, 0), (1, 1)]
     return [(0, k) for k in range(len(views))]
 
 
 def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -> list[float]:
-    """Return the maximum width of each column (part 1), or height of each row (part 0)."""
+    """Return the maximum width of each column, or height of each row."""
     count = 1 + max(cell[part] for cell in cells)
     return [
         max(float(s[1 - part]) for c, s in zip(cells, spans, strict=True) if c[part] == k)
@@ -327,7 +327,7 @@ def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -
 
 
 def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float] | None) -> None:
-    """Set the axis limits to a box, or to a rectangle of a specified size with the same center."""
+    """Set the axis limits to a box, or to a rectangle with the same center."""
     low, high = box
     if size is not None:
         middle = (low + high) / 2
@@ -367,7 +367,7 @@ def _label_axes(
 
 
 def _paint(ax: Any, scene: Scene, places: Places | None = None) -> None:
-    """Draw a scene on axes. An animation passes label offsets as `places`."""
+    """Draw a scene on axes. An animation passes the label offsets as `places`."""
     with requires("chasles[draw]"):
         from matplotlib.lines import Line2D  # noqa: PLC0415
         from matplotlib.patches import Polygon  # noqa: PLC0415

@@ -24,7 +24,7 @@ _LEADER = 5.0
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
 """Candidate positions of a dimension along its line, as fractions from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
-"""Weights of the cost of a label: overlap, crossed line [1/pixel], distance [1/unit], outside
+"""Cost weights of a label: overlap, crossed line [1/pixel], distance [1/unit], outside
 [1/pixel]."""
 
 
@@ -213,7 +213,7 @@ class Lettering:
         return all(_distance(place, other) > own for other in others)
 
     def _crosses(self, place: FloatArray, angle: float, size: FloatArray) -> bool:
-        """Return whether a line crosses a text of a size [pixels] rotated by an angle [deg]."""
+        """Return whether a line crosses a text with size [pixels] and angle [deg]."""
         c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
         turned = [(ends - self.to_pixels(place)) @ [[c, -s], [s, c]] for ends in self.lines]
         return _inside((*(-size / 2), *(size / 2)), *turned) > 0
@@ -224,13 +224,12 @@ class Lettering:
         tried: list[tuple[float, FloatArray, float]],
         corners: FloatArray | None = None,
     ) -> float:
-        """Move a text to the position of minimum cost, store its box, and return the cost.
+        """Move a text to the position of minimum cost, and return the cost.
 
         Args:
             text: The text.
             tried: Cost, position and rotation [deg] of each candidate position.
-            corners: Lower and upper corner of a mark that moves with the text, relative to the
-                position of the text [pixels].
+            corners: Lower and upper corner of a mark that moves with the text [pixels].
         """
         best, least = tried[0], math.inf
         text.set_rotation(tried[0][2])
@@ -292,7 +291,7 @@ def _round_length(least: float) -> float:
 
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
-    """Return the total length inside a box of line segments from a (m, 2) to b (m, 2)."""
+    """Return the length inside a box of line segments from a (m, 2) to b (m, 2)."""
     vector = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = np.stack([(np.array(box[:2]) - a) / vector, (np.array(box[2:]) - a) / vector])

@@ -26,7 +26,7 @@ _HALF_GROUND = 2.6
 _LATER = 1e-6
 """Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
 _EDGE_ON = 0.25
-"""Minimum projected length of a unit vector; a shorter vector points along the line of sight."""
+"""Minimum projected length of a unit vector. A shorter vector points along the line of sight."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
 _SYMBOL = 4
@@ -151,18 +151,18 @@ class _Marks:
         }
 
     def _depth(self, points: FloatArray, level: int) -> float:
-        """Return the drawing order from the level (planar views) or the distance to the viewer."""
+        """Return the drawing order."""
         if self.is_planar:
             return float(level)
         above = _ABOVE if level >= _SYMBOL else 0.3 * level
         return self.view.depth(points) + self.unit * above
 
     def _behind(self, points: FloatArray) -> float:
-        """Return the depth of a plate's farthest point, so that lines appear on the plate."""
+        """Return the depth of a plate's farthest point. Lines then appear on the plate."""
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:
-        """Return the style of a joint symbol, which shows whether the joint is actuated."""
+        """Return the drawing style of a joint symbol."""
         joint = body.joint
         is_own = joint is not None and joint.name == shape.name
         is_driven = is_own and self.skeleton.actuator(joint) is not None
@@ -238,7 +238,7 @@ class _Marks:
     def _cylinder(
         self, style: str, name: str, at: FloatArray, axis: FloatArray, size: float
     ) -> Iterator[Mark]:
-        """Yield a cylinder around an axis: its outline and the end face nearer to the viewer."""
+        """Yield the outline and the visible end face of a cylinder around an axis."""
         across, up = _normals(axis)
         ring = RADIUS * size * (circle()[:, :1] * across + circle()[:, 1:] * up)
         half = HALF * size * axis
@@ -260,7 +260,7 @@ class _Marks:
             yield Mark("dot", dot, depth + self.unit * _LATER, name, is_area=True)
 
     def _box(self, style: str, shape: Shape, at: FloatArray, axis: FloatArray) -> Iterator[Mark]:
-        """Yield the box of a prismatic joint: its outline and the visible faces."""
+        """Yield the outline and the visible faces of a prismatic joint's box."""
         across, up = _normals(axis)
         frame = BOX * self.unit * np.array([1.3 * axis, across, up])
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
@@ -303,7 +303,7 @@ class _Marks:
     # --- ground ---
 
     def _ground(self) -> Iterator[Mark]:
-        """Yield a hatched line under each joint on the ground, or under a link of the ground."""
+        """Yield a hatched line under each joint or link of the ground."""
         shapes = self.skeleton.bodies[0].shapes
         lines = [np.array(s.points) for s in shapes if s.kind == "link"]
         if lines and not self.is_planar:
@@ -319,7 +319,7 @@ class _Marks:
                 yield from self._hatched(point, -axis, HALF)
 
     def _feet(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Return the points at which joints are mounted on the ground, and the joint axes."""
+        """Return (points of joints on the ground, joint axes)."""
         found: list[tuple[FloatArray, FloatArray]] = []
         for body, T in zip(self.skeleton.bodies, self.poses, strict=True):
             joint = body.joint

@@ -14,12 +14,12 @@ from .views import View
 FloatArray = NDArray[np.float64]
 
 UNIT = {"one": 0.016, "four": 0.022}
-"""Radius of a joint symbol relative to the width of the widest view, for one and for four views."""
+"""Radius of a joint symbol relative to the widest view, for one and for four views."""
 _ARROW = 6.0
 """Length of frame arrows in drawing units."""
 _LINES = ("link", "rod", "ram", "piston")
 _MARGIN, _SCALE = 2.5, 3.5
-"""Margin of a view, and height of the scale bar below an axonometric view, in drawing units."""
+"""Margin of a view and height of the scale bar, in drawing units."""
 _FLAT = 1e-6
 """Maximum height of a triangle that is drawn as a line, relative to its longest side."""
 
@@ -107,8 +107,8 @@ def scenes(
         ghosts: (g, bodies, 4, 4) poses of the bodies of each ghost.
         path: (k, 3) tool positions, or None.
         views: The projections.
-        span_of: (m, bodies, 4, 4) poses whose extent determines the symbol size, or None for the
-            poses and the ghosts.
+        span_of: (m, bodies, 4, 4) poses that determine the symbol size. None means the poses and
+            the ghosts.
     """
     everything = span_of if span_of is not None else np.concatenate([poses[None], ghosts])
     points = np.concatenate([corners(skeleton, one) for one in everything])
@@ -162,7 +162,7 @@ def _frame(name: str, T: FloatArray, view: View, unit: float) -> Frame:
 
 
 def _lines(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> list[FloatArray]:
-    """Return the lines of all bodies except the ground, and the outlines of plates."""
+    """Return the lines of bodies and the outlines of plates, without the ground."""
     found = []
     for mark in marks(skeleton, poses, view, unit):
         if mark.style in _LINES and mark.name != skeleton.bodies[0].name:
@@ -188,7 +188,7 @@ def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimen
 
 
 def _sides(around: FloatArray) -> list[Dimension]:
-    """Return the sides of a triangle, or the parts of a line that replaces a flat triangle."""
+    """Return the sides of a triangle. A flat triangle becomes a line."""
     if len(around) != 3:  # noqa: PLR2004 - the sides of a triangle are lengths
         return []
     u, v = around[1] - around[0], around[2] - around[0]

@@ -45,18 +45,19 @@ def skeleton(robot: Robot) -> Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """The bodies of a robot: the ground, one body per joint, then rods and cylinder halves.
+    """The bodies of a robot: ground, one body per joint, then rods and cylinder halves.
 
     Attributes:
         robot: The robot.
-        bodies: The bodies. The frame of the ground is the base frame; parents precede children.
+        bodies: The bodies. The frame of the ground is the base frame. Parents precede children.
         tip: Index of the body with the tip.
         tip_placement: (4, 4) pose of the tip in the frame of this body.
         size: Diagonal of the bounding box at the reference configuration, or at zero coordinates
             [m].
-        q_drawn: (n,) default configuration of drawings; for loops, the reference configuration.
+        q_drawn: (n,) default configuration of drawings. For loops, this is the reference
+            configuration.
         closures: The joints that close loops, except the struts.
-        actuators: Index of each actuated coordinate in q, keyed by its index in the configuration.
+        actuators: Index of each actuated coordinate in q, keyed by its index in z.
     """
 
     robot: Robot
@@ -148,13 +149,13 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # For a batch of one row, an open loop gives NaN. A single configuration would raise an error.
+    # A batch gives NaN for an open loop. A single configuration raises an error.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 
 
 class _Motions:
-    """Bodies on joints as arrays: the local pose is P + sin v A + (1 - cos v) B + v C."""
+    """Bodies on joints as arrays, with the local pose P + sin v A + (1 - cos v) B + v C."""
 
     def __init__(self, bodies: list[Body]) -> None:
         self.parents = [body.parent for body in bodies]

@@ -1,4 +1,4 @@
-"""Projections of a drawing: along the base axes, axonometric, or onto the plane of the robot."""
+"""Projections of a drawing: along the base axes, axonometric, or onto the robot's plane."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Maximum sine of the angle between parallel axes. The residual of iterated loops is about 1e-9,
-and an angle of 1e-3 would be visible."""
+"""Axes count as parallel up to this sine of their angle. Iterated loops have a residual of about
+1e-9. An angle of 1e-3 would be visible."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 
@@ -71,8 +71,8 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
         skeleton: The bodies.
         poses: (bodies, 4, 4) poses of the bodies.
         names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
-            "plane" for a planar robot. None selects "plane" for a planar robot, otherwise the other
-            four views.
+            "plane" for a planar robot. None selects "plane" for a planar robot, and the other four
+            views for a spatial robot.
 
     Raises:
         InputValueError: A name is unknown.

@@ -39,7 +39,7 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
     Args:
         name: Names of the function and the argument, for error messages.
         values: The numbers.
-        shape: The expected shape, where None accepts any shape.
+        shape: The expected shape. None accepts any shape.
 
     Raises:
         InputTypeError: The values are not real numbers.

@@ -36,8 +36,8 @@ class PointMass:
     """A point mass on a link or on a section of a strut.
 
     Attributes:
-        link: Name of a link or a strut section, as in `chasles.drawing.skeleton(robot)`, for
-            example `boom_cylinder_barrel`.
+        link: Name of a link or strut section, such as `boom_cylinder_barrel`.
+            `chasles.drawing.skeleton(robot)` lists the names.
         mass: Mass [kg].
         at: (3,) center of mass in the frame of the body [m]. The z axis of a strut section points
             from the first end of the strut to the second. The mass of the section is on this axis.
@@ -55,15 +55,14 @@ class Equilibrium:
         robot: The robot.
         skeleton: The bodies.
         poses: (m, bodies, 4, 4) pose of each body.
-        screws: (m, bodies, 6) twist (v, omega) of each joint per unit of its value.
-        carries: (bodies, bodies) whether the joint of the first body carries the second body.
+        screws: (m, bodies, 6) twist (v, omega) of each joint per unit of the joint value.
+        carries: (bodies, bodies) whether the first body's joint carries the second body.
         coordinates: Indices of the tree coordinates in z, or in q for a serial robot.
         ratios: (bodies, coordinates) joint values per unit of the coordinates.
         lengths: (coordinates,) size of the robot for angles, and 1 for lengths.
         struts: The struts (rods and cylinders), keyed by name.
         cylinders: Names of the struts with two sections.
-        driven: For each actuator, a pair: the strut or row of G on which it acts, and the motion
-            per unit of q.
+        driven: For each actuator, a pair (strut or row of G, motion per unit of q).
         free_rows: The rows of G without an actuator.
         unknowns: The struts and closures with unknown forces. A closure occurs once for each
             unknown component.
@@ -138,7 +137,7 @@ class Equilibrium:
         return np.asarray(T[:, :3, :3] @ np.array([*at]) + T[:, :3, 3])
 
     def work(self, wrenches: FloatArray) -> FloatArray:
-        """Return the virtual work (m, coordinates) of wrenches (m, bodies, 6) on the tree."""
+        """Return the virtual work (m, coordinates) of wrenches (m, bodies, 6)."""
         on_joints = (self.screws * (self.carries @ wrenches)).sum(-1)
         return np.asarray(on_joints @ self.ratios)
 
@@ -158,7 +157,7 @@ class Equilibrium:
         return a, b
 
     def _strut_wrenches(self, name: str) -> FloatArray:
-        """Return the wrenches of a strut that pushes its ends apart by the unit force."""
+        """Return the wrenches of a strut with unit force."""
         span, found = self.struts[name], self._zeros()
         a, b = self.ends(span)
         u = (b - a) / np.linalg.norm(b - a, axis=-1, keepdims=True)
@@ -191,7 +190,7 @@ class Equilibrium:
         """Return the normal (m, 3) of the plane in which a loop moves, or None.
 
         The closure of a planar loop is assumed to transmit forces in the plane only. Three other
-        components would be statically indeterminate.
+        components of the closure would be statically indeterminate.
         """
         a, b = closure.bodies
         path = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])
@@ -210,7 +209,7 @@ class Equilibrium:
         return normal if max(off) < STATICALLY_SINGULAR else None
 
     def weights(self, masses: Sequence[PointMass], gravity: FloatArray) -> FloatArray:
-        """Return the wrenches (m, bodies of the tree, 6) that the weights of the masses exert."""
+        """Return the wrenches (m, bodies of the tree, 6) of the weights."""
         index = {body.name: k for k, body in enumerate(self.skeleton.bodies)}
         found = self._zeros()
         for mass in masses:
@@ -229,7 +228,7 @@ class Equilibrium:
         """Split a force on the axis of a strut into forces on the two ends.
 
         The lever rule distributes the transverse component to both ends. An axial force on a barrel
-        or piston acts on the end of this section. An axial force on a rod is divided equally.
+        or piston acts on the end of the section. An axial force on a rod is divided equally.
         """
         a, b = self.ends(span)
         length = np.linalg.norm(b - a, axis=-1, keepdims=True)
@@ -260,7 +259,7 @@ def on_line(force: FloatArray, at: FloatArray) -> FloatArray:
 def _in_plane(
     kind: str, axis: FloatArray, normal: FloatArray
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return directions (m, 3) of the forces and moments that a closure transmits in a plane."""
+    """Return directions (m, 3) in which a planar closure transmits forces and moments."""
     if kind == "slider":
         return [np.cross(normal, axis)], [normal]
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal[0]))])

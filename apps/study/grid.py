@@ -3,18 +3,18 @@
 The estimate counts visited cells, because the density of points is not uniform. A line along x
 enters and leaves the body. At each end, the last visited cell adds half a cell on average. The
 visited cells therefore have a larger volume than the body. The difference is h/2 times the area of
-the open faces of the cells. A cell has the side h, and the open faces along x have the area of the
+the open faces of the cells. A cell has the side h. The open faces along x have the area of the
 surface projected along x. The correction along each axis is a factor 1 - c. The number c is half
 the number of open faces per cell. The product of the three factors is exact for boxes and never
-negative. The points are too few if a random half of the points misses many of the visited cells. In
-this case, the estimate enlarges the cells.
+negative. The points are too few if a random half of the points misses many of the visited cells.
+The estimate then enlarges the cells.
 
 Four errors remain. If the surface is parallel to the grid, all lines end at the same position
-within their cells. The excess is then between 0 and h per open face. Such a face is coplanar with
-the adjacent faces. The points may miss a cell that contains only a small corner of the body. A
-power law extrapolates the number of missed cells from a random half of the points. If there are few
-cells, the lines end at few positions, so their average is uncertain. For bodies other than boxes,
-the second order of the correction is not exact.
+within their cells. The excess is then between 0 and h per open face. Open faces of such a surface
+are coplanar with the adjacent faces. The points may miss a cell that contains only a small corner
+of the body. A power law extrapolates the number of missed cells from a random half of the points.
+With few cells, the lines end at few positions, so the average position is uncertain. For bodies
+other than boxes, the second order of the correction is not exact.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -40,8 +40,8 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""Exponent of the decrease of missed cells with the number of points: 1 if the surface is parallel
-to the grid, 1/3 if the surface cuts off corners of cells."""
+"""Exponent of the decrease of missed cells with the number of points. The exponent is 1 for a
+surface parallel to the grid, and 1/3 for a surface that cuts off corners of cells."""
 _SLOPING = 0.1
 """Relative error of the correction at sloping faces."""
 
@@ -52,12 +52,12 @@ _SECOND = 0.5
 """Relative error of the second-order correction, which is exact only for boxes."""
 _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss. Above this
-fraction, the number of cells that all points miss cannot be extrapolated."""
+fraction, the number of missed cells cannot be extrapolated."""
 _FEWEST = 4
-"""Minimum number of cells along the longest side. With fewer cells, nearly all are at the
+"""Minimum number of cells along the longest side. With fewer cells, nearly all cells are at the
 surface."""
 _MAX_CELLS = 10**9
-"""Maximum number of cells. The counts of all cells then take 4 GB."""
+"""Maximum number of cells. The counts of a billion cells take 4 GB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Grid:
     Attributes:
         lower: (3,) lower corner [m].
         side: The side of a cell [m].
-        shape: Number of cells along x, y and z; 1 along a direction without extent.
+        shape: Number of cells along x, y and z. The number is 1 along a direction without extent.
     """
 
     lower: FloatArray
@@ -199,7 +199,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells contain too few points, so the volume of the box is the only bound.
+    # Even the largest cells contain too few points. The volume of the box is the only bound.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
@@ -207,7 +207,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
     """Return (number of filled cells, error).
 
-    The arguments are the cells with any point, and the cells with points from a random half.
+    The arguments are the visited cells, and the cells that a random half of the points visits.
     """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
@@ -235,7 +235,7 @@ def _joined(hits: CountArray, times: int) -> CountArray:
 
 
 def _filled(visited: BoolArray) -> BoolArray:
-    """Fill holes of a single cell, which the points missed by chance."""
+    """Fill holes of a single cell."""
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     adjacent = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))

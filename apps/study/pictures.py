@@ -1,6 +1,6 @@
 """Plots of study results.
 
-Each function takes a result and matplotlib axes (None for a new figure), and returns the axes.
+Each function takes a result and matplotlib axes, and returns the axes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ _EMPTY = "#ffffff00"
 _COLOR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
 """Colors that color-blind readers (Okabe and Ito, 2008) can distinguish, also in print."""
 _STYLES = ("-", "--", ":")
-# Figures are 4.2 inches wide with stacked views, legible in a column of 8 cm.
+# Figures are 4.2 inches wide, and views are stacked.
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of configurations with the tool origin in each column of cells."""
+    """Plot the fraction of configurations in each column of cells."""
     thin = int(np.argmin(found.grid.shape))
     if ax is not None:
         _view(found, thin, ax)
@@ -69,7 +69,7 @@ def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Return the hits per thousand configurations. Empty columns are masked."""
+    """Return the hits per thousand configurations, with empty columns masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
@@ -225,9 +225,9 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
 
 def plot_reach(found: Any, ax: Any = None) -> Any:
-    """Plot the fraction of the orientations that are reached, and the limit counts.
+    """Plot the fraction of reached orientations and the limit counts.
 
-    Each view shows the mean over the reached cells on the line of sight.
+    Each view shows the mean of the reached cells along the line of sight.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415

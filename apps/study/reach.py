@@ -2,7 +2,7 @@
 
 The inverse returns the solutions for each pose on all branches. The solutions are compared with the
 limits. A revolute joint is compared at all positions that differ by full turns. Base placement
-applies the same test to several base poses.
+tests several base poses.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Reach(StudyResult):
         robot: The robot's name.
         coordinate_names: The names of the robot's coordinates.
         n_solutions: (m, k) number of solutions within limits, for m positions and k orientations.
-            Full turns of a joint are not counted separately.
+            Full turns of a joint do not count as further solutions.
         limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
             the smallest excess. The index is -1 for a reached pose, and -2 for a pose that is out
             of reach even without limits.
@@ -85,7 +85,7 @@ class Reach(StudyResult):
         return np.asarray(self.reached.mean(-1))
 
     def limit_counts(self) -> dict[str, int]:
-        """Return how many poses the limit of each coordinate excludes, the largest count first."""
+        """Return the number of poses that each coordinate limit excludes, in descending order."""
         limiting = self.limiting_coordinate[self.limiting_coordinate >= 0]
         counts = np.bincount(limiting, minlength=len(self.coordinate_names))
         order = np.argsort(-counts, kind="stable")
@@ -105,8 +105,8 @@ class Reach(StudyResult):
         """Plot the fraction of the orientations that are reached, and the limit counts.
 
         Args:
-            ax: Three matplotlib axes, for cells from above, cells from the side, and limits, or
-                None for a new figure.
+            ax: Three matplotlib axes, or None for a new figure. The axes show cells from above,
+                cells from the side, and limits.
 
         Returns:
             The axes.
@@ -135,10 +135,10 @@ def reach(
         robot: A robot with `ik`.
         targets: A grid with the positions as cell centers, (m, 3) positions of the tool origin [m],
             or (m, 4, 4) poses.
-        orientations: (k, 3, 3) tool orientations at every position; by default
+        orientations: (k, 3, 3) tool orientations at every position. The default is
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
-            within its limits. Solutions are counted for all values.
+            within its limits. Solutions for all these values are counted.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to show a progress bar. None shows the bar only on a terminal.
@@ -173,7 +173,7 @@ def base_placement(
     client: Any = None,
     progress: bool | None = None,
 ) -> FloatArray:
-    """Return the fraction of required poses that a robot reaches from each of many base poses.
+    """Return the fraction of required poses that a robot reaches from each base pose.
 
     Args:
         robot: A robot with `ik`.
@@ -204,7 +204,7 @@ def base_placement(
 
 
 def uniform_orientations(count: int) -> FloatArray:
-    """Return evenly distributed orientations: z directions on a spiral with the golden angle.
+    """Return evenly distributed orientations, with z directions on a golden-angle spiral.
 
     Args:
         count: Number of orientations, at least 1.
@@ -322,7 +322,7 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # The code of each limit is larger than the code for poses out of reach.
+            # The codes of limits are larger than the code for poses out of reach.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
@@ -341,13 +341,13 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """Return the range of a coordinate [rad or m], or inf if no value can exceed a limit."""
+    """Return the range of a coordinate [rad or m], or inf if limits have no effect."""
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 
 
 def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
-    """Return the distances of joint values from the range of a coordinate, modulo full turns."""
+    """Return the distances of joint values from a coordinate's range, modulo full turns."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0))

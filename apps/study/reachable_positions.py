@@ -3,9 +3,9 @@
 The inverse tests cell centers on all branches, within limits. Cells next to cells with a different
 result are subdivided down to the resolution. The effort therefore grows with the surface only. The
 border lies between cell centers with different results. Half of the volume of the cells at the
-border is counted, and the other half is the error. This error is an upper bound unless the border
-also lies between centers with equal results. The actual error is usually much smaller and decreases
-with the cell size.
+border is counted. The other half is the error. The error is an upper bound if no border lies
+between centers with equal results. The actual error is usually much smaller and decreases with the
+cell size.
 """
 
 from __future__ import annotations
@@ -107,17 +107,17 @@ def reachable_positions(
 
     Args:
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
-        R_0_ee: (3, 3) the orientation, where None means the orientation at q_seed.
+        R_0_ee: (3, 3) the orientation, or None for the orientation at q_seed.
         resolution: Number of cells along each side of the box, 32 times a power of two.
-        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions, or None
-            for the reference configuration.
+        q_seed: (n,) coordinates [rad or m] with a tool position near reached positions. None means
+            the reference configuration.
 
     Raises:
         AttributeError: The robot has no `ik`.
         InputValueError: `resolution` is not 32 times a power of two, a number is not finite, or
-            q_seed is missing and the robot has no reference configuration.
+            q_seed is required.
         OutOfReachError: No cell near the tool position of q_seed is reached.
-        ShapeError: The orientation is not (3, 3), or q_seed not (n,).
+        ShapeError: The orientation is not (3, 3), or q_seed is not (n,).
     """
     check_type("reachable_positions: robot", robot, Robot)
     levels = int(resolution // _COARSE).bit_length() - 1
@@ -182,7 +182,7 @@ def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """Return the cells whose result differs from the result of any of their 26 neighbors."""
+    """Return the cells with a result that differs from one of the 26 neighbors."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -1,7 +1,7 @@
 """Result files with all fields of a frozen dataclass in the .npz format.
 
-Arrays have the names of their fields. All other values, and the structure of nested objects such
-as a grid, are JSON text with the name "facts".
+Arrays have the names of their fields. All other values are JSON text with the name "facts". The
+text also describes nested objects such as a grid.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def ranges(extents: Any) -> str:
 class StudyResult:
     """Base class of frozen dataclasses that can be saved to files and loaded from files.
 
-    `_parts` lists the dataclasses and named tuples among its fields.
+    `_parts` lists the dataclasses and named tuples among the fields of a class.
     """
 
     _parts: ClassVar[tuple[type, ...]] = ()
@@ -70,7 +70,7 @@ class StudyResult:
             np.savez_compressed(file, **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file. Its suffix selects the format: .npz, or .csv for tables.
+        """Write a file. The suffix selects the format: .npz, or .csv for tables.
 
         Raises:
             InputValueError: The suffix is not supported.
@@ -132,7 +132,7 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
 
 
 def _array(name: str, found: np.ndarray[Any, Any] | bytes) -> np.ndarray[Any, Any]:
-    """Return the array of an archive member. NumPy returns other members as bytes."""
+    """Return the array of an archive member. A member that is not an array has type bytes."""
     if isinstance(found, bytes):
         raise ValueError(f"entry {name} is not an array")
     return found
@@ -149,7 +149,7 @@ def write_table(
 
 
 def _packed(value: Any, name: str, arrays: Arrays) -> Any:
-    """Return a value as JSON data, and store its arrays in `arrays`."""
+    """Return a value as JSON data, and store the arrays of the value in `arrays`."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
         return {"array": name}
@@ -176,7 +176,7 @@ def _unpacked(packed: Any, types: Mapping[str, type], arrays: Arrays) -> Any:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value from a file has the declared type, except for array element types."""
+    """Whether a value from a file has the declared type. Array elements are not checked."""
     origin, words = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, word) for word in words)

@@ -1,8 +1,8 @@
-"""Sample points within the coordinate limits of a robot, computed in independent pieces.
+"""Sample points within the coordinate limits of a robot.
 
 A sample set of a billion configurations is not stored. A sample set is a sequence of pieces of 2^16
-points. Each piece depends only on its index and the random seed, so the set is the same for any
-number of threads, processes and machines.
+points. Each piece depends only on its index and the random seed. The set is therefore the same for
+any number of threads, processes and machines.
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece. A piece is enough work for a thread, and its Sobol net fits in the
+"""Number of points of a piece. A piece is enough work for a thread. Its Sobol net fits in the
 cache."""
 BLOCK = 1 << 12
-"""Number of points processed at once. Their poses and Jacobians fit in the cache."""
+"""Number of points processed at once. The poses and Jacobians of so many points fit in the
+cache."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube. A double has one more bit."""
+"""Number of bits of a coordinate in the unit cube, one less than the bits of a double."""
 _NET_KEY = 0
-"""Second seed of the random digits of the Sobol net. Each piece has a different second seed, so its
-digits are independent of the net."""
+"""Second seed of the random digits of the Sobol net. Each piece has a different second seed. Its
+digits are therefore independent of the net."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +48,9 @@ class Samples:
         upper: (n,) largest coordinates [rad or m].
         count: Number of points.
         sampling: "sobol", "uniform" or "grid". With "sobol", each piece is a Sobol net with its own
-            random digital shift, so a piece and the set are evenly distributed. With "uniform", the
-            points are random and independent. With "grid", the points are the nodes of a grid that
-            includes both limits, with equal counts per coordinate.
+            random digital shift. Each piece and the whole set are evenly distributed. With
+            "uniform", the points are random and independent. With "grid", the points are the nodes
+            of a grid with equal counts per coordinate. The grid includes both limits.
         key: Seed of the random numbers. Equal seeds generate equal points.
     """
 
@@ -116,14 +117,14 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
 
     Args:
         robot: The robot.
-        count: Number of points. For a grid of n coordinates, the number is rounded down to k^n with
-            an integer k.
+        count: Number of points. For a grid of n coordinates, the number of points is rounded down
+            to k^n with an integer k.
         sampling: As in `Samples`.
         key: As in `Samples`.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the count is less than 1, the name is
-            unknown, or a grid has fewer than two nodes per coordinate.
+        InputValueError: A prismatic coordinate has no limits, the count is too small, or the name
+            is unknown.
     """
     if sampling not in get_args(Sampling):
         expected = ", ".join(get_args(Sampling))
@@ -175,7 +176,7 @@ def _side(count: int, n: int) -> int:
 
 @lru_cache(maxsize=4)
 def _net(n: int, key: int) -> IntArray:
-    """Return the (2^16, n) points of a scrambled Sobol net, as integers of `_BITS` bits."""
+    """Return the (2^16, n) points of a scrambled Sobol net as integers."""
     with requires("chasles[study]"):
         from scipy.stats import qmc  # noqa: PLC0415
 

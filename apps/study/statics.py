@@ -1,4 +1,4 @@
-"""Static loads: actuator forces that hold weights, and the loads of joints, struts and closures.
+"""Static loads: actuator forces, and the loads of joints, struts and closures.
 
     masses = [PointMass("boom", 1600, [2.6, 0, 0.4]), PointMass("bucket", 900, [0.6, 0, 0.3])]
     loads = static_loads(excavator, q, masses)
@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
 """Maximum squared component of a strut in a unit internal force. Above this value, equilibrium does
-not determine the strut force."""
+not determine the force in a strut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +42,17 @@ class StaticLoads(StudyResult):
         actuator_forces: (..., n) forces [N] and torques [N m] of the actuators, positive in the
             direction of the coordinate.
         joint_names: Names of the joints of the tree.
-        joint_wrenches: (..., m, 6) force and moment [N, N m] that each joint exerts on its link, at
-            the origin of the joint's frame, in base axes. The component along the axis is the force
-            or torque of the actuator.
+        joint_wrenches: (..., m, 6) force and moment [N, N m] from each joint on its link. The point
+            is the origin of the joint's frame, and the axes are the base axes. The component along
+            the joint axis is the force or torque of the actuator.
         strut_names: Names of the rods and cylinders.
         strut_forces: (..., s) axial forces [N], positive if the strut pushes its ends apart. The
             force of a cylinder acts between barrel and piston. The force of a rod is the mean of
             the forces at its two ends.
-        closure_names: Names of the closures, which close loops without a rod or a cylinder.
-        closure_wrenches: (..., c, 6) force and moment [N, N m] that the first link of a closure
-            exerts on the second, at the closure's frame on the second link, in base axes.
+        closure_names: Names of the closures. A closure closes a loop without a rod or a cylinder.
+        closure_wrenches: (..., c, 6) force and moment [N, N m] from the first link of a closure on
+            the second link. The point is the closure's frame on the second link, and the axes are
+            the base axes.
     """
 
     robot: str
@@ -96,8 +97,8 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
-    The convention is the same as in `robot.actuator_forces`. The forces have the same power as the
-    weights. The actuators hold the opposite values.
+    The sign convention is the same as in `robot.actuator_forces`. The forces have the same power as
+    the weights. The actuators hold the opposite forces.
 
     Args:
         robot: The robot.
@@ -143,8 +144,8 @@ def static_loads(
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, or a single configuration is statically indeterminate or
-            not in equilibrium. The message names the struts and closures, or the coordinates.
+        InputValueError: A mass is invalid, or a single configuration has no unique equilibrium. The
+            message names the struts and closures, or the coordinates.
     """
     check_type("static_loads: robot", robot, Robot)
     found = _Solved("static_loads", robot, q, masses, wrench, gravity)
@@ -153,7 +154,7 @@ def static_loads(
 
 
 class _Solved:
-    """The equilibrium of a batch of configurations, solved for struts, closures and actuators."""
+    """The solved equilibrium of a batch of configurations."""
 
     def __init__(
         self,
@@ -187,7 +188,7 @@ class _Solved:
         self._solve()
 
     def _solve(self) -> None:
-        """Solve the rows without an actuator for the forces x of struts and closures."""
+        """Solve the rows without an actuator for the forces x."""
         e = self.equations
         work = e.work(self.applied)
         G, rest = e.G / e.lengths[:, None], work / e.lengths
@@ -207,7 +208,7 @@ class _Solved:
             )
 
     def refuse_prestress(self) -> None:
-        """Raise an error if struts and closures can have internal forces without a load."""
+        """Raise an error if struts and closures can have forces without a load."""
         free = np.diagonal(self.prestress, axis1=-2, axis2=-1) > _PRESTRESSED
         self.solved &= ~free.any(-1)
         if len(free) and free.any(-1).all():
@@ -254,14 +255,14 @@ class _Solved:
         )
 
     def _filled(self, found: FloatArray) -> FloatArray:
-        """Return values of the whole batch, or NaN for open loops and loads without a solution."""
+        """Return values of the whole batch. Open loops and loads without a solution are NaN."""
         values = np.full((len(self.closed), *found.shape[1:]), np.nan)
         values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]
         return values.reshape(*self.shape, *found.shape[1:])
 
 
 def _check_mass(caller: str, bodies: Skeleton, mass: PointMass) -> None:
-    """Raise an error if a mass has no body, is negative, or is not on the axis of its strut."""
+    """Raise an error if a mass has no body, is negative, or is not on the strut axis."""
     names = [body.name for body in bodies.bodies]
     if mass.link not in names:
         raise InputValueError(

@@ -1,7 +1,7 @@
 """Process the pieces of a sample set on threads or on a dask cluster.
 
 Counts over the pieces must not depend on the order of the pieces. Counts, bits and extremes are
-suitable, but sums of floats are not. The result is then identical, bit for bit, for any number of
+suitable, but sums of floats are not. The result is then the same, bit for bit, for any number of
 threads and workers. A piece can be repeated if its worker was killed.
 """
 
@@ -22,11 +22,11 @@ from chasles.contract import requires
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Number of pieces per task of a worker, for a few seconds of work. Communication is then cheap,
-and a killed worker loses little."""
+"""Number of pieces per task of a worker. A task takes a few seconds. With such tasks, communication
+is cheap, and a killed worker loses little."""
 _TASKS_A_WORKER = 2
-"""Number of tasks that are queued per worker, so that workers do not wait. More tasks would only
-fill memory with results that wait."""
+"""Number of queued tasks per worker. Workers then do not wait for tasks. More tasks would only fill
+the memory with results."""
 _RETRIES = 5
 """Maximum number of repetitions of a task whose worker was killed."""
 
@@ -42,7 +42,7 @@ T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """The function to apply to each piece of a sample set, on every worker of a cluster."""
+    """A function for each piece of a sample set. Every worker of a cluster has a copy."""
 
     def empty(self) -> T:
         """Return an object with all counts at zero."""
@@ -74,7 +74,7 @@ def tallied(
         name: The name of the progress bar.
 
     Raises:
-        InputValueError: threads is neither a positive number nor "all".
+        InputValueError: threads is not a positive number or "all".
     """
     count = thread_count(threads)
     with progress_of(name, pieces, progress) as advance:
@@ -87,7 +87,7 @@ def thread_count(threads: Threads) -> int:
     """Return the number of threads for an argument `threads`.
 
     Raises:
-        InputValueError: The argument is neither a positive number nor "all".
+        InputValueError: The argument is not a positive number or "all".
     """
     if threads == "all":
         return count_cores()
@@ -182,7 +182,7 @@ def progress_of(
             is installed.
 
     Yields:
-        A function to call with the number of items completed since its last call.
+        A function that takes the number of newly completed items.
     """
     is_drawn = sys.stderr.isatty() if shown is None else shown
     if not is_drawn or find_spec("rich") is None:

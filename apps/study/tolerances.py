@@ -6,12 +6,12 @@ ON_CURVE = 1e-11
 """Maximum residual [m, rad] of a configuration on a curve: a hundredth of the documented
 accuracy of motions."""
 IN_PLACE = 1e-12
-"""Distance [m] and angle [rad] between two poses that count as rounding errors. If the poses are
-more than 1 m away from the base, their distance is divided by the distance from the base."""
+"""Distance [m] and angle [rad] between two poses that count as rounding errors. Beyond 1 m from the
+base, the distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
-"""Maximum sine of the angle between the connecting lines of three collinear points. At this sine,
-the radius of the circle through the points is a billion times their distance. The value is also the
-maximum relative distance of coplanar points from a plane."""
+"""Maximum sine of the angle between the connecting lines of three collinear points. At the maximum
+sine, the radius of the circle is a billion times the distance of the points. The value also bounds
+the relative distance of coplanar points from a plane."""
 NODES_APART = 2e-3
 """Node spacing of fourth-order finite differences, relative to the curve length. The truncation
 error relative to higher derivatives is the fourth power of the spacing, 2e-11. Second derivatives
@@ -20,20 +20,19 @@ amplify rounding errors to about 2e-10."""
 # --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
-"""Maximum distance of equal circles, and maximum length of arcs that count as points, relative to
-the size of a region. The value is far above rounding errors and far below manufacturing
-tolerances."""
+"""Maximum distance of equal circles, and maximum length of arcs that count as points. Both values
+are relative to the size of a region. The value is far above rounding errors and far below
+manufacturing tolerances."""
 TANGENT = 1e-12
 """Circles count as tangent if a cosine differs from 1 by less than this value. The value is a
 thousand times the rounding error."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region. The
-distance is smaller for short arcs. The distance exceeds SAME_ARC, so the test point lies outside
-all arcs that count as equal."""
+distance is smaller for short arcs. The distance exceeds SAME_ARC. A test point therefore lies
+outside all equal arcs."""
 
 # --- static loads ---
 
 STATICALLY_SINGULAR = 1e-9
-"""Relative size up to which a value counts as 0: a singular value of the equilibrium equations, an
-unbalanced force or the sine of an angle between axes. Poses of closed loops have errors up to
-1e-12."""
+"""Relative size of values that count as 0: singular values of the equilibrium equations, unbalanced
+forces and sines of angles between axes. Poses of closed loops have errors up to 1e-12."""

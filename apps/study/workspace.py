@@ -1,8 +1,8 @@
 """The positions that a tool reaches, with the number and quality of configurations.
 
 Configurations are sampled in the box of the coordinates. Forward kinematics gives the cell of the
-tool origin, and the count of this cell increases. Only cells are stored, so the memory does not
-depend on the number of configurations.
+tool origin. The count of this cell increases. Only cells are stored. The memory does not depend on
+the number of configurations.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 _STARTS = 8
-"""Number of start configurations for each bound. The function that is optimized has only a few
-local optima."""
+"""Number of start configurations for each bound. The optimized function has only a few local
+optima."""
 _CALLS = 1000
 """Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
@@ -40,8 +40,7 @@ _PATH_POINTS = 10_001
 """Number of points on the tool path of a robot with one coordinate. The chords between the points
 give the path length."""
 _SIDE = 8
-"""Number of belts, and number of meridians, that divide the directions of the z axis into 64
-sectors."""
+"""Number of belts and number of meridians on the sphere of z axes. They form 64 sectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,21 +51,22 @@ class Workspace(StudyResult):
         robot: The robot's name.
         grid: The cells.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
-        manipulability: (nx, ny, nz) minimum singular value of the Jacobian
-            (`Manipulability.min_singular_value`) at the best configuration in each cell. Cells
-            without hits have the value 0. None if this measure is not requested.
-        limit_margin: (nx, ny, nz) distance to the nearest limit at the best configuration in each
-            cell, relative to the range of that coordinate (at most 1/2). Cells without hits have
-            the value 0. None if this measure is not requested.
-        directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
-            tool points into, or None if not requested.
-        bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.
+        manipulability: (nx, ny, nz) maximum over the configurations of each cell of the minimum
+            singular value of the Jacobian (`Manipulability.min_singular_value`). Cells without hits
+            have the value 0. None if manipulability is not requested.
+        limit_margin: (nx, ny, nz) maximum over the configurations of each cell of the distance to
+            the nearest limit, relative to the coordinate's range (at most 1/2). Cells without hits
+            have the value 0. None if the limit margin is not requested.
+        directions: (nx, ny, nz) number of sectors that contain a z axis of the tool, out of 64
+            equal sectors of the sphere. None if not requested.
+        bounds: (2, 3) smallest and largest coordinates of the tool origin [m], found by
+            optimization.
         samples: Number of configurations.
         n_open: Number of configurations at which loops do not close.
         sampling: Sampling method of the configurations.
         rng: Seed that reproduces the configurations.
-        path_length: Length [m] of the tool path between the limits with an error estimate, for a
-            robot with one coordinate. None for other robots.
+        path_length: Length [m] of the tool path of a robot with one coordinate, with an error
+            estimate. The length is None for other robots.
     """
 
     _parts = (Grid, SizeEstimate)
@@ -113,7 +113,7 @@ class Workspace(StudyResult):
             at: The coordinate [m].
 
         Returns:
-            (n, m) hits over the two remaining axes, in their order.
+            (n, m) hits over the two remaining axes, in the order x, y, z.
 
         Raises:
             InputValueError: The axis is unknown, or the coordinate is outside the cells.
@@ -128,7 +128,7 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits (n, m) summed along an axis. The other axes keep their order.
+        """Return the hits (n, m) summed along an axis. The remaining axes keep their order.
 
         Raises:
             InputValueError: The axis is unknown.
@@ -139,8 +139,8 @@ class Workspace(StudyResult):
         """Plot the workspace from above and from the side, or a planar workspace in its plane.
 
         Args:
-            ax: matplotlib axes for a single view along the thinnest direction, or None for a new
-                figure with both views.
+            ax: matplotlib axes for a single view, or None for a new figure with two views. A single
+                view is along the thinnest direction.
 
         Returns:
             The axes, or an array of axes.
@@ -170,7 +170,7 @@ def workspace(
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
         resolution: Number of cells along the longest side.
-        quality: Quality measures to compute in each cell: attributes of `Workspace`.
+        quality: Quality measures of each cell, which are attributes of `Workspace`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same seed gives
             identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
@@ -179,8 +179,8 @@ def workspace(
         progress: Whether to show a progress bar. None shows the bar only on a terminal.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, the loops do not close at any
-            configuration, or an argument has an unsupported value.
+        InputValueError: A prismatic coordinate has no limits, the loops never close, or an argument
+            has an unsupported value.
     """
     check_type("workspace: robot", robot, Robot)
     unknown = set(quality) - set(get_args(Quality))
@@ -283,7 +283,7 @@ def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
 
 
 def _path_length(robot: Robot, points: Samples) -> SizeEstimate:
-    """Return the length of the tool path between the limits, without parts with open loops."""
+    """Return the length of the tool path, without parts with open loops."""
     q = np.linspace(points.lower, points.upper, _PATH_POINTS)
     p = robot.fk(q)[:, :3, 3]
     fine, coarse = (
@@ -299,10 +299,10 @@ def _axis(method: str, name: str) -> int:
 
 
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
-    """Return the smallest and largest coordinates of the tool origin in the box of the samples.
+    """Return the smallest and largest coordinates of the tool origin.
 
-    Each bound is a local optimum. The optimization starts from the eight best of the first 2^16
-    samples, and uses the exact Jacobian.
+    Each bound is a local optimum. The optimization uses the exact Jacobian. It starts from the
+    eight best of the first 2^16 samples.
 
     Args:
         robot: The robot.
@@ -333,23 +333,23 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """Minimize a tool coordinate from a start configuration. Sign -1 maximizes the coordinate."""
+    """Minimize a tool coordinate from a start configuration, or maximize for sign -1."""
     with requires("chasles[study]"):
         from scipy.optimize import minimize  # noqa: PLC0415
 
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # Configurations with open loops get a large finite value, because the line search
-        # interpolates between values.
+        # Configurations with open loops get a large finite value. The line search interpolates
+        # between values.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # Other optimization methods call BLAS on tiny matrices, which is slow because BLAS threads
-    # synchronize.
+    # Other optimization methods call BLAS on tiny matrices. BLAS threads would synchronize, which
+    # is slow.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

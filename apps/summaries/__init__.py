@@ -14,14 +14,14 @@ _LONG = 200
 
 
 def short_repr(result: Any) -> str:
-    """Return the class and fields of a result, with only the shapes of large arrays."""
+    """Return the class and fields of a result, without the contents of large arrays."""
     values = ((item.name, getattr(result, item.name)) for item in fields(result) if item.repr)
     inside = ", ".join(f"{name}={_short(value)}" for name, value in values)
     return f"{type(result).__name__}({inside})"
 
 
 def summary_repr(result: Any, of: str, *facts: str, methods: str = "") -> str:
-    """Return the `repr` of a result: class, robot name `of` or "", key figures, and methods."""
+    """Return the `repr` of a result with its class, robot, key figures and methods."""
     parts = [fact for fact in (*facts, methods) if fact]
     name = type(result).__name__ + (f" of {of}" if of else "")
     return f"<{name}: {'; '.join(parts)}>"

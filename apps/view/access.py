@@ -1,9 +1,10 @@
 """Restrict the live view to the page with the token in its address.
 
-Every program on this machine can reach a server on 127.0.0.1, and so can a page of any web site in
-the browser. Three checks keep other pages out. The Host header names this machine. A foreign name
-for 127.0.0.1 is rejected. The Origin of a WebSocket is the page itself. The request has the token,
-in the address or in the cookie of the first response.
+Every program on this machine can reach a server on 127.0.0.1. A page of any web site in the browser
+can do the same. Three checks keep other pages out. The first check is that the Host header names
+this machine. A foreign name for 127.0.0.1 is rejected. The second check is that a WebSocket has the
+page itself as Origin. The third check is the token in the address, or in the cookie of the first
+response.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Access:
     """The secret token of one view.
 
     Attributes:
-        token: A random text, part of the address of the page.
+        token: A random text in the address of the page.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16))
@@ -48,7 +49,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header. Its name contains the port, because ports share cookies."""
+        """Return the Set-Cookie header. Ports share cookies, so its name contains the port."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod
@@ -73,8 +74,8 @@ def _cookie_name(host: str) -> str:
 def checked_by(access: Access) -> Iterator[None]:
     """Context in which a started viser server checks each request.
 
-    viser has no hook for requests, so this context wraps its call of
-    `websockets.asyncio.server.serve`.
+    viser has no hook for requests. The context wraps the call of `websockets.asyncio.server.serve`
+    in viser.
     """
     from websockets.asyncio import server  # noqa: PLC0415
 
@@ -102,7 +103,7 @@ def checked_by(access: Access) -> Iterator[None]:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Context in which viser prints nothing, because its page address lacks the token."""
+    """Context in which viser prints nothing, because its address lacks the token."""
     import rich  # noqa: PLC0415
 
     console = rich.get_console()

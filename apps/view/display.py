@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 _NEAR_LIMIT = 0.05
 """A coordinate is near its limit below this fraction of its range."""
 _NEAR_BORDER = 0.05
-"""Below this margin of a branch (no unit), the pose is near the workspace border."""
+"""A pose is near the workspace border below this margin of a branch."""
 _STRIDE = 0.05
 """Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
 _PLANAR_GHOSTS = 8
@@ -57,11 +57,11 @@ class Displayed:
         z: (n_z,) configuration of the loops. For a serial robot, z is q.
         bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
         tool: (4, 4) pose of the tool.
-        closes: Whether the loops close at the requested coordinates. If not, this configuration is
-            the previous configuration.
+        closes: Whether the loops close at the requested coordinates. If not, the previous
+            configuration is kept.
         reached: Whether the tool is at the requested pose.
-        branches: The branches of the inverse for the requested pose, or None if no pose is
-            requested.
+        branches: The branches of the inverse for the requested pose, or None without a requested
+            pose.
     """
 
     q: FloatArray
@@ -138,7 +138,6 @@ class Display:
         self.solids = solids(self.skeleton, frozenset(self.moved))
         self.most_ghosts = len(robot.labels.get("ik", ()))
         if self.most_ghosts == 1:
-            # The current configuration is the only branch.
             self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
@@ -151,11 +150,12 @@ class Display:
 
         Args:
             q: (n,) coordinates [rad or m].
-            last: The previous configuration, which selects the branch of loops solved by iteration.
+            last: The previous configuration. It selects the branch of loops solved by iteration.
 
         Returns:
-            The configuration. The previous configuration if the loops do not close. For iterated
-            loops, the last closed configuration on the straight path in q.
+            The configuration. If the loops do not close, the result is the previous configuration.
+            For iterated loops, the result is the last closed configuration on the straight path in
+            q.
         """
         if self.robot.loop_solution == "newton":
             return self._followed(q, last)
@@ -242,7 +242,7 @@ class Display:
         return np.asarray(positions[np.isfinite(positions).all(-1)])
 
     def ball(self, displayed: Displayed) -> tuple[FloatArray, float]:
-        """Return center (3,) and radius [m] of a sphere around the robot at a configuration."""
+        """Return the center (3,) and the radius [m] of a sphere around the robot."""
         points = [
             solid.triangles.vertices @ displayed.bodies[solid.body, :3, :3].T
             + displayed.bodies[solid.body, :3, 3]
@@ -265,7 +265,7 @@ class Display:
         return Displayed(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
     def _followed(self, q: FloatArray, last: Displayed) -> Displayed:
-        """Return the configuration at the end of a straight path, by small steps on one branch."""
+        """Return the configuration at the end of a straight path. Small steps keep the branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
         path = last.q + parts * (q - last.q)
@@ -277,7 +277,7 @@ class Display:
         return self._configuration(path[k], found.z[k], closes=reached == len(path))
 
     def _configurations(self, q: FloatArray, near: FloatArray) -> FloatArray:
-        """Return configurations (k, n_z) at coordinates (k, n), NaN for open loops."""
+        """Return configurations (k, n_z) at coordinates (k, n), or NaN for open loops."""
         if not self.robot.configuration_variables:
             return q
         if self.robot.loop_solution == "newton":
@@ -286,7 +286,7 @@ class Display:
 
 
 def _moved(robot: Robot, bodies: Skeleton) -> dict[str, int]:
-    """Return the coordinate that moves each joint or cylinder, keyed by the name of its symbol."""
+    """Return the coordinate index of each moved joint or cylinder, keyed by symbol name."""
     found = {}
     for body in bodies.bodies:
         k = bodies.actuator(body.joint)

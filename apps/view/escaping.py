@@ -1,4 +1,4 @@
-"""Escaping of robot texts for Markdown and JSON in HTML; for HTML, see :func:`html.escape`."""
+"""Escape robot texts for Markdown, and for JSON in HTML."""
 
 import json
 import string

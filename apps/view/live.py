@@ -37,8 +37,8 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points. The number is enough to show the workspace, and small enough for
-smooth rotation."""
+"""Number of workspace points. So many points show the workspace, and the view still rotates
+smoothly."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
 _AWAY = "The pose is out of reach: a nearby configuration with the smallest error is shown."
@@ -52,7 +52,8 @@ class LiveView:
     the branches of the inverse, and points show the workspace. A time slider shows a trajectory.
 
     Attributes:
-        address: The address of the page. Its token keeps other pages of the browser out.
+        address: The address of the page. The token in the address keeps other pages of the browser
+            out.
         displayed: The displayed configuration.
         handle_size: Length of the arrows at the tool [m].
         is_dragged: Whether a user is dragging the tool.
@@ -183,7 +184,7 @@ class LiveView:
         ]
 
     def _add_ghosts(self) -> None:
-        """Add the ghosts of each body as one batched mesh, which needs one message per frame."""
+        """Add the ghosts of each body as one batched mesh, with one message per frame."""
         places = self._display.most_ghosts + self._display.most_modes
         self._ghosts = []
         for k, body in enumerate(self._display.skeleton.bodies):
@@ -247,9 +248,8 @@ class LiveView:
         value = min(max(q * unit.factor, low), high)
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
-        # The function is not a coroutine, because viser would wake its event loop for each value
-        # that the view itself sets. Events for values that the view itself sets have no client
-        # attribute.
+        # The function is not a coroutine. For a coroutine, viser would wake its event loop at each
+        # value that the view sets. Events for values that the view sets have no client.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.displayed.q.copy()
@@ -355,7 +355,7 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
-        """Return the checkbox, the function and the maximum number of each kind of ghost."""
+        """Return (checkbox, function, maximum number) of each kind of ghost."""
         display = self._display
         branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
         modes = (self._modes_shown, display.modes, display.most_modes)

@@ -42,8 +42,8 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     """Write a self-contained HTML page with the moving robot and its sliders.
 
     The page computes the body poses from the joint motions. The page closes loops by Gauss-Newton
-    iteration from the previous configuration. The branch therefore does not change. If a loop does
-    not close, the robot keeps the last configuration with closed loops.
+    iteration from the previous configuration. The iteration therefore stays on the branch. If a
+    loop does not close, the robot keeps the last closed configuration.
 
     Args:
         robot: The robot.
@@ -63,13 +63,13 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
 
 
 def page_data(robot: Robot) -> dict[str, Any]:
-    """Return the data for the scripts of the page: skeleton, solids, sliders and start.
+    """Return the data for the scripts of the page.
 
     Args:
         robot: The robot.
 
     Returns:
-        Plain data: lengths in meters, angles in radians, poses as 16 numbers in row order.
+        Lengths are in meters, and angles in radians. Poses are 16 numbers in row order.
     """
     display = Display(robot)
     skeleton, start = display.skeleton, display.start
@@ -89,7 +89,7 @@ def page_data(robot: Robot) -> dict[str, Any]:
 
 
 def _scales(robot: Robot, skeleton: Skeleton) -> list[float]:
-    """Return the scale of each entry of z: one radian, or the robot size."""
+    """Return the scale of each entry of z. The scale is one radian, or the robot size."""
     variables = robot.configuration_variables or robot.coordinates
     return [1.0 if variable.unit == "rad" else skeleton.size for variable in variables]
 
@@ -133,7 +133,7 @@ _SPAN = ("bodies", "ends", "across", "from_end")
 
 
 def _struts(skeleton: Skeleton, start: Displayed) -> list[dict[str, Any]]:
-    """Return each strut once, with the strut length at coordinate 0."""
+    """Return each strut once, with its length at coordinate 0."""
     names = [variable.name for variable in skeleton.robot.configuration_variables]
     spans = {body.span.name: body.span for body in skeleton.bodies if body.span}
     found = []

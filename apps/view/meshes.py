@@ -47,7 +47,7 @@ class BodyMesh:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """The surfaces of a URDF file, as plain data from another process.
+    """The surfaces of a URDF file as plain data.
 
     Attributes:
         surfaces: The link, the pose (4, 4) and the `trimesh.Trimesh` of each surface.
@@ -70,7 +70,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
     """Return the visual meshes and primitive shapes of a URDF file.
 
     A link belongs to the body with its name. A link without a body of its name, such as a gripper
-    link, moves with its nearest ancestor that has a body. The joints between them are at zero.
+    link, moves with its nearest ancestor that has a body. The joints between link and ancestor are
+    at zero.
 
     Args:
         file: The URDF file. Mesh files are searched relative to this file and in its ROS package.
@@ -116,7 +117,7 @@ def count_meshes(file: Path) -> int:
 
 
 def _root(file: Path) -> Any:
-    """Return the root of a URDF file. A document type raises an error."""
+    """Return the root of a URDF file. A document type in the file raises an error."""
     from lxml import etree  # noqa: PLC0415
 
     # An XML entity could read another file.
@@ -182,8 +183,8 @@ def drawing(file: Path) -> Drawing:
     for node in graph.nodes_geometry:
         T, geometry = graph.get(node)
         surface = urdf.scene.geometry[geometry]
-        # A transform of a trimesh primitive does not change its vertices, so the primitive is
-        # converted first.
+        # A transform of a trimesh primitive does not change its vertices. The primitive is
+        # therefore converted first.
         own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
         surfaces.append((str(graph.transforms.parents[node]), T, own))
     return Drawing(
@@ -198,7 +199,7 @@ def drawing(file: Path) -> Drawing:
 
 @contextmanager
 def _missing_files_unlogged() -> Iterator[None]:
-    """Context in which yourdfpy does not log two lines for each missing mesh file."""
+    """Context in which yourdfpy does not log missing mesh files."""
     logger = logging.getLogger("yourdfpy.urdf")
 
     def is_other(record: logging.LogRecord) -> bool:

@@ -18,7 +18,7 @@ _READ = {"rad": ("°", 180 / math.pi), "m": ("mm", 1000.0)}
 """Displayed unit and conversion factor for each SI unit."""
 _UNLIMITED = {"rad": math.pi, "m": 0.5}
 """Half the range of a slider without limits [rad, or relative to the robot size]. The initial value
-is in the middle."""
+is in the middle of the slider."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ def slider_units(robot: Robot, start: FloatArray) -> tuple[SliderUnit, ...]:
 
     Args:
         robot: The robot.
-        start: (n,) initial coordinates [rad or m]. Without a limit, the slider extends from the
-            initial coordinate by half a turn, or by half the robot size.
+        start: (n,) initial coordinates [rad or m]. Without a limit, the slider extends half a turn,
+            or half the robot size, from the initial coordinate.
     """
     found, length = [], skeleton(robot).size
     for k, coordinate in enumerate(robot.coordinates):

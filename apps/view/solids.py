@@ -88,8 +88,7 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
     for triangles in _surfaces(shape.kind, points, axis, radius):
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
-        # The ends on joints: the first end of a barrel, the last end of a piston, both ends of a
-        # rod.
+        # Ends on joints: the first end of a barrel, the last end of a piston, both ends of a rod.
         ends = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
         for end in ends:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
@@ -139,7 +138,7 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
-    """Yield a plate for coplanar points, or lines from the center for other points."""
+    """Yield a plate for coplanar points. Other points are connected to their center by lines."""
     center = points.mean(0)
     _, spread, axes = np.linalg.svd(points - center)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions

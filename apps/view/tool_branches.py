@@ -1,4 +1,4 @@
-"""The inverse solutions for a dragged tool, and the solution that the robot follows."""
+"""The inverse solutions for a dragged tool."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Branches:
     """All inverse solutions for a tool pose, and the solution to follow.
 
     Attributes:
-        q: (k, n) coordinates of the branches [rad or m]. Full turns are chosen nearest to the
-            previous configuration, within the limits.
+        q: (k, n) coordinates of the branches [rad or m]. The angles are shifted by full turns
+            towards the previous configuration, within the limits.
         inside: (k,) whether a branch is within the limits.
         margin: (k,) margin of each branch. The margin is 0 at the workspace border.
         followed: (n,) coordinates of the nearest branch within the limits. If no branch is within
-            the limits, nearby coordinates with the smallest tool error are returned.
+            the limits, these are nearby coordinates with the smallest tool error.
         reached: Whether `followed` reaches the pose.
     """
 
@@ -42,10 +42,10 @@ class Branches:
 
 
 def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
-    """Return the branches of the inverse for a pose, for all kinds of robots.
+    """Return the branches of the inverse for a pose.
 
-    Redundancy parameters keep their values. Robots without a closed-form inverse have only the
-    branch found by iteration.
+    Redundancy parameters keep their values. Robots without a closed-form inverse have only one
+    branch, which iteration finds.
 
     Args:
         robot: The robot.
@@ -70,7 +70,7 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
     if hasattr(robot, "ik_planar"):
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
-        # A moved tool may be in a different assembly mode than the pose fk(q).
+        # A dragged tool may be in a different assembly mode than fk(q).
         reached = found.valid | found.other_mode
         q = _unwound(robot, found.q[reached], last)
         return q, robot.is_within_limits(q), found.margin[reached]

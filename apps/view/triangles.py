@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _AROUND = 20
-"""Number of corners of a circle. The circle looks round on a screen, and a robot needs only a few
-kilobytes."""
+"""Number of corners of a circle. A circle with so many corners looks round, and a robot needs only
+a few kilobytes."""
 _BANDS = 8
 """Number of bands of a sphere from pole to pole."""
 

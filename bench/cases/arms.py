@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion: a rotation about an axis or a translation along an axis.
+    """A rotation about an axis, or a translation along an axis.
 
     Attributes:
         kind: "turn" (rotation) or "shift" (translation).

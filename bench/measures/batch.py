@@ -1,4 +1,4 @@
-"""Batches of poses in NumPy arrays, on one and two cores, compared with memory bandwidth."""
+"""Batches of poses in NumPy arrays, compared with memory bandwidth."""
 
 import ctypes
 import inspect
@@ -27,7 +27,7 @@ THREADS_BAR = 1.8
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Compare batches with other libraries and memory bandwidth, and one thread with two."""
+    """Compare batches with other libraries, with memory bandwidth and with two threads."""
     with one_core():
         found = [
             row for measure in (there, new, roofline) for arm in ARMS for row in measure(plan, arm)
@@ -36,7 +36,7 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def there(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Compare a batch of fk into an existing array with compiled loops over the same array."""
+    """Compare a batch of fk with compiled loops. All write into an existing array."""
     q = _vectors(plan, arm)
     T = np.zeros((len(q), 4, 4))
     own = chasles.load(arm.name).fk
@@ -47,7 +47,7 @@ def there(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def new(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Measures fk of a batch with a new result array, which the system must allocate and clear."""
+    """Measures fk of a batch with a new result array, which the system clears."""
     q = _vectors(plan, arm)
     batches: list[Batch] = setups("batches", arm, plan.leave_out)
     works: dict[str, Callable[[], object]] = {
@@ -77,7 +77,7 @@ def _name(loop: Loop) -> str:
 
 
 def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Compare a batch of fk with Jacobian into existing memory with memset of the same size."""
+    """Compare a batch of fk with Jacobian with memset of the same size."""
     q = _vectors(plan, arm)
     results = np.zeros((len(q), 4, 4)), np.zeros((len(q), 6, arm.joints))
     function = chasles.load(arm.name).fk_jacobian_mixed

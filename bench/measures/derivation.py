@@ -1,4 +1,4 @@
-"""Time from a description to equations, C and LaTeX, and its growth with the chain length."""
+"""Time from a description to equations, C and LaTeX."""
 
 import json
 import os
@@ -76,7 +76,7 @@ def whole_robots(rounds: int) -> dict[str, float]:
 
 
 def together(robots: tuple[str, ...]) -> dict[str, float]:
-    """Time of ``make derive`` without generated files, and with up-to-date files."""
+    """Time of ``make derive``, with and without up-to-date files."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
         first = seconds(lambda: _make(robots, folder, environment))

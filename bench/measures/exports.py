@@ -1,6 +1,6 @@
 """Time of functions in the exported languages, compared with the same functions in generated C.
 
-A loop in C and a loop in C++ call the same compiled C code. The two loops run alternately, and each
+A loop in C and a loop in C++ call the same compiled C code. The two loops run alternately. Each
 time is the minimum of several short runs.
 """
 
@@ -71,7 +71,7 @@ def _times(
 
 
 def _compiled(robot: chasles.Robot, folder: Path) -> Path:
-    """Compile the exported C, and loops in C and C++ that call it, to one library."""
+    """Compile the exported C and its loops in C and C++ to one library."""
     write(read(description(ROBOT)), folder, functions=FUNCTIONS[:3], languages=["cpp"])
     include = folder / "include" / "chasles"
     loops = "".join(_loops(robot, name) for name in FUNCTIONS)

@@ -1,9 +1,9 @@
-"""``python -m bench view``: computing time of a frame of the live view, including ghosts.
+"""``python -m bench view`` measures the computing time of a frame of the live view.
 
-If a slider is dragged, a frame consists of a configuration, the branches of the inverse with their
-poses as ghosts, and the limit colors. If the tool handle is dragged, the inverse determines the
-configuration. The optional ghosts of assembly modes have a separate column without a limit. The
-time of viser to send a frame to the browser is not included.
+If a slider is dragged, a frame consists of a configuration, ghosts of the branches of the inverse,
+and limit colors. If the tool handle is dragged, the inverse determines the configuration. The
+optional ghosts of assembly modes have a separate column without a limit. The time of viser to send
+a frame to the browser is not included.
 """
 
 import time
@@ -22,7 +22,7 @@ MAX_MS = 2.0
 """Maximum computing time of a frame [ms]."""
 ROUNDS, FRAMES = 15, 20
 STEP = 0.003
-"""Slider motion per frame relative to its range: a typical drag at 30 frames per second."""
+"""Slider motion per frame relative to its range, as in a typical drag at 30 frames per second."""
 
 
 def run(robots: Sequence[str]) -> int:
@@ -49,7 +49,7 @@ def run(robots: Sequence[str]) -> int:
 
 
 def _path(display: Display) -> list[Displayed]:
-    """Return consecutive configurations, beginning at the start configuration."""
+    """Return consecutive configurations from the start configuration."""
     units = slider_units(display.robot, display.start.q)
     step = STEP * np.array([unit.upper - unit.lower for unit in units])
     inwards = np.where(display.start.q < [(u.lower + u.upper) / 2 for u in units], 1.0, -1.0)
@@ -86,7 +86,7 @@ def _in_all_modes(display: Display, configurations: list[Displayed]) -> None:
 
 
 def _least(work: Callable[[], None]) -> float:
-    """Return the minimum processor time per frame [ms], which excludes other programs."""
+    """Return the minimum processor time per frame [ms]."""
     times = []
     for _ in range(ROUNDS):
         begin = time.thread_time()

@@ -21,11 +21,12 @@ from ..report import Plan, Ratio, alternated, ratio, table
 CHAINS = (6, 12, 24, 48)
 POSES = 20_000
 BAR = 1 / 1.2
-"""The cost per joint of any chain may be at most 1.2 times that of the shortest chain."""
+"""The cost per joint of a chain may be at most 1.2 times the cost per joint of the shortest
+chain."""
 
 
 def run(plan: Plan) -> list[Ratio]:
-    """Compare the cost per joint of each chain with the shortest chain, for poses and a batch."""
+    """Compare the cost per joint of each chain with the shortest chain."""
     works: dict[str, dict] = {"scalar": {}, "batch": {}}
     with _folder() as folder:
         for joints in CHAINS:
@@ -55,7 +56,7 @@ def twisted(joints: int) -> SerialRobot:
 
 @contextmanager
 def _folder() -> Iterator[Path]:
-    """Provide a folder for the chains and compiled libraries, separate from the user's cache."""
+    """Provide a folder for the chains, separate from the user's cache."""
     before = os.environ.get("CHASLES_CACHE")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["CHASLES_CACHE"] = f"{folder}/cache"

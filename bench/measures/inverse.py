@@ -25,7 +25,7 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Library without a required ratio, because it is ten times slower on arms that do not suit it."""
+"""Library without a required ratio. On some arms, the library is ten times slower."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -117,9 +117,9 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a closed-form structure, compared with the module that ssik ships for it.
+    """An arm without a closed-form structure, compared with the arm's module in ssik.
 
-    The module has rounded lengths, so its poses differ by up to 0.1 mm. Each solver gets poses that
+    The module has rounded lengths. Its poses differ by up to 0.1 mm. Each solver gets poses that
     its own arm model can reach.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
@@ -145,7 +145,7 @@ def calibrated(plan: Plan) -> list[Limit]:
         arm = chasles.load(Path(folder) / robot.name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CALIBRATED, arm.n))
     T = arm.fk(q)
-    # The minimum of several rounds for each pose excludes interruptions by the system.
+    # The minimum of several rounds excludes interruptions by the system.
     rounds = [[seconds(partial(arm.ik, pose)) for pose in T] for _ in range(ROUNDS)]
     middle, late = 1e6 * np.quantile(np.min(rounds, axis=0), [0.5, 0.99])
     (batch,) = alternated({OWN: partial(arm.ik, T)}, plan.rounds).values()
@@ -185,7 +185,7 @@ def has_avx2() -> bool:
 
 
 def derived() -> Limit:
-    """Return the time to derive the inverse of a description and to write its C and LaTeX."""
+    """Return the time to derive an inverse and to write its C and LaTeX."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
         taken = seconds(lambda: write(read(path), Path(folder), functions=("fk", "ik")))

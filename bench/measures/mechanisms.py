@@ -23,7 +23,7 @@ from .one_call import VECTORS, repeated
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
-"""Required ratios: a robot with loops may take twice the time of its main chain without loops."""
+"""Required ratios. A robot with loops may take twice the time of its main chain without loops."""
 CHAINS = ("well_manipulator", "excavator", "board_installer")
 FIVE_BAR_BAR = 100.0
 TIMED = (
@@ -69,7 +69,7 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Pose and Jacobian in actuated coordinates, compared with the main chain without loops.
+    """Pose and Jacobian in actuated coordinates, compared with the main chain.
 
     The results are checked first. The robot's Jacobian is the Jacobian of the main chain times the
     derivative of the chain joints.
@@ -178,7 +178,7 @@ def times(plan: Plan) -> list[Limit]:
 
 
 def iterations(plan: Plan) -> list[Limit]:
-    """Return times per pose of iterative functions: in C, in Python calls and in a batch."""
+    """Return times per pose of iterative functions."""
     found = []
     repeats = max(plan.calls // VECTORS, 1)
     for name, function, bars in FOLLOWED:

@@ -1,8 +1,8 @@
 """The command ``python -m bench misses`` counts the reachable targets that each solver misses.
 
-chasles solves all targets of all sets, and the other libraries solve a sample of each set. A target
-is missed if no solution reported as exact reaches it within 1e-9. Least-squares results do not
-count as solutions.
+chasles solves all targets of all sets. The other libraries solve a sample of each set. A target is
+missed if no solution reported as exact reaches it within 1e-9. Least-squares results do not count
+as solutions.
 """
 
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ def run(short: bool, robot: str | None) -> int:
 
 
 def rows(case: Case, short: bool) -> Iterator[dict[str, object]]:
-    """Yield the results for one robot, and print them as a table at the end."""
+    """Yield the results for one robot, then print them as a table."""
     printed = []
     for poses in sets(case, SHORT if short else FULL):
         for who, verdict in verdicts(case, poses, PEERS_SHORT if short else PEERS_POSES):

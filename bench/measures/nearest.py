@@ -1,7 +1,7 @@
 """Time to compute the nearest solution or all solutions, in C and Python.
 
-Times are minima of short alternating loops, so other processes have little influence. First, the
-results for many poses are compared with the results of solution filters.
+Times are minima of short alternating loops. Other processes have little influence on such times.
+First, the results for many poses are compared with the results of solution filters.
 """
 
 import ctypes
@@ -77,7 +77,7 @@ def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
-    """Compare the results of ik_nearest with the filters, block by block.
+    """Compare the results of ik_nearest with the filters.
 
     Raises:
         DisagreementError: A result differs.
@@ -90,7 +90,7 @@ def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
 
 
 def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUNDS) -> list[float]:
-    """Return the minimum time per call of each function [ns], in alternating loops of calls."""
+    """Return the minimum time per call of each function [ns]."""
     least = [np.inf] * len(works)
     for _ in range(rounds):
         for k, work in enumerate(works):

@@ -1,4 +1,4 @@
-"""Inverse kinematics by iteration: the number of missed reachable poses, and the time per pose."""
+"""Inverse kinematics by iteration, with the number of missed poses and the time per pose."""
 
 import os
 import time
@@ -108,7 +108,7 @@ def times_of(robot: str, rounds: list[np.ndarray]) -> list[Limit]:
 
 
 def ratios(task: NumericTask, taken: dict[str, list[np.ndarray]], peer: str) -> list[Ratio]:
-    """Return the ratios of median and mean call times, and of the time of a batch."""
+    """Return the time ratios (median call, mean call, batch)."""
     robot = task.robot.name
     found = []
     for word, of in (("median", np.median), ("mean", np.mean)):

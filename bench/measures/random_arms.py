@@ -55,7 +55,7 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
     Args:
         robot: The arm.
         number: Seed of the random poses.
-        bar: Maximum 99th percentile of the call time with which an arm passes.
+        bar: Maximum 99th percentile of the call time of an arm that passes.
     """
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))

@@ -1,4 +1,4 @@
-"""Compiled code, pose by pose: the C of chasles compared with the C++ of other libraries."""
+"""Compiled C of chasles and compiled C++ of other libraries, pose by pose."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
-"""``python -m bench studies``: workspaces, reach, motions and plans, compared with plain loops.
+"""``python -m bench studies`` compares workspaces, reach, motions and plans with plain loops.
 
 The loops call other libraries for fewer configurations. Each iteration computes forward kinematics
-with the grid cell, or the inverse kinematics within limits. Times are per configuration, or per
-sample for a motion.
+with the grid cell, or the inverse within limits. Times are per configuration, or per sample for a
+motion.
 """
 
 import resource
@@ -65,7 +65,7 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """Time the joint rates and time-optimal scaling of a line, and the motion of a 49 s process."""
+    """Time the rates and the time-optimal scaling of a line, and the motion of a process."""
     path = line(arm.fk(HOME), arm.fk(HOME + AWAY))
     motion = Motion(arm, path, time_scaling("quintic", path.length, duration=1), HOME)
     motion.sample(LINED)

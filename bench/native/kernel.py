@@ -23,10 +23,9 @@ void run(const double *in, long size, long count, double *out)
     }}
 }}
 """
-"""The empty assembly statement makes the compiler assume that the results are read after each
-call."""
+"""The empty assembly statement makes the compiler assume that the results are read."""
 ROOM = 512
-"""Maximum number of doubles in a result, which fill a whole number of cache lines."""
+"""Maximum number of doubles in a result. The doubles fill a whole number of cache lines."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Kernel:
     shapes: tuple[tuple[int, ...], ...]
 
     def at(self, row: np.ndarray) -> list[np.ndarray]:
-        """Return the results of one row, in the shapes of the function's outputs."""
+        """Return the results of one row."""
         self.run(np.ascontiguousarray(row).reshape(1, self.size))
         sized = zip(self.results, self.shapes, strict=True)
         return [values[: math.prod(shape)].reshape(shape).copy() for values, shape in sized]

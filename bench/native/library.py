@@ -37,11 +37,11 @@ class Loop:
         self._run(self.library.run_fk, q, T)
 
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
-        """Compute the poses and Jacobians of all rows of q, like :meth:`fk`."""
+        """Compute the poses and Jacobians of all rows of q."""
         self._run(self.library.run_fk_jacobian, q, T, J)
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the poses of fk, and the poses and Jacobians of fk_jacobian, for all rows of q."""
+        """Return the poses of fk, and the poses and Jacobians of fk_jacobian."""
         shape = (self.joints, 6) if self.by_columns else (6, self.joints)
         T, both, J = (np.zeros((len(q), *of)) for of in ((4, 4), (4, 4), shape))
         self.fk(q, T)

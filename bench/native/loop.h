@@ -1,8 +1,7 @@
-/* Benchmark loop: calls fk() and fk_jacobian() of the including file for an array of joint vectors.
+/* Benchmark loop over joint vectors for fk() and fk_jacobian() of the including file.
  *
- * With step 0, every call writes to the same location, so there is no memory traffic; with step 1,
- * each result has its own location. The macro KEEP makes the compiler assume that each result is
- * used.
+ * With step 0, every call writes to the same location, without memory traffic. With step 1, each
+ * result has its own location. The macro KEEP makes the compiler assume that each result is used.
  */
 #define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 #define EXPORT __attribute__((visibility("default")))

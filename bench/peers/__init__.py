@@ -1,1 +1,1 @@
-"""Interfaces to other libraries for the same kinematics, in one folder per problem."""
+"""Interfaces to other libraries for the same kinematics."""

@@ -1,4 +1,4 @@
-"""A five-bar in Pinocchio: an open tree with a closure constraint, solved with NumPy.
+"""A five-bar in Pinocchio as an open tree with a closure constraint.
 
 Newton's method solves the constraint. The constraint Jacobian gives the rates,
 ``J_passive z' = -J_actuated q'``. The code is specific to the five-bar. It selects the rows and
@@ -19,7 +19,7 @@ class FiveBar:
     """Two cranks and two couplers that are connected at the tool.
 
     Attributes:
-        z: Angles of left crank and elbow, and of right crank and elbow [rad]. The next iteration
+        z: Angles of left crank, left elbow, right crank and right elbow [rad]. The next iteration
             starts from these angles.
         corrections: Number of Newton corrections of the elbows so far.
     """
@@ -49,7 +49,7 @@ class FiveBar:
         return self.model.addJoint(crank, pin.JointModelRZ(), _shift(a), f"elbow at {x}")
 
     def close(self, q: np.ndarray) -> np.ndarray:
-        """Close the loop at crank angles q, and return the constraint Jacobian (3, 4)."""
+        """Close the loop at crank angles q. Return the constraint Jacobian (3, 4)."""
         model, data, closure, closed, z = self.model, self.data, self.closure, self.closed, self.z
         z[ACTUATED] = q
         for _ in range(CORRECTIONS):
@@ -70,7 +70,7 @@ class FiveBar:
         return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
 
     def velocity_map(self, z: np.ndarray) -> np.ndarray:
-        """Return the map (4, 2) from crank rates to all joint rates, at a closed loop."""
+        """Return the map (4, 2) from crank rates to all joint rates."""
         pin.computeJointJacobians(self.model, self.data, z)
         return self._map(
             pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)

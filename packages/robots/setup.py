@@ -1,4 +1,4 @@
-"""One package for each robot, and a wheel for every Python version of one platform."""
+"""One package for each robot."""
 
 from pathlib import Path
 

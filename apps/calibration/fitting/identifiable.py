@@ -28,7 +28,7 @@ SHOWN = 0.01
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown that the measurements do not distinguish from other parameters.
+    """A parameter or unknown with the same effect as other parameters.
 
     Attributes:
         name: Name of the parameter or unknown. A parameter stays nominal, and an unknown keeps its
@@ -60,8 +60,8 @@ def identifiable(
         kept_names: Names of the variables that are always identified.
 
     Returns:
-        The sorted indices of the identifiable candidates, and an explanation for each
-        unidentifiable candidate.
+        A tuple (sorted indices of the identifiable candidates, one explanation per other
+        candidate).
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

@@ -37,7 +37,7 @@ of squares."""
 
 
 class Errors(NamedTuple):
-    """Errors (M,), and the function that returns their derivative (M, k)."""
+    """The errors (M,) and a function for their derivative (M, k)."""
 
     values: FloatArray
     derivative: Callable[[], FloatArray]
@@ -60,8 +60,8 @@ def least_squares(
         scale: One scale for all variables, or (k,) scales.
         loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2), or 0 for the sum of
             squares.
-        step: Relative change of the sum of squares and of the variables at which the iteration
-            stops.
+        step: The iteration stops below this relative change of the sum of squares and the
+            variables.
         evaluations: Maximum number of evaluations of the errors.
     """
     at = errors(x)
@@ -89,14 +89,13 @@ def least_squares(
 
 
 def _cost(e: FloatArray, size: float) -> float:
-    """Return half of the sum of squares, or half of the robust loss."""
     return float((np.log1p((e / size) ** 2) * size**2).sum() if size else e @ e) / 2
 
 
 def _equations(
     at: Errors, scale: float | FloatArray, size: float
 ) -> tuple[float, FloatArray, FloatArray]:
-    """Return cost, matrix and right-hand side of the normal equations in scaled variables."""
+    """Return (cost, matrix, right-hand side) of the scaled normal equations."""
     J, e = scale * at.derivative(), at.values
     cost = _cost(e, size)
     if not size:
@@ -107,7 +106,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """Return the step, also if rounding makes the matrix indefinite."""
+    """Return the step, even if rounding makes the matrix indefinite."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

@@ -1,8 +1,8 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
-Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx. If
-standard deviations of parameters are known, the scaled deviations from nominal, d + D dx, are
-errors too. The matrix H combines both kinds of errors with the noise s:
+Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx.
+Parameters with known standard deviations add the errors d + D dx. The matrix H combines both kinds
+of errors with the noise s:
 
     H = J^T J + s^2 D^T D
 
@@ -45,22 +45,20 @@ MIN_NOISE = 1e-3
 """Minimum noise relative to the stated standard deviations, smaller than the noise of any
 device."""
 _MIN_DEVIATION = 0.01
-"""Minimum robust standard deviation, relative to the stated standard deviation. With exact
-measurements, only rounding errors and small effects of unidentified parameters remain, which do not
-indicate outliers."""
+"""Minimum robust standard deviation, relative to the stated standard deviation. For exact
+measurements, smaller residuals come from rounding and do not indicate outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
 """One-sided probability of an error beyond the outlier limit."""
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""Minimum 1 - h of an error that is tested as an outlier."""
+"""An error is tested as an outlier only above this residual fraction 1 - h."""
 _STRAY = math.log(10)
-"""Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
+"""Prior standard deviation of log s: a factor of ten in the noise s."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
 """Search grid for the logarithm of the noise, log s."""
 _FULL = 1e-13
-"""Minimum relative diagonal entry of the triangular factor. Below this value, the variables are
-undetermined."""
+"""Minimum relative diagonal entry of the triangular factor."""
 
 
 class Undetermined(Exception):
@@ -106,14 +104,14 @@ class Linearized:
         return float((1 - _leverages(self.J, self.inverse_root(noise))).sum())
 
     def noise(self) -> float:
-        """Return the errors relative to their stated noise; 0 without degrees of freedom."""
+        """Return the errors relative to their stated noise, or 0 without degrees of freedom."""
         if len(self.D):
             return self._most_probable_noise()
         surplus = self.J.shape[0] - self.J.shape[1]
         return float(np.sqrt(self.e @ self.e / surplus)) if surplus > 0 else 0.0
 
     def contradicting(self, every: Linearized, used: BoolArray, noise: float) -> BoolArray:
-        """Return (M,) booleans: whether each error is an outlier.
+        """Return a mask (M,) that is true if an error is an outlier.
 
         Args:
             every: The linearized errors of all M rows.

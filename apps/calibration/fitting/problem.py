@@ -46,20 +46,20 @@ Inputs = ParamSpec("Inputs")
 Output = TypeVar("Output")
 
 _ROUNDS = 12
-"""Maximum number of updates of outliers and noise. Two or three usually suffice."""
+"""Maximum number of updates of outliers and noise."""
 _STEP = 1e-12
-"""Relative change of the sum of squares and of the variables at which the iteration stops."""
+"""The iteration stops below this relative change of the sum of squares and the variables."""
 _EVALUATIONS = 100
 """Maximum number of evaluations per solution. About twenty suffice. For exact data, the iteration
 does not converge before rounding errors dominate."""
 _NEARNESS = 0.3
-"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty is
-smaller than the noise, but it selects one solution if parameters have the same effect."""
+"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty
+selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
 """Penalty on frames and targets, relative to the penalty on the design."""
 _FAR = 0.1
-"""Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes target positions
-and base position only weakly, so the estimates may be far from the start values."""
+"""Scale of frames and targets [m or rad]. A tool that hardly rotates determines target and base
+positions only weakly. The estimates may then be far from the start values."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
@@ -353,7 +353,7 @@ class Problem:
         return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
-        """Alternate solutions with updates of outliers and noise until they are consistent.
+        """Repeat the solution with updated outliers and noise until they do not change.
 
         Args:
             fit: Start values of the iteration.

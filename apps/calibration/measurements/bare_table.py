@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 _KEPT = 0.05
 """Maximum change of a distance between targets on a tool, relative to the motion of the targets."""
 _LARGEST = 720.0
-"""Maximum joint angle [deg]; positions in millimeters are usually larger."""
+"""Maximum joint angle [deg]. Positions in millimeters are usually larger."""
 _MIN = 3
 """Minimum number of rows to test whether a distance is constant."""
 
@@ -32,7 +32,7 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     """Infer the header of a table, and append the assumptions to `said`.
 
     Raises:
-        InputValueError: The columns are ambiguous; the message suggests a header.
+        InputValueError: The columns are ambiguous. The message suggests a header.
     """
     complete = _whole(rows)
     if len(complete) < _MIN:
@@ -63,7 +63,6 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
 
 
 def _whole(rows: Sequence[TableLine]) -> list[TableLine]:
-    """Return the rows with as many numbers as the first row."""
     count = len(rows[0].cells)
     return [
         row
@@ -78,7 +77,7 @@ def _counts(values: FloatArray) -> int:
 
 
 def _names(count: int) -> list[str]:
-    """Return the column names x, y, z for one target, or x1, y1, z1, x2 ... for several."""
+    """Return the column names x, y, z for one target, or numbered names for several targets."""
     if count == len(AXES):
         return list(AXES)
     return [f"{axis}{k + 1}" for k in range(count // len(AXES)) for axis in AXES]

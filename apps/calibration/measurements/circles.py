@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 MIN_TURN = 0.2
-"""Minimum arc of a circle [rad]; the center of a shorter arc is too uncertain."""
+"""Minimum arc of a circle [rad]. The center of a shorter arc is too uncertain."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class CirclePoints(Positions):
     Attributes:
         points: (N, m, 3) as in :class:`Positions`.
         sigma: Standard deviation of each position coordinate [m].
-        circle: (N,) circle index of each configuration; negative for a configuration on no circle.
+        circle: (N,) circle index of each configuration, or a negative number without a circle.
     """
 
     circle: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
@@ -68,7 +68,7 @@ class CirclePoints(Positions):
         """Return the axis of each circle in W, fitted to the measured positions.
 
         Args:
-            T: (N, 4, 4) nominal tool poses; they determine the joint angles.
+            T: (N, 4, 4) nominal tool poses. The poses determine the joint angles.
 
         Raises:
             InputValueError: A circle lacks a rotation about one axis by at least 0.2 rad.
@@ -117,7 +117,7 @@ Below this relative singular value, a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
-    """Fit a circle to each target of points (N, m, 3), and return the common axis."""
+    """Fit a circle to each target of points (N, m, 3). Return the common axis."""
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
     normal, centers, errors = np.zeros(3), [], []
     for own in np.moveaxis(points, 1, 0):
@@ -138,5 +138,4 @@ def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
 
 
 def _lines(axes: Sequence[MeasuredAxis]) -> tuple[FloatArray, FloatArray]:
-    """Return the directions (k, 3) and points (k, 3) of axes."""
     return np.array([axis.direction for axis in axes]), np.array([axis.point for axis in axes])

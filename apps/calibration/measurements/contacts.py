@@ -1,10 +1,11 @@
 """Scalar measurements: distances from a fixed point, and contacts with a sphere or a plane.
 
-The tool has one target x, for example a ball or a probe tip. These measurements have no device
-frame; the unknown fixed point or plane is in the base frame of the robot.
+The tool has one target x, for example a ball or a probe tip. Contacts and distances have no device
+frame. The unknown fixed point or plane is in the base frame of the robot.
 
-A ball bar between a fixed point c and the target measures the distances d_i = |T_i x - c|. On a
-sphere, all distances d_i are the radius r. Contacts with a plane satisfy n . (T_i x) = h.
+A ball bar between a fixed point c and the target measures the distances d_i = |T_i x - c|. For
+contacts with a sphere, all distances are equal to the radius r. Contacts with a plane satisfy n .
+(T_i x) = h.
 
 Source:
     J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot kinematic
@@ -55,7 +56,7 @@ class _OneNumber(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row is one measurement."""
+        """Row index of each error. Each measurement is a row."""
         return np.arange(len(self.values))
 
     @property
@@ -134,7 +135,6 @@ class Distances(_OneNumber):
         return np.concatenate([target, c + points.mean(0)])
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured distances, in standard deviations."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
 
@@ -177,7 +177,6 @@ class SphereContacts(_OneNumber):
         return np.concatenate([target, c + points.mean(0), [np.sqrt(rest + c @ c)]])
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured distances from the surface, in standard deviations."""
         return self._bar(x)._errors(T, x)
 
     def _derivatives(
@@ -187,7 +186,6 @@ class SphereContacts(_OneNumber):
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
     def _bar(self, x: FloatArray) -> Distances:
-        """Return the equivalent distances from the center."""
         return Distances(self.values + x[6], self.sigma)
 
 
@@ -220,7 +218,6 @@ class PlaneContacts(_OneNumber):
         return replace(self, normal=other.normal)
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured distances from the plane, in standard deviations."""
         height = points_on_tool(T, x[None, :3])[:, 0] @ self._direction(x) - x[5]
         return np.asarray((height - self.values) / self.sigma)
 
@@ -238,12 +235,12 @@ class PlaneContacts(_OneNumber):
         return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
 
     def _direction(self, x: FloatArray) -> FloatArray:
-        """Return the normal for slopes x[3:5]. Its length is 1 to first order in the slopes."""
+        """Return the normal for slopes x[3:5], with length 1 to first order."""
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
 
 _STEP = 1e-6
-"""Relative change at which the fit of the start values stops; the identification refines the
+"""Relative change at which the fit of the start values stops. The identification refines the
 values."""
 _EVALUATIONS = 50
 """Maximum number of evaluations of the fit of the start values."""
@@ -256,10 +253,10 @@ _FLAT = 1e-6
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Solve 2 p . c + rest = right for the center c (3,) and rest.
+    """Solve 2 p . c + rest = right for (c, rest).
 
-    The points p (N, 3) have mean 0. The third result is a direction in which c is undetermined, or
-    0 if the points determine c.
+    The points p (N, 3) have mean 0, and c (3,) is the center. The third result is a direction along
+    which the points do not determine c, or 0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])
@@ -269,5 +266,4 @@ def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatA
 
 
 def _point(what: str) -> tuple[str, ...]:
-    """Return the names of a point's coordinates."""
     return tuple(f"{what}_{axis}" for axis in "xyz")

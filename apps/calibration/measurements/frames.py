@@ -1,4 +1,4 @@
-"""Estimation of device frames with the nominal robot, to start an identification.
+"""Estimate device frames with the nominal robot, to start an identification.
 
 A laser tracker or a camera measures in its device frame W. The target positions in the tool frame
 are unknown. At the nominal tool poses T_i, the measured target positions are
@@ -23,15 +23,15 @@ FloatArray = NDArray[np.float64]
 _FIRST_ROUNDS = 5
 """Number of steps from each of the 24 start rotations."""
 _FINISHED = 6
-"""Number of best rotations that are refined further."""
+"""Number of start rotations that are refined further."""
 _ROUNDS = 60
 """Maximum number of refinement steps."""
 _SETTLED = 1e-6
-"""Below this relative decrease of the squared error, the iteration stops."""
+"""The iteration stops below this relative decrease of the squared error."""
 _DAMPED = 1e-3
 """Initial damping relative to the trace of the normal equations."""
 _STUCK = 1e6
-"""Damping relative to the trace of the normal equations at which the iteration stops."""
+"""The iteration stops at this damping, relative to the trace of the normal equations."""
 _FULL = 1e-9
 """Below this relative singular value, an unknown is undetermined."""
 _ACROSS = 0.1
@@ -40,7 +40,7 @@ _LEVER = 0.1
 """Minimum distance of points that represent an orientation [m]. At this distance, a rotation by
 0.05 mrad moves a point by 5 um."""
 _REPEATED = 0.999
-"""Above this ratio of the two largest singular values, orientations alone are ambiguous."""
+"""Orientations alone are ambiguous above this ratio of the two largest singular values."""
 
 
 class Registration(NamedTuple):
@@ -97,7 +97,7 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Estimate the frames if the tool rotates about at most one axis.
+    """Estimate the frames from points, for a tool that rotates about at most one axis.
 
     Four points represent the probe: its origin and one point on each axis. The points are as
     far apart as the tool positions, but at least `_LEVER`.
@@ -139,7 +139,7 @@ def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
 def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
     """Return mean target positions (m, 3) in the tool frame.
 
-    The arguments are tool poses T (N, 4, 4) and measured target positions (N, m, 3).
+    T (N, 4, 4) are tool poses. The measured positions have the shape (N, m, 3).
     """
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
     return np.asarray(np.nanmean(turned, axis=0))
@@ -156,14 +156,13 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
 class _Registrations:
     """Registration errors as a function of the rotation R alone.
 
-    Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i, with nominal orientations
-    R_i and origins p_i. For each R, these equations are linear in x_j and c. The residual of the
-    equations is linear in the entries of R. A QR factorization compresses the residual to a few
-    rows.
+    Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
+    orientations R_i and origins p_i. For each R, these equations are linear in x_j and c. A QR
+    factorization compresses the residual, which is linear in R, to a few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
-        """Factorize the equations of nominal poses (N, 4, 4) and measured positions (N, m, 3).
+        """Factorize the equations of poses (N, 4, 4) and positions (N, m, 3).
 
         Positions of invisible targets are NaN.
         """
@@ -187,7 +186,7 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """Return error vectors (k, r) for rotations (k, 3, 3). Their norms are RMS distances."""
+        """Return error vectors (k, r) for rotations (k, 3, 3). The norm is the RMS distance."""
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:
@@ -229,7 +228,7 @@ def _rotated(step: FloatArray) -> FloatArray:
 
 
 def _with_one(R: FloatArray) -> FloatArray:
-    """Return the entries of rotations (k, 3, 3), followed by -1, as vectors (k, 10)."""
+    """Return the entries of rotations (k, 3, 3) and -1 as vectors (k, 10)."""
     return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
 
 
@@ -247,7 +246,6 @@ def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
 
 
 def _cube_rotations() -> list[FloatArray]:
-    """Return the 24 rotational symmetries of a cube."""
     found = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
@@ -267,4 +265,5 @@ _GENERATORS = np.array(
     ],
     dtype=np.float64,
 )
-"""Cross-product matrices [e_k]x. The derivative of R exp([w]x) at w = 0 is R [w]x."""
+"""Cross-product matrices [e_k]x. At w = 0, the derivative of R exp([w]x) with respect to w_k is R
+[e_k]x."""

@@ -103,7 +103,7 @@ class Column(NamedTuple):
     Attributes:
         heading: The heading without the unit.
         number: Column index, from 0.
-        unit: A key of `UNITS`, or "" without a stated unit. An unknown unit is unchanged.
+        unit: A key of `UNITS`, the unknown unit as written, or "" without a unit.
     """
 
     heading: str
@@ -166,9 +166,9 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 
 
 def _heading(cell: str, number: int) -> _Heading | None:
-    """Return the heading in a cell.
+    """Return the heading in a cell, or None for columns to ignore.
 
-    The result is None for columns with errors, velocities and other quantities.
+    Columns with errors and velocities are ignored.
     """
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
@@ -297,7 +297,7 @@ def _all_of(
     names: Sequence[str],
     spellings: Sequence[Collection[tuple[str, ...]]],
 ) -> dict[int, str]:
-    """Return the columns of all names, or no column if one of them is missing."""
+    """Return the columns of all names, or no columns if a name is missing."""
     columns = [next((by_core[s] for s in own if s in by_core), None) for own in spellings]
     if any(column is None for column in columns):
         return {}
@@ -337,7 +337,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """Return the axis and the number ("" if none) of a position, or None for other headings."""
+    """Return the axis and the number of a position, or None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdecimal()]

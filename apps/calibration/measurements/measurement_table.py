@@ -1,13 +1,13 @@
 """Measurements from a table: coordinates with target positions or poses, in common formats.
 
-A row has the joint angles q1 [deg], ..., q6 [deg]. The position columns x [mm], y [mm], z [mm]
-follow for one target, and x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... for several targets. With a
-column "target", each row has one target. With a column "station", the device has several stations.
-The orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
+A row has the joint angles q1 [deg], ..., q6 [deg]. One target has the position columns x [mm], y
+[mm], z [mm]. Several targets have the columns x1 [mm], y1 [mm], z1 [mm], x2 [mm], ... With a column
+"target", each row has one target. With a column "station", the device has several stations. The
+orientation of a pose has the columns rx [deg], ry [deg], rz [deg], or qw, qx, qy, qz.
 
-The columns of the table can be in any order. `headings.py` lists the supported headings,
-`table_text.py` the separators. Units are in the headings or in a row below the header. If no angle
-or no position has a unit, the unit is inferred from the values.
+The columns of the table can be in any order. `headings.py` lists the supported headings.
+`table_text.py` lists the separators. Units are in the headings or in a row below the header. If no
+angle or no position has a unit, the unit is inferred from the values.
 :attr:`MeasurementTable.assumptions` reports the inferred unit. Without a header, columns are
 inferred from their count and values (`bare_table.py`). Empty position cells mean that the target
 was invisible. All other columns of the table are ignored.
@@ -207,7 +207,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """Return the table with inferred units of angles and positions, if the file states no units."""
+    """Return the table with inferred units, if the file states no units."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]

@@ -1,7 +1,7 @@
 """Target positions that a device measures from several unknown stations.
 
 A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
-station. The frame T_W_station[s] of station s in W is identified together with the robot:
+station. The frame T_W_station[s] of station s is identified together with the robot:
 
     y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j), with s the station at configuration i
 """
@@ -77,7 +77,7 @@ class StationPositions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row is one visible target with three errors."""
+        """Row index of each error. Each visible target is a row."""
         return self._placed.rows
 
     @property
@@ -154,7 +154,6 @@ class StationPositions(Measurements):
         return start._replace(unknowns=x, measurements=measurements)
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured positions in the frame W, in standard deviations."""
         return replace(self._placed, points=self._in_W(x))._errors(T, self._targets(x))
 
     def _derivatives(
@@ -174,14 +173,14 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The measured points as `Positions`, without the station frames."""
+        """The measured points as `Positions` in W."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6) of station frames. The first twist is 0."""
+        """Return the correction twists (stations, 6). The first station has the twist 0."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:
@@ -190,7 +189,7 @@ class StationPositions(Measurements):
         return np.asarray(turned + F[:, None, :3, 3])
 
     def _between(self, placed: FloatArray, s: int) -> FloatArray:
-        """Return the pose that transforms points (N, m, 3) to the points measured by station s."""
+        """Return the pose that maps points (N, m, 3) to the measurements of station s."""
         own = (self.station == s)[:, None] & self._placed._seen
         apart = placed[own] - placed[own].mean(0) if own.any() else np.zeros((1, 3))
         if np.linalg.svd(apart, compute_uv=False)[1:2].sum() < _LINE:

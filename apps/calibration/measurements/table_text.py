@@ -1,4 +1,4 @@
-"""Splitting of a text table into cells: encoding, separators, comments, decimal marks."""
+"""Split a text table into cells."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _GROUP = 3
 
 
 class TableLine(NamedTuple):
-    """A line of a table, with its cells and its line number from 1."""
+    """A line of a table with its cells."""
 
     number: int
     cells: list[str]
@@ -103,8 +103,7 @@ def _separator(texts: Sequence[str]) -> str:
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
     for text in texts:
         if separator:
-            # The text is read line by line, so that an unclosed quotation mark affects a single
-            # line.
+            # The text is read line by line, so an unclosed quotation mark affects a single line.
             yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
         else:
             yield _BEFORE_UNIT.split(text.strip())
@@ -131,7 +130,6 @@ def number(cell: str) -> float:
 
 
 def _groups(text: str, thousands: str, decimal: str) -> list[str]:
-    """Return the digits after each thousands separator."""
     return text.split(decimal, maxsplit=1)[0].split(thousands)[1:]
 
 

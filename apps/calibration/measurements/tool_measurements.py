@@ -26,8 +26,8 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""Default standard deviation of positions [m] and rotations [rad]. The value is also the scale of
-the variables."""
+"""Default standard deviation of positions [m] and rotations [rad]. The standard deviations are also
+the scale of the variables."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
@@ -59,9 +59,9 @@ class Measurements(ABC):
     _n_frame_unknowns: ClassVar[int]
     """Number of unknowns of the frames that `_start` estimates."""
     _fixes_tool: ClassVar[bool]
-    """Whether the tool orientation is measured. If so, tool corrections replace the targets."""
+    """Whether the tool orientation is measured. Tool corrections then replace the targets."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
-    """Shapes of the measured arrays, keyed by field. None stands for any size."""
+    """Shapes of the measured arrays, with None for any size."""
 
     def __post_init__(self) -> None:
         """Check the measured arrays.
@@ -124,7 +124,7 @@ class Measurements(ABC):
         """Estimate frames and unknowns from nominal tool poses (N, 4, 4) in the base frame."""
 
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
-        """Update the start values for a known base frame, from tool poses T (N, 4, 4) in W.
+        """Update the start values for a known base frame. The tool poses T (N, 4, 4) are in W.
 
         Subclasses with an ambiguous base frame also estimate the other unknowns again.
         """
@@ -172,9 +172,9 @@ def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
 
 
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
-    """Return the velocities v + omega x (R x) of targets x (m, 3) for mixed Jacobians J (N, 6, p).
+    """Return the velocities (N, m, 3, p) of targets (m, 3) for mixed Jacobians J (N, 6, p).
 
-    The result has shape (N, m, 3, p).
+    A velocity is v + omega x (R x).
     """
     levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
@@ -212,7 +212,7 @@ class Positions(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row is one visible target with three errors."""
+        """Row index of each error. Each visible target is a row."""
         return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
@@ -256,7 +256,6 @@ class Positions(Measurements):
         return start._replace(unknowns=targets_at(T, self.points).ravel())
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Return computed minus measured positions, in standard deviations."""
         apart = points_on_tool(T, x.reshape(-1, 3)) - self.points
         return np.asarray((apart / self.sigma)[self._seen].ravel())
 
@@ -306,7 +305,7 @@ class Poses(Measurements):
 
     @property
     def rows(self) -> IntArray:
-        """Row index of each error. A row is one pose with six errors."""
+        """Row index of each error. Each pose is a row."""
         return np.repeat(np.arange(len(self.T)), 6)
 
     @property
@@ -356,7 +355,7 @@ class Poses(Measurements):
         return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Return the position errors, then the rotation vectors from measured to computed axes."""
+        """Return the position errors and the rotation vectors from measured to computed axes."""
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
         turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))
@@ -365,7 +364,6 @@ class Poses(Measurements):
     def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the twist of the probe origin, valid for small orientation errors."""
         v = velocities_on_tool(T, J, self.T_tool_probe[None, :3, 3])[:, 0]
         by_p = np.concatenate([v / self.sigma[0], J[:, 3:] / self.sigma[1]], 1)
         return by_p.reshape(-1, J.shape[-1]), np.zeros((6 * len(T), len(x)))

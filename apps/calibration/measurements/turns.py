@@ -17,9 +17,9 @@ from .quaternions import rotations
 FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi + 0.01
-"""Maximum joint angle [rad], for one turn in either direction. Larger values are degrees."""
+"""Maximum joint angle [rad] of a table in radians. Larger values are degrees."""
 _MOVED = 0.1
-"""Minimum range [rad] of the joint that moves most. The same range in degrees would be useless."""
+"""Minimum range [rad] of the joint that moves most, for a table in radians."""
 _ROUNDED = 0.02
 """Tolerance for quaternions (relative length) and rotation matrices (deviation from orthogonality).
 The values in a table may have only two decimal places."""
@@ -33,7 +33,6 @@ class WrongRow(ValueError):
     """
 
     def __init__(self, row: int, words: str) -> None:
-        """Store the row index, and a message that does not contain this index."""
         super().__init__(words)
         self.row = row
 

@@ -73,7 +73,7 @@ def _table(table: Table) -> str:
 
 def _svg(ax: Any) -> str:
     stream = io.StringIO()
-    # The page omits the date and fixes the salt of SVG identifiers, so that it is reproducible.
+    # The page is reproducible, because it has no date and a fixed salt of SVG identifiers.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()

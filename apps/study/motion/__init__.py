@@ -1,4 +1,4 @@
-"""Robot motions along curves with time scalings, with exact joint rates and accelerations."""
+"""Robot motions along curves, with exact joint rates and accelerations."""
 
 from .conics import ConicArc, conic
 from .curves import (

@@ -1,14 +1,14 @@
 """Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
 
-In homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic with the symmetric
+Homogeneous coordinates x = (x, y, 1) describe the plane of the points. The conic with the symmetric
 matrix C is x^T C x = 0. The pole W of the chord from P to Q is the intersection of the tangents at
 P and Q. The arc is
 
     X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1
 
 The pole W is scaled so that W^T C W = -P^T C Q / 2. The sign of W selects one of the two arcs. For
-half an ellipse, the pole W is at infinity. The arc length is computed by Gauss quadrature on pieces
-and inverted by Newton's method.
+half an ellipse, the pole W is at infinity. Gauss quadrature on pieces gives the arc length.
+Newton's method inverts the arc length.
 
 Source:
     G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 _POINTS = 5
 """Number of points that determine a conic."""
 _PIECES, _ORDER = 128, 16
-"""Number of pieces of an arc, and number of quadrature points on each piece."""
+"""Number of pieces of an arc, and of quadrature points on each piece."""
 _NEWTON = 4
 """Number of Newton steps that invert the arc length."""
 _NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
@@ -85,8 +85,8 @@ def conic(poses: ArrayLike) -> ConicArc:
     """Return the arc of the conic section through five points, from the first to the last.
 
     Args:
-        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m] with the
-            orientation of the base. The positions are coplanar, and no three positions are
+        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. Positions have
+            the orientation of the base. The positions are coplanar, and no three positions are
             collinear.
 
     Returns:
@@ -94,8 +94,8 @@ def conic(poses: ArrayLike) -> ConicArc:
 
     Raises:
         ShapeError: `poses` has the wrong shape.
-        InputValueError: The positions are not coplanar, three are collinear, the points are not
-            in the order along the conic, or the points are on both branches of a hyperbola.
+        InputValueError: The positions are not coplanar, three positions are collinear, or the
+            points are not in the order along one branch of the conic.
     """
     T, _ = waypoints("conic", poses)
     if len(T) != _POINTS:
@@ -161,7 +161,7 @@ def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return positions (m, 3) at parameters (m,), with first and second derivatives."""
+    """Return positions (m, 3), first derivatives and second derivatives at parameters (m,)."""
     u = t[:, None]
     first, middle, last = controls
     x = (1 - u) ** 2 * first + 2 * u * (1 - u) * middle + u**2 * last
@@ -174,7 +174,7 @@ def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _arc_length(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return arc lengths (m,) between parameters (m,) on the same piece [m]."""
+    """Return arc lengths (m,) between parameters on the same piece [m]."""
     nodes, weights = leggauss(_ORDER)
     half, middle = (end - start) / 2, (start + end) / 2
     t = middle[:, None] + half[:, None] * nodes

@@ -1,8 +1,8 @@
 """Curves of a tool or of the coordinates, without time.
 
 A curve is a function of the length s from its start. For tool curves, s is the path length of the
-tool origin [m], or the angle [rad] of a pure rotation. For coordinates, s runs from 0 to 1. Curves
-return exact first and second derivatives with respect to s, so rates and accelerations are exact.
+tool origin [m], or the angle [rad] of a pure rotation. For coordinates, s runs from 0 to 1. The
+derivatives with respect to s are exact. Rates and accelerations are therefore exact.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ class JointLine:
     Attributes:
         q_start: (n,) values at s = 0.
         q_end: (n,) values at s = length.
-        space: "coordinates": the actuated coordinates q; "chain": the joints of the main chain.
+        space: "coordinates" for the actuated coordinates q, "chain" for the joints of the main
+            chain.
         length: The range of s, by default 1.
     """
 
@@ -73,7 +74,7 @@ class JointLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, n) values, and first and second derivatives with respect to s."""
+        """(m, n) values, first derivatives and second derivatives with respect to s."""
         return _straight(self.q_start, self.q_end, self.length, s)
 
 
@@ -83,7 +84,7 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
     Args:
         q_start: (n,) values at the start [rad or m].
         q_end: (n,) values at the end [rad or m].
-        space: "coordinates": values of q; "chain": joint positions of the main chain.
+        space: "coordinates" for values of q, "chain" for joint positions of the main chain.
 
     Raises:
         ShapeError: q_start and q_end are not vectors of the same length.
@@ -100,11 +101,10 @@ class TaskLine:
     """A straight line in the coordinates of a task, such as position and pitch.
 
     Attributes:
-        start: (k,) task coordinates at the start, as arguments of the inverse for the task.
+        start: (k,) task coordinates at the start, in the order of the inverse for the task.
         end: (k,) task coordinates at the end.
         task: "position", "position_pitch" or "planar".
-        length: Distance of the positions [m]. For equal positions, the norm of the coordinate
-            change.
+        length: Distance of the positions [m], or norm of the change for equal positions.
     """
 
     start: FloatArray
@@ -115,7 +115,7 @@ class TaskLine:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values, and first and second derivatives with respect to s."""
+        """(m, k) values, first derivatives and second derivatives with respect to s."""
         return _straight(self.start, self.end, self.length, s)
 
 
@@ -123,8 +123,8 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     """Return a straight line in the coordinates of a task.
 
     Args:
-        task: "position" (x, y, z), "position_pitch" (x, y, z and the elevation of the tool's z axis
-            above the x-y plane of the base) or "planar" (x, y and the angle in the x-y plane).
+        task: "position" (x, y, z), "position_pitch" (x, y, z, elevation of the tool's z axis above
+            the x-y plane of the base) or "planar" (x, y, angle in the x-y plane).
         start: (k,) task coordinates at the start [m, rad].
         end: (k,) task coordinates at the end [m, rad].
 
@@ -149,7 +149,7 @@ class TaskCurve:
     """A curve of the tool origin in the coordinates of a task.
 
     Attributes:
-        curve: The curve of the tool origin, without orientation.
+        curve: The curve of the tool origin.
         start: Pitch or angle at the start [rad].
         end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
         task: "position", "position_pitch" or "planar".
@@ -165,7 +165,7 @@ class TaskCurve:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(m, k) values, and first and second derivatives with respect to s."""
+        """(m, k) values, first derivatives and second derivatives with respect to s."""
         T, V, A = self.curve.at(s)
         places = 2 if self.task == "planar" else 3
         orders = [T[:, :places, 3], V[:, :places], A[:, :places]]
@@ -181,7 +181,7 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool. The orientation is ignored.
+        curve: The curve of the tool. The task replaces its orientation.
         start: Pitch or angle at the start [rad].
         end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
 
@@ -200,7 +200,7 @@ def _require_task(name: str, task: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Turning:
-    """The orientation along a curve, a rotation about one axis proportional to s."""
+    """An orientation along a curve: a rotation about one axis, proportional to s."""
 
     R_0: FloatArray
     turn: FloatArray
@@ -209,7 +209,7 @@ class _Turning:
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return rotations (m, 3, 3), and the angular velocity (3,) per unit of s, in base axes."""
+        """Return (rotations (m, 3, 3), angular velocity (3,) per unit of s in base axes)."""
         rate = self.turn / self.length if self.length else np.zeros(3)
         return self.R_0 @ so3.exp(s[:, None] * rate), self.R_0 @ rate
 
@@ -290,7 +290,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     Raises:
         InputValueError: The points are collinear or equal, a number is not finite, or a pose is not
             rigid.
-        ShapeError: A pose is not (4, 4), or the point not (3,).
+        ShapeError: A pose is not (4, 4), or the point is not (3,).
     """
     a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
@@ -319,7 +319,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
 def _straight(
     start: FloatArray, end: FloatArray, length: float, s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return values (m, n) on a straight line, with first and second derivatives."""
+    """Return values (m, n), first derivatives and second derivatives on a straight line."""
     by_s = (end - start) / (length or 1.0)
     values = start + s[:, None] * by_s
     return values, np.broadcast_to(by_s, values.shape), np.zeros(values.shape)
@@ -372,9 +372,9 @@ class Spline:
 def curve_poses(
     rotations: Any, s: FloatArray, p: FloatArray, v: FloatArray, a: FloatArray
 ) -> CurvePoses:
-    """Return the poses at lengths s (m,) from a spline of rotations and from positions (m, 3).
+    """Return the poses at lengths s (m,).
 
-    `v` and `a` are the first and second derivatives of the positions.
+    `rotations` is a spline. `p`, `v` and `a` are positions, first and second derivatives.
     """
     R = rotations(s).as_matrix()
     # SciPy returns the angular velocity in body axes. In base axes, the derivative needs no
@@ -428,14 +428,14 @@ def parabola(poses: ArrayLike) -> Spline:
 def blend(poses: ArrayLike, radius: float) -> Spline:
     """Return straight lines between poses with corners blended by parabolas.
 
-    A parabola replaces each corner, between two points at the same distance from the corner. The
-    direction of the curve is continuous. The curvature jumps. The distance from the corner is at
-    most half of the blend radius. At each corner, the curve has the orientation of the corner pose.
+    A parabola replaces each corner. The direction of the curve is continuous. The curvature jumps.
+    The distance from the corner is at most half of the blend radius. At each corner, the curve has
+    the orientation of the corner pose.
 
     Args:
         poses: (m, 4, 4) three or more poses, or (m, 3) positions [m] with the orientation of the
             base. Consecutive positions must differ.
-        radius: Distance from each corner to the ends of its parabola [m], at most half the length
+        radius: Distance from each corner to the ends of the parabola [m], at most half the length
             of the adjacent lines.
 
     Raises:

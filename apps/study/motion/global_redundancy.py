@@ -1,10 +1,11 @@
 """The redundancy parameters of a motion, resolved over the whole curve.
 
 The method is dynamic programming over the self-motion. At knots on the curve, the inverse solves
-the pose for a grid of parameters. Each sequence of configurations within the limits has an integral
-of squared joint rates. The sequence with the smallest integral is chosen. The search continues with
-finer grids around this sequence. A cubic spline passes through the parameters. A spline exceeds
-limits that a motion must follow. The last attempt therefore uses a monotone interpolation.
+the pose for a grid of parameters. Every sequence of configurations within the limits has a cost,
+the integral of squared joint rates. The search finds the sequence with the smallest cost. The
+search continues with finer grids around the best sequence. A cubic spline passes through the
+parameters. A spline may exceed a limit that the motion follows. The last attempt therefore uses a
+monotone interpolation.
 """
 
 from __future__ import annotations
@@ -47,11 +48,11 @@ _MAX_GRID = 6000
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
-"""Below this relative decrease of the cost, the grid becomes finer."""
+"""The grid becomes finer below this relative decrease of the cost."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
-"""Number of random configurations from which the range of a joint in a loop is estimated."""
+"""Number of random configurations that estimate the range of a joint in a loop."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ class ParameterCurve:
 
     Attributes:
         names: The parameters.
-        spline: The parameters (m, p) at positions (m,). The first derivatives are continuous. The
-            second derivatives are continuous except for parameters that must follow a limit.
+        spline: Function from positions (m,) to parameters (m, p). The first derivatives are
+            continuous. The second derivatives are discontinuous if parameters must follow a limit.
         q_start: (n,) coordinates at the start [rad or m].
     """
 
@@ -77,18 +78,19 @@ class ParameterCurve:
 def resolve_redundancy(
     robot: Robot, T: ArrayLike, q_seed: ArrayLike, *, limits: Any = "robot"
 ) -> JointPath:
-    """Return coordinates along a path of poses that resolve the redundancy over the whole path.
+    """Return coordinates along a path of poses, resolved over the whole path.
 
-    Among all motions within the limits, the coordinates minimize a sum of two terms. The first term
-    is the integral of the squared joint rates over the path. The second term is the squared joint
-    displacement from `q_seed` to the start. Prismatic joints are scaled by `unit_length`. Dynamic
-    programming finds the best sequence on a grid, and finer grids refine the sequence. The result
-    is therefore a local minimum near the best sequence on the grid. The computation takes a
-    fraction of a second for one parameter, and up to some seconds for two parameters.
+    Among all motions within the limits, the motion with the smallest cost is chosen. The cost
+    contains the integral of the squared joint rates over the path. The cost also contains the
+    squared joint displacement from `q_seed` to the start. Prismatic joints are scaled by
+    `unit_length`. Dynamic programming finds the best sequence on a grid, and finer grids refine the
+    sequence. The result is therefore a local minimum near the best sequence on the grid. The
+    computation takes a fraction of a second for one parameter, and up to some seconds for two
+    parameters.
 
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
-        T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.
+        T: (m, 4, 4) closely spaced poses of the tool in the base frame.
         q_seed: (n,) coordinates before the path [rad or m].
         limits: "robot", None for no limits, or (n, 2) lower and upper limits.
 
@@ -117,7 +119,7 @@ def parameter_curve(
     Args:
         robot: A robot with redundancy parameters.
         s: (m,) positions on the curve in ascending order, the first 0.
-        T: (m, 4, 4) poses at these positions, closely spaced.
+        T: (m, 4, 4) closely spaced poses at the positions s.
         q_seed: (n,) coordinates before the motion.
         bounds: (n, 2) lower and upper limits.
     """
@@ -146,7 +148,7 @@ def parameter_curve(
 
 
 class _Blocked(Exception):
-    """No configuration at a knot can follow a configuration at the previous knot."""
+    """Error for a knot whose configurations cannot follow the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)
@@ -184,7 +186,7 @@ class _Search:
 
     @property
     def listed(self) -> str:
-        """The names of the parameters as part of a sentence."""
+        """The names of the parameters for an error message."""
         return " and ".join(self.names)
 
     def best(self, resolution: float) -> tuple[FloatArray, FloatArray]:
@@ -263,7 +265,7 @@ class _Search:
         return found
 
     def _features(self, q: FloatArray) -> FloatArray:
-        """Return vectors (k, f) whose distances are the distances of configurations (k, n).
+        """Return vectors (k, f) for distances of configurations (k, n).
 
         A revolute coordinate without limits becomes a point on the unit circle.
         """
@@ -297,7 +299,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return changes (n, 2) that move each limit inwards by the whole range, or 0 if infinite."""
+    """Return changes (n, 2) that move each finite limit inwards by the whole range."""
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 

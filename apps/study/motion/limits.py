@@ -53,15 +53,15 @@ def limit_violations(
     """Return the limits that a trajectory exceeds.
 
     Args:
-        robot: The robot. Its coordinate limits are always checked.
+        robot: The robot. The coordinate limits of the robot are always checked.
         trajectory: A trajectory of the robot.
-        rate_limits: () or (n,) maximum rates [rad/s or m/s], where None means no check.
-        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2], where None means
-            no check.
+        rate_limits: () or (n,) maximum rates [rad/s or m/s], or None for no check.
+        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2], or None for no
+            check.
 
     Raises:
         InputTypeError: An argument is not a robot or a trajectory.
-        ShapeError: The limits, or the rows of the trajectory, do not have n values.
+        ShapeError: Limits or trajectory rows do not have n values.
         InputValueError: A limit is not positive.
     """
     check_type("limit_violations: robot", robot, Robot)

@@ -34,12 +34,12 @@ FloatArray = NDArray[np.float64]
 Redundancy = Literal["fixed", "minimum_norm", "global"]
 
 _HALVINGS = 4
-"""Number of times that the sample spacing is halved before a jump of a joint is reported."""
+"""Number of times that the sample spacing is halved, before a joint jump is reported."""
 _SAMPLES = 521
 """Number of sample poses if the redundancy is resolved over the whole curve. The limits are
 satisfied at these poses."""
 _ROUNDING = 1e-9
-"""Relative excess of a time scaling over the curve length that counts as a rounding error."""
+"""Relative excess over the curve length that counts as a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +50,19 @@ class Motion:
         robot: The robot.
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
-        q_seed: (n,) coordinates near the start that select the branch on a curve of the tool.
+        q_seed: (n,) coordinates near the start, which select the branch on a curve of the tool.
         fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
-            to values. The curve must be a curve of the tool pose. If joints other than redundancy
-            parameters are fixed, the configurations are computed by iteration.
+            to values. The curve must be a curve of the tool pose. Fixed joints that are not
+            redundancy parameters require an iteration.
         redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
-            their values at q_seed. The coordinates stay on one branch. With "minimum_norm", each
-            pose is solved from q_seed by minimum-norm steps in the joints of the main chain. With
-            "global", the parameters minimize the integral of the squared joint rates over the curve
-            within the limits, as in `resolve_redundancy`. The start is free.
+            their values at q_seed. With "minimum_norm", each pose is solved from q_seed by
+            minimum-norm steps in the joints of the main chain. With "global", the parameters
+            minimize the integral of the squared joint rates over the curve within the limits, as in
+            `resolve_redundancy`. The start is then free.
 
     Raises:
-        InputValueError: `redundancy` is unknown, "minimum_norm", "global" or `fixed` is used
-            without a curve of the tool pose, `fixed` is used with "global", the time scaling is
-            longer than the curve, or q_seed is not finite.
+        InputValueError: `redundancy` is unknown or not possible for the curve, `fixed` is not
+            possible, the time scaling is longer than the curve, or q_seed is not finite.
         ShapeError: q_seed is not (n,).
     """
 

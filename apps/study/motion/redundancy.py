@@ -1,14 +1,14 @@
 """Redundancy "minimum_norm" for robots with more joints than the curve needs.
 
-Each pose of the curve is solved independently by Newton's method in the joints theta of the main
-chain, from the same start configuration:
+Newton's method solves each pose of the curve independently, from the same start configuration of
+the main chain joints theta:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
 The pseudo-inverse J^+ gives the smallest joint step. Cylinder lengths do not affect the norm. The
-configuration at a pose depends only on the start configuration and the pose. So a closed curve
-returns to the same configuration. Integrated minimum-norm rates do not return. The configuration is
-near the start, but another configuration may be nearer.
+configuration at a pose depends only on the start configuration and the pose. A closed curve
+therefore returns to the same configuration. Integrated minimum-norm rates would not return to the
+start configuration. A different configuration may be nearer to the start configuration.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 30
-"""Maximum number of Newton steps. Converging iterations need 5 to 8 steps."""
+"""Maximum number of Newton steps."""
 _OFFSETS = np.array([[0, 1, 2, 3, 4], [-2, -1, 0, 1, 2], [-4, -3, -2, -1, 0]], dtype=np.float64)
 """Nodes of finite differences at the start, inside and at the end of a curve."""
 
@@ -56,11 +56,11 @@ class OnCurve(NamedTuple):
 def minimum_norm(
     robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, fixed: Fixed | None = None
 ) -> OnCurve:
-    """Return coordinates on a curve of the tool, by minimum-norm steps from one configuration.
+    """Return coordinates on a curve of the tool by minimum-norm steps.
 
     The derivatives with respect to s match the twist of the curve up to rounding errors. The
-    null-space components are fourth-order differences. The differences are inaccurate near
-    singularities, where joints move far within a hundredth of the curve.
+    null-space components of the derivatives are fourth-order differences. The differences are
+    inaccurate near singularities.
 
     Args:
         robot: A robot with as many joints in its main chain as coordinates.
@@ -128,7 +128,7 @@ def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
 def _solved(
     robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
-    """Return joint positions (m, n) at lengths (m,). Each iteration starts from theta_0."""
+    """Return joint positions (m, n) at lengths (m,), by iterations from theta_0."""
     T = curve.at(s).T
     theta = np.tile(theta_0, (len(s), 1))
     met = False
@@ -156,7 +156,7 @@ def _on_curve(
     joints: tuple[FloatArray, FloatArray, FloatArray],
     moving: BoolArray,
 ) -> OnCurve:
-    """Convert joint positions and differences to coordinates that match the curve's twist."""
+    """Convert joint positions and differences to coordinates on the curve."""
     theta, by_s, by_ss = joints
     _, V, A = curve.at(s)
     q, _, J = _kinematics(robot, theta)
@@ -176,7 +176,7 @@ def _of_coordinates(
 
 
 def _kinematics(robot: Robot, theta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return coordinates (m, n), poses (m, 4, 4) and joint-space mixed Jacobians (m, 6, n)."""
+    """Return (coordinates (m, n), poses (m, 4, 4), joint-space mixed Jacobians (m, 6, n))."""
     if not robot.loops:
         return theta, *robot.fk_jacobian_mixed(theta)
     q = robot.actuators(theta)
@@ -209,7 +209,7 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the weights (3, 5) of the nodes for the value and both derivatives."""
+    """Return the weights (3, 5) of the nodes for value, first and second derivative."""
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)
     value = (_OFFSETS == 0).astype(np.float64)

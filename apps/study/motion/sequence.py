@@ -62,7 +62,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class MotionSequence:
-    """Stages of a robot's motion; every method returns a longer sequence.
+    """Stages of a robot's motion. Every method returns a longer sequence.
 
     Attributes:
         robot: The robot.
@@ -111,8 +111,8 @@ class MotionSequence:
         """Add a motion on a straight line in the coordinates.
 
         Args:
-            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", these are joints of
-                the main chain.
+            q_goal: (n,) coordinates at the end [rad or m]. For space "chain", q_goal contains
+                joints of the main chain.
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
@@ -160,12 +160,11 @@ class MotionSequence:
             profile: As in `time_scaling`.
             fixed: Joints with constant values, as in `Motion`. Named joints keep their values at
                 the start of the stage.
-            redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
-                start of the stage.
+            redundancy: "fixed" or "minimum_norm", as in `Motion`.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path. The other limits refer to the path
-                length in the coordinates.
+                plan, duration is the time of the whole path. For a plan, the other limits refer to
+                the path length in the coordinates.
 
         Raises:
             InputValueError: The curve or the plan does not start at q_end, the plan has no path, or
@@ -231,7 +230,7 @@ class MotionSequence:
         return concatenate([stage.motion.sample(frequency) for stage in self._stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
-        """List the jumps of derivatives, each as (stage, derivative, time [s], jump size)."""
+        """List the jumps of derivatives as (stage, derivative, time [s], jump size)."""
         found, begin = [], 0.0
         for index, stage in enumerate(self._stages):
             timed = stage.motion.time_scaling

@@ -1,6 +1,6 @@
 """Rates and accelerations on a curve of the tool, or in the coordinates of a task.
 
-The rates are exact, without damping or limits, so they are large close to a singularity.
+The rates are exact, without damping or limits. The rates are large close to a singularity.
 
 In the equations, x and z are the directions of the tool's first and third axes. The tool twist is
 (v, omega), and its derivative is (a, alpha):
@@ -38,7 +38,7 @@ the step, 2e-11. Second derivatives divide rounding errors by the squared step."
 def task_rates(
     robot: Robot, task: Task, q: FloatArray, by_s: FloatArray, by_ss: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return derivatives of the coordinates with respect to s on a curve in task coordinates.
+    """Return derivatives of the coordinates with respect to s from a curve in task coordinates.
 
     A joint does not move if the inverse for the task keeps the joint constant. The number of moving
     joints must equal the number of task coordinates. Otherwise, the task does not determine the
@@ -104,9 +104,9 @@ def parameter_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    For an angle a(q), such as the swivel angle, the rate a' is known. A motion c along the null
-    vector n of the Jacobian compensates for the difference: D_n a c = a' - D_p a, where D_n and D_p
-    are derivatives along n and along a particular rate p.
+    The rate a' of an angle a(q) is known, for example of the swivel angle. A motion c along the
+    null vector n of the Jacobian gives this rate: D_n a c = a' - D_p a. D_n and D_p are derivatives
+    along n and along a particular rate p.
 
     Args:
         robot: The robot.

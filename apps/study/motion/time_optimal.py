@@ -1,8 +1,8 @@
-"""Time-optimal motion: at each moment, a rate or an acceleration is at its limit.
+"""Time-optimal motion. At each moment, a rate or an acceleration is at its limit.
 
 The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
-fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly. The time
-scaling is therefore stretched by the largest excess on a ten times finer grid.
+fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly. The largest
+excess on a ten times finer grid then stretches the time scaling.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -44,7 +44,7 @@ _CLOSEST = 1e-5
 """Minimum node spacing relative to the curve length. Over smaller distances, rounding errors of
 rates would look like accelerations."""
 _LOCAL = 1.01
-"""Maximum stretching factor that is applied without a finer grid."""
+"""Maximum stretching factor without a finer grid."""
 _HIDDEN = 1.0
 """Maximum height of a peak between two samples, relative to the difference of the samples."""
 _BEFORE = 1e-9
@@ -66,18 +66,18 @@ def time_optimal(
     """Return the same motion in the minimum time within limits.
 
     Args:
-        motion: A motion on the curve. The time scaling is replaced.
+        motion: A motion on the curve. Its time scaling has no effect.
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
-        tool_speed: The maximum speed of the tool's origin [m/s], where None means no limit.
+        tool_speed: The maximum speed of the tool's origin [m/s], or None for no limit.
         nodes: Number of grid nodes along the curve.
 
     Returns:
         The motion from rest to rest within all limits.
 
     Raises:
-        InputValueError: A limit is not positive, an acceleration has no limit, nothing moves on the
-            curve, or no motion from rest to rest exists.
+        InputValueError: A limit is not positive, an acceleration has no limit, nothing moves, or no
+            motion from rest to rest exists.
         OutOfReachError: The curve leaves the workspace, the branch or the limits.
     """
     check_type("time_optimal: motion", motion, Motion)
@@ -106,7 +106,7 @@ def time_optimal(
 
 
 def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
-    """Add the midpoint of each interval that contains one of the `further` lengths."""
+    """Add the midpoints of the intervals that contain a length of `further`."""
     parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
     wide = np.diff(s)[parts] > _CLOSEST * s[-1]
     middles = (s[parts] + s[parts + 1]) / 2
@@ -183,18 +183,19 @@ def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
 def _stretch(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None
 ) -> tuple[float, FloatArray]:
-    """Return the time factor, at least 1, that brings rates and accelerations within limits.
+    """Return (time factor of at least 1, additional grid nodes) for the limits.
 
-    The second result lists the lengths of additional grid nodes, where a larger factor is needed.
+    The second result lists additional grid nodes where the factor is larger.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its values may exceed the maximum. The estimate is the larger end value plus a fraction
-    of the difference of the end values.
+    again if its estimated maximum is too large. The estimate is the larger end value plus a
+    fraction of the difference of the end values.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
-        # The acceleration jumps at a node, so the value just before the node is also checked.
+        # The acceleration jumps at a node. The value just before the node is therefore also
+        # checked.
         parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
         times = begin[:, None] + width[:, None] * parts
         used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)
@@ -209,7 +210,7 @@ def _stretch(
 
 
 def _used(sampled: Trajectory, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
-    """Return the time factor (m,) that each sample needs to be within limits."""
+    """Return the time factor (m,) of each sample."""
     rate = (np.abs(sampled.qd) / limits[0]).max(1)
     acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))
     used = np.maximum(rate, acceleration)

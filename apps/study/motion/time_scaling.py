@@ -2,9 +2,9 @@
 
 All profiles except "constant" start and end at rest. All derivatives and their jumps are exact.
 
-The profile "constant" has a speed limit, and its rate jumps. The profiles "cubic" and "trapezoidal"
-have limits of speed and acceleration, and the acceleration jumps. The profiles "quintic" and
-"s_curve" have limits of speed, acceleration and jerk, and the jerk jumps.
+The profile "constant" has a speed limit. The rate jumps. The profiles "cubic" and "trapezoidal"
+have limits of speed and acceleration. The acceleration jumps. The profiles "quintic" and "s_curve"
+have limits of speed, acceleration and jerk. The jerk jumps.
 
 Source:
     J. J. Craig, Introduction to Robotics, chapter 7, for polynomials and trapezoids; L. Berscheid,
@@ -79,7 +79,7 @@ class TimeScaling:
         return s, np.where(rests, 0, v), np.where(rests, 0, a)
 
     def jumps(self) -> list[tuple[str, float, float]]:
-        """List the lowest derivative that jumps at each break: name, time [s] and jump size."""
+        """List (name of the lowest derivative that jumps, time [s], jump size) for each break."""
         found = []
         orders = self.coefficients.shape[1]
         ends = [self._at_ends(order) for order in range(min(orders, len(DERIVATIVES)))]
@@ -104,7 +104,7 @@ class TimeScaling:
         return value
 
     def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
-        """Return a derivative just before and just after each break, or 0 outside the motion."""
+        """Return (values just before each break, values just after) of a derivative."""
         rows = _derived(self.coefficients, order)
         widths = np.diff(self.breaks)
         last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
@@ -127,19 +127,20 @@ def time_scaling(
     acceleration: float = math.inf,
     jerk: float = math.inf,
 ) -> TimeScaling:
-    """Return the time scaling of a length, from rest to rest unless the rate is constant.
+    """Return the time scaling of a length.
 
     Args:
         profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
         length: The length, at least 0, in the unit of the path.
-        duration: The time [s], where None means the shortest duration within the limits.
+        duration: The time [s], or None for the shortest duration within the limits.
         speed: The maximum rate, per second.
         acceleration: The maximum acceleration, per second squared.
-        jerk: The maximum jerk, per second cubed. "cubic" and "trapezoidal" ignore the jerk.
+        jerk: The maximum jerk, per second cubed. The profiles "cubic" and "trapezoidal" ignore the
+            jerk.
 
     Raises:
-        InputValueError: A limit that the profile needs is missing, the duration is shorter than the
-            limits allow, a value is not positive, or a length of 0 has no duration.
+        InputValueError: A required limit is missing, the duration is too short, a value is not
+            positive, or a length of 0 has no duration.
     """
     if profile not in get_args(Profile):
         raise InputValueError(
@@ -176,7 +177,7 @@ def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
 
 
 def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
-    """Return limits for a duration with equal times to accelerate, cruise and brake."""
+    """Return limits that accelerate, cruise and brake for equal times."""
     if duration is None:
         needed = (
             "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"
@@ -205,7 +206,7 @@ def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
 
 
 _PEAKS = {"constant": (1.0,), "cubic": (1.5, 6.0), "quintic": (1.875, 10 / math.sqrt(3), 60.0)}
-"""Maximum rate, acceleration and jerk for unit length and unit duration, if they are finite."""
+"""Maximum finite rate, acceleration and jerk for unit length and unit duration."""
 _POWERS: dict[str, tuple[float, ...]] = {
     "constant": (0, 1),
     "cubic": (0, 0, 3, -2),
@@ -262,7 +263,7 @@ def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
 def _by_jerk(
     length: float, widths: Sequence[float], values: Sequence[float], order: int
 ) -> TimeScaling:
-    """Return a time scaling from rest with a piecewise constant derivative of some order."""
+    """Return a time scaling from rest with piecewise constant derivative of some order."""
     kept = [(w, j) for w, j in zip(widths, values, strict=True) if w > 0]
     state, rows = np.zeros(order), []
     for width, value in kept:

@@ -103,16 +103,18 @@ class Trajectory(StudyResult):
         """Return the trajectory of a file.
 
         Args:
-            path: A .npz file of `to_npz` or with arrays `t (m,)` and `q (m, n)`, or a .csv file
-                with a header. The columns are the coordinate names [rad or m], and optionally "t
-                [s]", "NAME rate" and "NAME acceleration". All other columns of the table are
-                ignored. If the file contains no times, the time step is 0.05 s. Missing rates and
-                accelerations are computed by finite differences.
-            robot: The robot, checked against the file. Required unless `to_npz` wrote the file.
+            path: A .npz file of `to_npz`, a .npz file with arrays `t (m,)` and `q (m, n)`, or a
+                .csv file with a header. The .csv columns are the coordinate names [rad or m], and
+                optionally "t [s]", "NAME rate" and "NAME acceleration". All other columns of the
+                table are ignored. If the file contains no times, the time step is 0.05 s. Missing
+                rates and accelerations are computed by finite differences.
+            robot: The robot of the trajectory. The robot is required unless `to_npz` wrote the
+                file.
 
         Raises:
             InputValueError: The file cannot be read or belongs to a different robot, a column is
-                missing, a cell is not a number, times are not ascending, or `robot` is missing.
+                missing, a cell is not a number, or times are not ascending. `robot` may also be
+                missing.
             ShapeError: The shapes of the arrays do not match the robot.
         """
         if by_suffix(path, {".npz": True, ".csv": False}):
@@ -129,7 +131,7 @@ class Trajectory(StudyResult):
 
     @classmethod
     def _of(cls, path: Any, robot: Robot, arrays: dict[str, Any]) -> Self:
-        """Return the trajectory of a robot from arrays t, q, and optionally qd and qdd."""
+        """Return the trajectory of a robot from arrays t, q and optional qd, qdd."""
         if "t" not in arrays or "q" not in arrays:
             raise InputValueError(f"{path}: expected arrays t and q, got {', '.join(arrays)}")
         arrays = {name: _real(path, name, arrays[name]) for name in _NUMBERS if name in arrays}
@@ -157,7 +159,7 @@ class Trajectory(StudyResult):
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Concatenate trajectories; `stage` of the result is the index of the trajectory.
+    """Concatenate trajectories. The field `stage` of the result is the index of the trajectory.
 
     The first sample of a trajectory replaces the last sample of the preceding trajectory.
 

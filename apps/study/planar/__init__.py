@@ -1,4 +1,4 @@
-"""Planar workspaces with exact borders, which consist of circular arcs."""
+"""Planar workspaces with exact borders of circular arcs."""
 
 from .exact import ExactWorkspace, exact_workspace
 from .planar_platform import (

@@ -4,8 +4,8 @@ The border of the intersection consists of circular arcs. Each circle is cut at 
 with the other circles. An arc belongs to the border if its midpoint lies in all annuli. Green's
 theorem gives the exact area from these arcs:
 
-    2 A = sum over arcs, counterclockwise around the region, of r^2 (b - a) + r (c_x (sin b - sin a)
-    - c_y (cos b - cos a))
+    2 A = sum of r^2 (b - a) + r (c_x (sin b - sin a) - c_y (cos b - cos a)) over the arcs,
+    counterclockwise around the region
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SAME = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Annulus:
-    """All points of a plane whose distance from a center lies between two radii.
+    """All points of a plane between two circles about a center.
 
     Attributes:
         center: (2,) center [m].
@@ -53,7 +53,7 @@ class BorderArc:
         center: (2,) center [m].
         radius: Radius [m].
         start: Angle at the start of the arc [rad].
-        end: Angle at the end of the arc [rad]. The end angle of a clockwise arc is less than the
+        end: Angle at the end of the arc [rad]. For a clockwise arc, the end angle is less than the
             start angle.
     """
 

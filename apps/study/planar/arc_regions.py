@@ -1,4 +1,4 @@
-"""Planar regions bounded by circular arcs, and the regions that they sweep in a rotation.
+"""Planar regions bounded by circular arcs, and regions swept by their rotation.
 
 Every border is computed from candidates, which are arcs that contain the border. The candidate
 curves are divided at their intersections. A piece belongs to the border if the region lies on
@@ -29,10 +29,10 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _BLOCK = 20_000
-"""Maximum number of point-arc pairs processed at once, so that they fit in the processor cache."""
+"""Maximum number of point-arc pairs at once. So many pairs fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Direction [rad] of the rays for counting crossings. Rays in this direction are rarely tangent to
-arcs."""
+"""Direction [rad] of the rays for counting crossings. Rays in an odd direction are rarely tangent
+to arcs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ def bounded(
 
     Args:
         candidates: Arcs that contain the whole border.
-        inside: Test whether points (m, 2) next to the candidate arcs belong to the region.
+        inside: Function that tests whether points (m, 2) belong to the region.
     """
     size = max(arc.radius + float(np.abs(arc.center).max()) for arc in candidates)
     circles = _circles(candidates, size)
@@ -211,7 +211,7 @@ def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
 
 
 def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
-    """Yield (radius, angle) of circles about a center that touch an arc or meet its ends."""
+    """Yield (radius, angle) of circles about a center that touch an arc or its ends."""
     away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]
@@ -245,10 +245,10 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the intersections of a circle with k circles, as angles (2, ..., k) on both circles.
+    """Return the angles (2, ..., k) of intersections of a circle with k circles.
 
-    The angles are NaN if the circles do not intersect. Tangent circles do not count as crossing,
-    because rounding errors would decide.
+    The first index selects the circle. The angles are NaN without an intersection. Tangent circles
+    do not count as crossing, because rounding errors would decide.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
@@ -280,7 +280,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Return the ascending angles at which a circle meets other circles or ends of arcs."""
+    """Return the ascending angles at which a circle meets other circles or arc ends."""
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
     across = _crossings(own.center, own.radius, *others)[0]

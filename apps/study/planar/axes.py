@@ -1,7 +1,7 @@
-"""The joint axes of a serial arm that move a point, as lines at one configuration.
+"""The joint axes of a serial arm that move a point.
 
-Two intersecting consecutive axes do not move their intersection point. Examples are the center of a
-spherical wrist, and the intersection of axes 5 and 6 of a UR arm.
+Two intersecting consecutive axes do not move their intersection point. The center of a spherical
+wrist is an example, and so is the intersection of axes 5 and 6 of a UR arm.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ _CONFIGURATIONS = 8
 
 @dataclass(frozen=True, eq=False)
 class MovingAxes:
-    """The joints that move a point, at one configuration.
+    """The joints that move a point at one configuration.
 
     Attributes:
         names: Names of the joints.
         directions: (m, 3) directions of the axes in the base frame.
         points: (m, 3) the point of each axis nearest to the base origin [m].
-        turns: (m,) whether a joint is revolute; the other joints are prismatic.
+        turns: (m,) whether a joint is revolute. Other joints are prismatic.
         limits: (m, 2) limits of each joint relative to the configuration [rad or m].
         place: (3,) position of the point [m].
     """
@@ -44,7 +44,7 @@ class MovingAxes:
 
     @property
     def parallel(self) -> bool:
-        """Whether all axes are parallel, with two or more revolute joints."""
+        """Whether the arm has two or more revolute joints, and all axes are parallel."""
         if self.turns.sum() < 2:  # noqa: PLR2004 - one joint moves a point on a circle
             return False
         n = self.directions[self.turns][0]
@@ -52,7 +52,7 @@ class MovingAxes:
 
     @property
     def upright(self) -> bool:
-        """Whether axis 1 is vertical and the other axes move the point in a vertical plane."""
+        """Whether axis 1 is vertical, and the other axes move the point in a vertical plane."""
         rest = self.without_first()
         if not (self.turns.all() and rest.parallel):
             return False
@@ -73,7 +73,7 @@ class MovingAxes:
 
 
 def of_tool(robot: Robot) -> MovingAxes:
-    """Return the axes that move the tool origin, with each joint in the middle of its limits."""
+    """Return the axes that move the tool origin. Each joint is in the middle of its limits."""
     configurations = _configurations(robot)
     places = robot.fk(configurations)[:, :3, 3]
     return _moving(robot, robot.jacobian_space(configurations), places)
@@ -82,7 +82,7 @@ def of_tool(robot: Robot) -> MovingAxes:
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
     """Yield the axes that move each intersection of consecutive axes, from the tool to the base.
 
-    The point p + s a of an axis is nearest to another axis. The difference p + s a - p' - s' a' is
+    p + s a is the point of an axis nearest to another axis. The difference p + s a - p' - s' a' is
     normal to both directions a and a'.
     """
     S = robot.jacobian_space(_configurations(robot))
@@ -100,7 +100,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _configurations(robot: Robot) -> FloatArray:
-    """Return the middle of the limits, and random configurations up to 1 rad or m away."""
+    """Return the middle of the limits and random configurations nearby."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_CONFIGURATIONS, robot.n))
@@ -108,7 +108,7 @@ def _configurations(robot: Robot) -> FloatArray:
 
 
 def _moving(robot: Robot, S: FloatArray, places: FloatArray) -> MovingAxes:
-    """Return the axes that move a point at positions (m, 3), from space Jacobians (m, 6, k)."""
+    """Return the axes that move a point, from space Jacobians (m, 6, k)."""
     speeds = S[:, :3] + np.cross(S[:, 3:], places[..., None], axis=1)
     moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)
     v, omega = S[0, :3, moving], S[0, 3:, moving]

@@ -1,10 +1,10 @@
 """Workspaces with exact borders, for arms that move a point in a plane.
 
 If the axes that move the point are parallel, the workspace is planar. With prismatic joints along
-the axes, the workspace is a prism. The workspace is a body of revolution if the first axis is
-vertical, and the first joint rotates a plane normal to the other axes. The plane may be offset from
-the axis. In both cases, the rotations about the axes are applied one by one, from the tip to the
-base. The border of the swept section consists of arcs. `meridian.py` computes volumes.
+the axes, the workspace is a prism. If parallel horizontal axes follow a vertical first axis, the
+workspace is a body of revolution. The plane of the motion may be offset from the first axis. In
+both cases, the rotations about the axes are applied one by one, from the tip to the base. The
+border of the swept region consists of arcs. `meridian.py` computes volumes.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class ExactWorkspace(StudyResult):
         point: "tool" or "wrist".
         joints: The names of the joints that move the point.
         section: The reachable region in the plane. For a body of revolution, the coordinates of the
-            region are (u, z). At the points nearest to the first axis, u is 0. On the far side, u
-            is negative.
+            region are (u, z). The coordinate u is 0 at the points nearest to the first axis. The
+            coordinate u is negative on the far side of the first axis.
         origin: (3,) origin of the plane [m]. For a body of revolution, the origin is a point on the
             first axis.
         axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
-        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1], or
-            0 for a planar workspace.
+        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]. The
+            distance is 0 for a planar workspace.
         turn: (2,) limits of the first joint [rad], or None for a planar workspace.
         height: (2,) limits of the prismatic motion normal to the plane [m].
     """
@@ -142,15 +142,14 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     Args:
         robot: A serial arm. Joints that do not move the point, such as a roll about the tool, are
             ignored. The other joints must have one of two structures. A planar arm has parallel
-            revolute joints, and prismatic joints along their axes. An arm with a rotated plane has
-            a first joint with a vertical axis, and revolute joints normal to a plane that this
-            joint rotates.
+            revolute joints, and prismatic joints along their axes. The other structure is a
+            vertical first axis that parallel horizontal axes follow.
         point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
             as the center of a spherical wrist. The wrist is the last intersection for which the
             previous joints have one of the two structures.
 
     Raises:
-        InputValueError: The joint axes of the arm have neither of these structures.
+        InputValueError: The arm has neither of the two structures.
     """
     check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:
@@ -186,7 +185,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
 
 def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
-    """Return the region that the point sweeps in the plane by rotations about parallel axes n."""
+    """Return the region that the point sweeps by rotations about parallel axes n."""
     section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
     for k in np.flatnonzero(rest.turns)[::-1]:
         by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
@@ -195,7 +194,7 @@ def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArr
 
 
 def _plane(n: FloatArray) -> FloatArray:
-    """Return two directions normal to n. If n is z, return the x and y axes of the base."""
+    """Return two directions normal to n. For n = z, return the x and y axes of the base."""
     least = np.eye(3)[int(np.argmin(np.abs(n)))]
     u = least - (least @ n) * n
     u /= np.linalg.norm(u)

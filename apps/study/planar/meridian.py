@@ -6,8 +6,8 @@ d^2) at height v. The point (-u, v) describes the same circle. Since rho d(rho) 
 is an integral over the region (Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
-arc of the point -u begins at an angle larger by pi - 2 a(u), with a(u) = atan2(d, u). If both
-points belong to the region, the arcs overlap by
+arc of the point -u begins pi - 2 a(u) later, with a(u) = atan2(d, u). If both points belong to the
+region, the arcs overlap by
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
@@ -16,8 +16,8 @@ intersection of the region with its reflection at u = 0 is C. The volume is
 
     V = s (m+ + m-) - integral over C, u > 0, of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a))
 
-By Green's theorem, the integral of f(u) over a region is the integral of F(u) dv along its border,
-with F' = f.
+Green's theorem replaces the integral of f(u) over a region by the integral of F(u) dv along the
+border, with F' = f.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _EXACT = 1e-13
-"""Tolerance of an integral along an arc, relative to its value or to the radius times the largest
-integrand."""
+"""Tolerance of an integral along an arc, relative to the larger of its value and the radius times
+the largest integrand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +97,8 @@ class Meridian:
     def curves(self) -> list[FloatArray]:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
-        If the region crosses u = 0, the border includes straight lines at the distance of the
-        plane. No point of the plane is nearer to the axis.
+        If the region crosses u = 0, the border includes straight lines at the distance of the plane
+        from the axis. No point of the plane is nearer to the axis.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])
@@ -162,7 +162,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # At these values of u, the overlap of both arcs begins or ends.
+    # The overlap of both arcs begins or ends at these values of u.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:

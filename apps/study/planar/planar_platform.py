@@ -1,9 +1,9 @@
 """Workspaces of planar platforms with three legs, bounded by circles.
 
 At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. The center
-and the radii of the annulus are fitted to samples. The fit is exact, because a leg's margin or
-squared length is a polynomial in the squared distance from the center. Legs that do not fit a
-polynomial raise an error.
+and the radii of the annulus are fitted to samples. The fit is exact. A leg's margin or squared
+length is a polynomial in the squared distance from the center. Legs that do not fit a polynomial
+raise an error.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Maximum relative residual of the polynomial for a border that consists of circles."""
+"""Maximum relative residual of the polynomial. Above this residual, the border does not consist of
+circles."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
@@ -40,7 +41,7 @@ class PlanarRegion(StudyResult):
     Attributes:
         robot: The robot's name.
         name: The name of the region.
-        pieces: Disjoint parts of the region. Each part is the intersection of annuli, one per leg.
+        pieces: Disjoint parts of the region. Each part is the intersection of one annulus per leg.
     """
 
     _parts = (Annulus,)
@@ -110,12 +111,12 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
 
 
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
-    """Return the positions of a planar platform's tool at which every angle is possible.
+    """Return the positions of a planar platform's tool that allow every angle.
 
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
-    fixed point. A tool at the distance t from this fixed point has a distance between |t - r| and t
-    + r from the center. The tool stays in the annulus if t <= outer - r and t >= inner + r. If the
-    hole of the annulus moves around the tool, the condition t <= r - inner replaces the second
+    fixed point. The tool has the distance t from the fixed point, and a distance between |t - r|
+    and t + r from the center. The tool stays in the annulus if t <= outer - r and t >= inner + r.
+    If the hole of the annulus moves around the tool, t <= r - inner replaces the second
     condition.
 
     Args:
@@ -144,7 +145,7 @@ class OrientationGrid(StudyResult):
     """The angles that a planar platform can have at each position.
 
     Attributes:
-        grid: The cells; the centers of the cells are the positions.
+        grid: The cells with the positions as centers.
         angles: (k,) the angles [rad].
         possible: (nx, ny, k) whether each angle is possible at each position.
     """
@@ -196,7 +197,7 @@ class OrientationGrid(StudyResult):
 
 
 def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> OrientationGrid:
-    """Return which angles are possible for a planar platform at each cell of a grid.
+    """Return the possible angles of a planar platform at each cell of a grid.
 
     Args:
         robot: As for `constant_orientation_workspace`.
@@ -227,7 +228,7 @@ def _is_planar(robot: Robot) -> bool:
 
 
 def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
-    """Return the annulus that a leg reaches, fitted to samples of its margin or length."""
+    """Fit the annulus of a leg to samples of the leg's margin or length."""
     coordinate = robot.coordinates[leg]
     if coordinate.kind == "prismatic":
         c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
@@ -265,7 +266,7 @@ def _of_distance(
 
 
 def _center(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """Return the center of a leg's annulus from the leading terms of a polynomial in x and y.
+    """Return the center of a leg's annulus from the leading polynomial terms.
 
     For the center (c_x, c_y), a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y)
     + lower orders.

@@ -21,7 +21,7 @@ from .zero_curves import zero_curves
 FloatArray = NDArray[np.float64]
 
 _PAD = 0.05
-"""Margin around the region that all legs reach, relative to the size of this region."""
+"""Margin around the region that all legs reach, relative to its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +73,8 @@ def singularity_curves(
     Args:
         robot: A planar platform.
         phi: The platform angle [rad].
-        x: Lower and upper bound of x [m]; by default the bounds of the region that all legs reach.
-        y: Lower and upper bound of y [m]; by default the bounds of the region that all legs reach.
+        x: Lower and upper bound of x [m]. The default is the region that all legs reach.
+        y: Lower and upper bound of y [m]. The default is the region that all legs reach.
         slot: Solution slot of `ik_planar`, which states the branch of each leg. Slot 0 is the
             reference branch.
         resolution: Number of grid lines per axis.
@@ -84,8 +84,8 @@ def singularity_curves(
 
     Raises:
         MissingFunctionError: The robot is not a planar platform.
-        InputValueError: The bounds are not in ascending order, or the resolution is below 2. An
-            error is also raised if x or y is None and `constant_orientation_workspace` fails.
+        InputValueError: The bounds are not in ascending order, or the resolution is below 2. If x
+            or y is None, `constant_orientation_workspace` may also raise an error.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

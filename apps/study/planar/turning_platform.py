@@ -2,16 +2,16 @@
 
 At the platform angle phi, a leg reaches an annulus with radii a and b about c(phi). The center
 c(phi) moves on an arc of radius r about a point m. A leg reaches a position at all angles under two
-conditions. The farthest point of the arc is at most b away from the position, and the nearest point
-is at least a away. Circles bound both regions. The circles about the ends of the arc have radii a
-and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the total
-workspace.
+conditions. The position is at most b away from the farthest point of the arc, and at least a away
+from the nearest point. Circles bound the positions of each condition. The circles about the ends of
+the arc have radii a and b. The circles about m have radii b - r, r + a and |r - a|. So circular
+arcs bound the total workspace.
 
 The border of the inclusive workspace also contains other curves, on which two legs reach their
-limits. A square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs
-reach its center with a margin of d. The square is outside if, at each angle, a leg misses the
-center of the square by d. The inside test and the outside test have a closed form. Other squares
-are subdivided. The remaining undecided area is the error.
+limits. A square of half diagonal d is inside if, at one angle, all legs reach its center with a
+margin of d. The square is outside if, at each angle, a leg misses the center by d. The inside test
+and the outside test have a closed form. Other squares are subdivided. The area of the remaining
+squares is the error.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class OrientationRangeWorkspace(StudyResult):
     Attributes:
         robot: The robot's name.
         angles: (2,) the range [rad].
-        total: The region in which every angle of the range is possible. The area of the region is
+        total: The region in which every angle of the range is possible. The area of this region is
             exact.
         inclusive: The area in which some angle is possible [m^2], with an error bound.
     """
@@ -88,7 +88,7 @@ class OrientationRangeWorkspace(StudyResult):
 def orientation_range_workspace(
     robot: Robot, phi_min: float, phi_max: float, *, tolerance: float = 1e-3
 ) -> OrientationRangeWorkspace:
-    """Return the total and the inclusive workspace of a planar platform for a range of angles.
+    """Return the total and the inclusive workspace of a planar platform.
 
     Args:
         robot: As for `constant_orientation_workspace`.
@@ -206,17 +206,17 @@ def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
 def _judged(
     legs: list[_Leg], middles: FloatArray, side: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return masks of the squares inside the region and of the undecided squares."""
+    """Return (mask of the squares inside the region, mask of the undecided squares)."""
     half = side / math.sqrt(2)
     at_lower = _at_some_angle(legs, middles, -half)
     return at_lower, ~at_lower & _at_some_angle(legs, middles, half)
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return whether points (m, 2) lie in all annuli, widened by a margin, at some angle.
+    """Return whether all legs reach points (m, 2) with a margin, at some angle.
 
-    A leg reaches a point in certain angle intervals. Each interval ends at the border of the leg's
-    annulus or of the range, so only the angles at these borders are tested.
+    The angles at which a leg reaches a point form intervals. An interval ends at the border of the
+    annulus or of the range. Only these angles are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)
@@ -237,7 +237,7 @@ def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArra
 def _all_reach(
     legs: list[_Leg], points: FloatArray, turned: FloatArray, slack: float
 ) -> NDArray[np.bool_]:
-    """Return whether points (m, 2) lie in all annuli at angles (m,) from the start of the range."""
+    """Return whether all legs reach points (m, 2) at angles (m,)."""
     reached = np.ones(len(points), dtype=bool)
     for leg in legs:
         d = np.linalg.norm(points - leg.centers(turned), axis=1)

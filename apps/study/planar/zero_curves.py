@@ -14,14 +14,14 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 Values = Callable[[FloatArray], FloatArray]
-"""A function from points (..., 2) to values (...), NaN outside its domain."""
+"""A function from points (..., 2) to values (...), with NaN outside its domain."""
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
     """Return the zero curves of a function on a grid with at most one zero on each cell edge.
 
-    Zeros on edges are bisected to double precision and connected by straight segments. A sign
-    change at a pole of the function is not a zero.
+    Zeros on edges are bisected to double precision. A sign change at a pole of the function is not
+    a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
@@ -30,7 +30,7 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
 
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return (index (2, n, m) of the zero on each cell edge or -1, zeros (k, 2))."""
+    """Return (index (2, n, m) of the zero on each edge or -1, zeros (k, 2))."""
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
     ends: list[FloatArray] = []
@@ -61,7 +61,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Test whether two values have different signs, False for NaN."""
+    """Return whether two values have different signs. NaN has no sign."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
@@ -74,7 +74,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # If a cell has zeros on all four edges, the value at the cell center selects the pairs.
+            # In a cell with four zeros, the value at the cell center selects the pairs.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found
@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # Open curves are followed first, each from one of its ends.
+    # Open curves are followed first. Each curve is followed from one of its ends.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         path = [start]
         while neighbors[path[-1]]:

@@ -1,11 +1,11 @@
 """Configuration space of a robot among obstacles.
 
 Segments between configurations are checked continuously, not at samples. A segment is free if the
-clearance exceeds the largest motion of any point of the robot on the segment. Otherwise, the
-segment is halved. A segment with a length below the resolution counts as blocked. `loop_bounds.py`
-bounds the joint motion caused by loops. `hulls.py` bounds the body motion caused by joints. A
-segment near a dead point or a parallel singularity counts as blocked. Therefore no segment connects
-different assembly modes.
+clearance exceeds the largest motion of any robot point on the segment. Otherwise, the segment is
+halved. A segment with a length below the resolution counts as blocked. `loop_bounds.py` bounds the
+joint motion caused by loops. `hulls.py` bounds the body motion caused by joints. A segment near a
+dead point or a parallel singularity counts as blocked. Therefore no segment connects different
+assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -37,8 +37,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Minimum length of a segment relative to the ranges. Segments shorter than this length are not
-halved."""
+"""Minimum length of a segment relative to the ranges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ class ConfigurationSpace:
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         checks: Index pairs to check. Each pair has a shape of the robot, and an obstacle or another
-            shape. The indices of the shapes follow the indices of the obstacles.
+            shape. The indices of obstacles precede the indices of shapes.
         bounds: Bounds of the joint motion of a robot with loops.
     """
 
@@ -111,7 +110,7 @@ class ConfigurationSpace:
         return True
 
     def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Bound the decrease of each distance relative to the middle of a segment.
+        """Bound the decrease of each distance along a segment.
 
         Args:
             a: (n,) start of the segment [rad or m].
@@ -194,7 +193,6 @@ class ConfigurationSpace:
 
     @cached_property
     def _radii(self) -> list[float]:
-        """Return the radius of each shape."""
         by_part = dict(zip(self.bodies, self.radii.tolist(), strict=True))
         return [by_part[hull.part] for hull in self.hulls.hulls]
 
@@ -204,7 +202,7 @@ class ConfigurationSpace:
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return (shapes, other shapes or negative for obstacles, common bodies) of the checks."""
+        """Return (own shapes, other shapes or negative numbers of obstacles, common bodies)."""
         own, others = np.array(self.checks).T
         others = others - len(self.obstacles)
         common = [
@@ -225,7 +223,7 @@ def configuration_space(
     Args:
         robot: The robot.
         obstacles: Obstacles in the base frame, from `sphere`, `box`, `capsule` or `mesh`.
-        radius: Radius of all bodies [m], or a radius for each of `ConfigurationSpace.bodies`.
+        radius: One radius of all bodies [m], or a radius for each of `ConfigurationSpace.bodies`.
         allowed_collisions: Pairs of body names that are not checked, such as bodies that pass close
             to each other.
 
@@ -260,9 +258,9 @@ def configuration_space(
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the limits, or a full turn for a revolute loop actuator without limits.
+    """Return the limits. A revolute loop actuator without limits gets a full turn.
 
-    The full turn is centered at the reference configuration, at which the loops close.
+    The full turn is centered at the reference configuration.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:
@@ -276,8 +274,8 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
     """Return the space with the pairs of shapes to check.
 
-    A pair is not checked if both shapes are on one body, if a joint connects their bodies, or if
-    they touch in each of many random configurations.
+    A pair is not checked if both shapes are on one body, or if a joint connects their bodies. A
+    pair that touches in each of many random configurations is not checked.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
     together = joined(space.hulls.skeleton) + allowed_collisions

@@ -5,9 +5,9 @@ its corners. Each rod or cylinder is a capsule between its ends. Lines and plate
 between several joints are ignored.
 
 A sum over the joints before a point bounds the motion of the point. Each term is the joint motion
-times the lever arm at the middle configuration. The lever arms at the middle configuration are
-enough, because a joint moves all following axes together with the point. The bound is a convex
-function of the point, so the corners bound the whole shape.
+times the lever arm at the middle configuration. Lever arms at the middle configuration are enough.
+A joint moves all following axes together with the point. The bound is a convex function of the
+point. The corners therefore bound the whole shape.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Hull:
     Attributes:
         part: Name of the body or strut.
         bodies: (corners,) index of the body of each corner.
-        corners: (corners, 3) corners in the frames of these bodies [m].
+        corners: (corners, 3) corners in the frames of the `bodies` [m].
     """
 
     part: str
@@ -81,7 +81,7 @@ class Hulls:
         return tuple(dict.fromkeys(hull.part for hull in self.hulls))
 
     def configuration(self, q: FloatArray) -> FloatArray:
-        """Return all joints (m, n_z) at coordinates (m, n), or NaN if loops are open."""
+        """Return all joints (m, n_z) at coordinates (m, n). Open loops give NaN."""
         return np.asarray(self.robot.configuration(q)) if self.robot.loops else q
 
     def corners(self, z: FloatArray) -> list[FloatArray]:
@@ -111,7 +111,7 @@ class Hulls:
 
         Returns:
             (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) strut lengths
-            [m]. The length of any other shape is 0.
+            [m]. A shape that is not a strut has the length 0.
         """
         T = self.skeleton.poses_from_configuration(z)
         found, lengths = T[:, self._first] @ self._placements, np.zeros((len(z), len(self.hulls)))
@@ -130,9 +130,9 @@ class Hulls:
             w: (n_z,) half widths of the box [rad or m].
 
         Returns:
-            (bodies, hulls) maximum displacement [m] of each hull within the box, relative to the
-            center of the box. Row k ignores the joints up to the joint of body k. These joints move
-            all following shapes together and do not change the distances between the shapes.
+            (bodies, hulls) maximum displacement [m] of each hull from the center of the box. Row k
+            ignores the joints up to the joint of body k. The ignored joints move all following
+            shapes together. They do not change the distances between these shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
@@ -143,7 +143,7 @@ class Hulls:
         displacements = self._carried * (
             turned[:, None] * levers + (steps * joints.slides)[:, None]
         )
-        # Row j contains the motion caused by joint j and the following joints. The last row is 0.
+        # Row j contains the motion caused by joint j and the following joints.
         beyond = np.zeros((len(steps) + 1, len(points)))
         beyond[:-1] = np.cumsum(displacements[::-1], axis=0)[::-1]
         most = np.maximum.reduceat(beyond, self._starts, axis=1)
@@ -164,7 +164,6 @@ class Hulls:
         return [*chain, 0]
 
     def _corners(self, T: FloatArray) -> FloatArray:
-        """Return all corners (..., corners, 3) for poses of the bodies (..., bodies, 4, 4)."""
         own = T[..., self._carriers, :3, :]
         return np.asarray((own[..., :3] @ self._local[:, :, None])[..., 0] + own[..., 3])
 
@@ -198,7 +197,7 @@ class Hulls:
 
     @cached_property
     def _placements(self) -> FloatArray:
-        """(hulls, 4, 4) poses of capsules and spheres on their bodies. Plates have the identity."""
+        """(hulls, 4, 4) poses of the shapes on their bodies. Plates have the identity as pose."""
         made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
         for k, hull in enumerate(self.hulls):
             if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line has two ends
@@ -207,7 +206,6 @@ class Hulls:
 
     @cached_property
     def _moving(self) -> IntArray:
-        """Indices of the bodies on moving joints."""
         bodies = enumerate(self.skeleton.bodies)
         return np.array([k for k, body in bodies if body.joint and body.joint.kind != "fixed"])
 
@@ -274,7 +272,7 @@ def joined(bones: Skeleton) -> list[set[str]]:
     """Return the names of the two bodies or struts that each joint connects.
 
     Bodies fixed to each other share the name of the first body. The first body has the shapes of
-    all these bodies.
+    all bodies fixed to it.
     """
     names: list[str] = []
     for body in bones.bodies:
@@ -297,7 +295,7 @@ def _rounded(corners: FloatArray, radius: float) -> Any:
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:
         points.append(corner)
-    # coal searches the farthest corner along edges. With all edges, the search is exact.
+    # coal searches the farthest corner along edges. The search is exact if all edges are listed.
     for face in combinations(range(len(corners)), 3):
         faces.append(coal.Triangle(*face))
     made = coal.Convex(points, faces)

@@ -7,13 +7,14 @@ a step w of all joints, with the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-Suppose that a box of x satisfies this inequality strictly. The joints then stay inside the box,
-since the inequality would not hold on the border. The iteration of the right-hand side F converges
-to the box from below. F is convex and increasing in w. A step d of the iteration and the next step
-d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The matrix
-|B| H w bounds the difference of B dc/dx from the identity in the box. The eigenvalues of the matrix
-are below 1, since the box is slightly widened. So B dc/dx is regular in the box, and the solution
-is continuous and on one branch. The bounds do not include rounding errors, which are about 1e-13.
+Suppose that a box of x satisfies this inequality strictly. The joints then stay inside the box. On
+the border, the inequality would not hold. The iteration of the right-hand side F converges to the
+box from below. The function F is convex and increasing in w. A step d of the iteration and the next
+step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The
+matrix |B| H w bounds the difference of B dc/dx from the identity in the box. The box is slightly
+widened, so the eigenvalues of this matrix are below 1. So B dc/dx is regular in the box. The
+solution is continuous and on one branch. The bounds do not include rounding errors, which are about
+1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -39,7 +40,7 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * np.pi
 _ANGLES, _LENGTHS = 5, 3
-"""Number of nodes that determine a polynomial of degree 2, in an angle and in a length."""
+"""Number of nodes that determine a polynomial of degree 2 in an angle or a length."""
 _LARGEST = 300_000
 """Maximum number of nodes that determine an equation."""
 _SAMPLES = 200
@@ -49,15 +50,15 @@ _ATTEMPTS = 30
 _FEWEST = 5
 """Minimum number of random configurations with closed loops."""
 _ROOM = 2.0
-"""Range of a prismatic joint in which the bounds hold, relative to its range in the samples."""
+"""Range of a prismatic joint in which the bounds hold, relative to the sampled range."""
 _FITS = 1e-9
 """Relative error of an equation's polynomial that counts as a rounding error."""
 _ROUNDS = 30
 """Maximum number of iterations for the ranges of the joint values."""
 _WIDER = 1 + 1e-6
-"""Factor by which the box grows, for a strict inequality."""
+"""Factor by which the box grows. A larger box makes the inequality strict."""
 _ROUNDING = 1e-12
-"""Minimum half width of the box [rad or m], for rounding errors of joints at rest."""
+"""Minimum half width of the box [rad or m]. Joints at rest have rounding errors."""
 _CONDITION = 1e10
 """Maximum condition number of the equations. Above this value, the actuators do not determine the
 joints."""
@@ -74,12 +75,13 @@ class LoopBounds:
         given: (g,) indices in z of the joints that actuators move directly.
         gears: (g, n) motion of each directly moved joint per unit of each actuator.
         turns: (z,) whether a joint is revolute.
-        widest: (z,) joint motion up to which the bounds hold [m]. For revolute joints, the value is
-            inf.
+        widest: (z,) joint motion up to which the bounds hold [m]. For revolute joints, this motion
+            is inf.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
-        lengths: (equations, 1 + z) strut length as a linear function of the joints: the length at
-            joint values 0, and the slopes. The row of any other equation is zero. A strut equation
-            d = l, with end distance d and strut length l, is bounded as d^2 - l^2.
+        lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
+            the length at joint values 0, then the slopes. The row is zero for an equation without a
+            strut. A strut equation d = l is bounded as d^2 - l^2, with end distance d and strut
+            length l.
     """
 
     robot: Robot
@@ -93,7 +95,7 @@ class LoopBounds:
     __repr__ = short_repr
 
     def joints(self, a: FloatArray, b: FloatArray) -> FloatArray | None:
-        """Bound the deviation of each joint from its position at the middle of a segment.
+        """Bound the deviation of each joint from the middle of a segment.
 
         Args:
             a: (n,) actuated coordinates at the start of the segment [rad or m].
@@ -131,7 +133,7 @@ class LoopBounds:
         return w if inside and within else None
 
     def _scale(self, z: FloatArray) -> FloatArray:
-        """Return the derivatives (equations,) of squared equations with respect to equations."""
+        """Return the derivatives (equations,) of squared equations."""
         return np.where(self.lengths.any(1), 2 * _affine(self.lengths, z), 1.0)
 
     def _bent(self, w: FloatArray) -> FloatArray:
@@ -148,8 +150,8 @@ def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBound
         upper: (n,) largest coordinates [rad or m].
 
     Raises:
-        InputValueError: The loops close at too few configurations, or their equations are not
-            polynomials of degree 2 in few joints.
+        InputValueError: The loops close at too few configurations, or a loop equation is not a
+            polynomial of degree 2 in few joints.
     """
     names = [variable.name for variable in robot.configuration_variables]
     chain = np.array([names.index(own.name) for own in robot.chain_joints])
@@ -215,7 +217,7 @@ def _given(
 
 
 def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
-    """Return the end distances (struts, m) of rods and cylinders at configurations (m, z) [m]."""
+    """Return the distances (struts, m) between the ends of struts at configurations (m, z) [m]."""
     T = bones.poses_from_configuration(z)
     spans = [body.span for body in bones.bodies if body.span and not body.span.from_end]
     ends = [
@@ -233,8 +235,7 @@ def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
     """Return the strut length as a linear function (1 + z,) of z, or zeros without a strut.
 
-    A strut equation is the end distance minus the strut length, which is constant or linear in the
-    stroke.
+    The end distance of a strut equals its length. The length is constant, or linear in the stroke.
     """
     basis = np.column_stack([np.ones(len(z)), z])
     for distance in distances:
@@ -246,7 +247,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (strut lengths, bounds (equations, z, z) of the second derivatives)."""
+    """Return (strut lengths, bounds of the second derivatives (equations, z, z))."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
     random = rng.uniform(-1, 1, (_SAMPLES, n)) * scale
@@ -291,7 +292,7 @@ def _coefficients(
     turns: BoolArray,
     scale: FloatArray,
 ) -> NDArray[np.complex128]:
-    """Return an equation's coefficients of e^(i m angle), m = 0, 1, 2, -2, -1, or of powers."""
+    """Return the coefficients of e^(i m angle), m = 0, 1, 2, -2, -1, or of powers."""
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
         raise InputValueError(
@@ -312,12 +313,12 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """Return the orders m of e^(i m angle), or the powers, in the order of the coefficients."""
+    """Return the orders m of e^(i m angle), or the powers."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 
 def _evaluated(C: NDArray[np.complex128], at: FloatArray, turns: BoolArray) -> FloatArray:
-    """Evaluate a polynomial (m,) at joint values (m, k), in units of half a turn or of a length."""
+    """Evaluate a polynomial (m,) at joint values (m, k)."""
     letters = string.ascii_lowercase[: C.ndim]
     bases = [
         np.exp(1j * np.pi * x[:, None] * _orders(True)) if turn else x[:, None] ** _orders(False)
@@ -336,6 +337,6 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The first array axis belongs to the next joint. The previous array axes are summed.
+        # The first array axis belongs to the next joint. The sum runs over the previous array axes.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

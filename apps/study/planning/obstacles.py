@@ -23,7 +23,7 @@ from ..arguments import above_0, finite
 FloatArray = NDArray[np.float64]
 
 _POINT = 1e-9
-"""Below this length [m], a capsule is a sphere."""
+"""A capsule below this length [m] is a sphere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
-    """Return a capsule: all points within a radius [m] of a segment in the base frame."""
+    """Return a capsule, the points within a radius [m] of a segment in the base frame."""
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
 
@@ -98,11 +98,11 @@ def mesh(
 
 
 def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (distances (m,), middle poses (m, 4, 4) with z along each pair) of point pairs."""
+    """Return (distances (m,) of point pairs, middle poses (m, 4, 4) with z along each pair)."""
     step = b - a
     length = np.linalg.norm(step, axis=-1)
     z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
-    # The frames by Frisvad and Duff have x and y axes that follow from z without a cross product.
+    # In the frames by Frisvad and Duff, x and y follow from z without a cross product.
     sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
     u = -1 / (sign + z[:, 2])
     v = z[:, 0] * z[:, 1] * u

@@ -52,7 +52,7 @@ class OccupancyMap:
         return self._free_cells(cell)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether the segment between two points (2,) lies in free cells only.
+        """Return whether all of a segment between two points (2,) lies in free cells.
 
         The segment is cut at cell borders, so the result is exact. A segment along a border belongs
         to the cells with the larger index.

@@ -97,7 +97,7 @@ class Plan(StudyResult):
         return np.asarray(np.r_[0, np.cumsum(steps)] / max(steps.sum(), np.finfo(float).tiny))
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the coordinates over the path fraction, or the path in the plane of two coordinates.
+        """Plot the coordinates over the path fraction. For two coordinates, plot the path itself.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -127,7 +127,7 @@ def plan_along(q: FloatArray, n_checked: int) -> Plan:
 def ends_of(
     space: Space, q_start: ArrayLike, q_goal: ArrayLike
 ) -> tuple[FloatArray, FloatArray] | Plan:
-    """Return start and goal as arrays, or a plan without a path if a point is not free.
+    """Return (start, goal) as arrays, or a plan without a path if a point is not free.
 
     Raises:
         ShapeError: The shape of a point is not (n,).

@@ -56,7 +56,7 @@ class Roadmap:
         return summary_repr(self, "", *facts, methods="plan(q_start, q_goal)")
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot points and edges in two coordinates: the plane, or the first two coordinates.
+        """Plot points and edges in the first two coordinates.
 
         Args:
             ax: matplotlib axes, or None for a new figure.
@@ -206,7 +206,7 @@ def prm(
 
 
 def _points(space: Space, count: int, dispersion: float, rng: np.random.Generator) -> FloatArray:
-    """Return at most `count` free points with distances of at least `dispersion`."""
+    """Return at most `count` free points. The distances are at least `dispersion`."""
     lower, upper = space.lower, space.upper
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):
@@ -221,7 +221,7 @@ def _points(space: Space, count: int, dispersion: float, rng: np.random.Generato
 
 
 def _dispersed(kept: FloatArray, sampled: FloatArray, dispersion: float) -> FloatArray:
-    """Select the random points with distances of at least `dispersion` from all selected points."""
+    """Select random points that are at least `dispersion` away from all selected points."""
     apart = np.linalg.norm(sampled[:, None] - kept, axis=-1) >= dispersion
     chosen = np.empty((0, sampled.shape[1]))
     for point in sampled[apart.all(axis=1)]:

@@ -1,4 +1,4 @@
-"""RRT-Connect with the library ompl: two trees that grow towards each other.
+"""RRT-Connect with the library ompl.
 
 Source:
     J. J. Kuffner, S. M. LaValle, RRT-connect: an efficient approach to single-query path planning,

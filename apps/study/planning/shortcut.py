@@ -1,4 +1,4 @@
-"""Shortcutting: two points of a path are connected directly if their segment is free.
+"""Shortcutting: a free segment replaces the path between two points.
 
 Source:
     R. Geraerts, M. H. Overmars, Creating high-quality paths for motion planning, 2007.
@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Return a free path that is shorter than the path of a plan, or equally long.
+    """Return a free path that is not longer than the path of a plan.
 
     Args:
         space: The space.

@@ -98,7 +98,7 @@ def success_study(
     neighbors: int = 10,
     rng: Rng = 0,
 ) -> SuccessStudy:
-    """Return the success rate of roadmaps for all numbers of samples and all maximum steps.
+    """Return the success rate of roadmaps for each sample count and maximum step.
 
     Args:
         space: The space.
@@ -106,7 +106,7 @@ def success_study(
         q_goal: (n,) the goal point.
         samples: Numbers of points.
         max_steps: Maximum edge lengths.
-        runs: Number of roadmaps per pair of sample count and maximum step, each with different
+        runs: Number of roadmaps for each sample count and maximum step. Each roadmap has different
             random numbers.
         neighbors: As in `prm`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy.

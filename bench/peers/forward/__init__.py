@@ -36,7 +36,7 @@ INSTALL = {
 """The required pip packages of each other library."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
-"""Peers whose first build takes longer than a short run of all other benchmarks."""
+"""Libraries with a first build longer than a short run of all other benchmarks."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Call:
 
     Attributes:
         name: Name of the other library and its interface.
-        fk: The timed function, from q (n,) to a pose of the type that the other library uses.
-        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the other
-            library's types.
-        read: Converts results of the library to (T,) or (T, J), with shapes (4, 4) and (6, n).
+        fk: The timed function from q (n,) to a pose in the library's type.
+        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the library's
+            types.
+        read: Converts results of the library to arrays (T,) or (T, J), with T (4, 4) and J (6, n).
     """
 
     name: str
@@ -57,7 +57,7 @@ class Call:
     read: Callable[[Any], tuple[np.ndarray, ...]]
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        """Return the poses of fk, and the poses and Jacobians of fk_jacobian, for all rows of q."""
         # The results are copied, because some other libraries reuse their memory.
         poses = [tuple(map(np.array, self.read(self.fk(row)))) for row in q]
         both = [tuple(map(np.array, self.read(self.fk_jacobian(row)))) for row in q]
@@ -74,12 +74,12 @@ class Batch:
     fk_jacobian: Callable[[np.ndarray], Any]
 
     def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        """Return the poses of fk, and the poses and Jacobians of fk_jacobian, for all rows of q."""
         return self.fk(q), *self.fk_jacobian(q)
 
 
 def absent() -> dict[str, str]:
-    """Return the other libraries that cannot be imported, with the package to install for each."""
+    """Return the libraries that cannot be imported, with the package to install."""
     return {name: install for name, install in INSTALL.items() if _imported(name) is None}
 
 

@@ -1,4 +1,4 @@
-"""CasADi: a Function called directly, through its buffer, and through the buffer as compiled C."""
+"""CasADi as a direct Function, through its buffer, and as compiled C through its buffer."""
 
 import tempfile
 from pathlib import Path
@@ -65,7 +65,7 @@ def _external(arm: Arm) -> tuple[ca.Function, ca.Function]:
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         text = (Path(folder) / "functions.c").read_text(encoding="utf-8")
-    # The compiler flags hide symbols without an export attribute, which this option adds.
+    # The compiler flags hide symbols without an export attribute. This option adds the attribute.
     source = Source(f"casadi-{arm.name}", {"functions.c": text}, ("-DGCC_HASCLASSVISIBILITY",))
     path = str(compiled(source))
     return ca.external("fk", path), ca.external("fk_jacobian", path)

@@ -1,4 +1,4 @@
-"""Forward kinematics and mixed Jacobian as products of elementary motions, for any number type.
+"""Forward kinematics and mixed Jacobian as products of elementary motions.
 
 Users of symbolic libraries would write these equations. Zeros and ones from right angles are
 already simplified. All other libraries therefore start from the same equations.

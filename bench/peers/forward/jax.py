@@ -1,4 +1,4 @@
-"""JAX: the same equations with vmap, compiled for the CPU by XLA in float64."""
+"""JAX with vmap, compiled for the CPU by XLA in float64."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""The benchmark interfaces of chasles, which are the same as for other libraries."""
+"""The benchmark interfaces of chasles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from . import Batch, Call
 
 NAME = "chasles"
 PLAIN = "chasles, one sine at a time"
-"""Name of the variant with libm sines, which the C++ of the other libraries also uses."""
+"""Name of the variant with libm sines. The C++ of the other libraries also uses libm."""
 PLAIN_FLAGS = ("-DCHASLES_PLAIN",)
 
 

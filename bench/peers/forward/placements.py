@@ -18,7 +18,7 @@ def matrix(motion: Motion) -> np.ndarray:
 
 
 def placements(arm: Arm) -> np.ndarray:
-    """Return the transforms (n + 1, 4, 4) to each joint, with its axis along z, and to the tool."""
+    """Return the transforms (n + 1, 4, 4) to each joint and to the tool. Joint axes are along z."""
     found = [np.eye(4)]
     for motion in arm.motions:
         if motion.value is None:
