@@ -51,7 +51,7 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the margin, which is larger on a different machine."""
+    """Return the margin. The margin is larger on a different machine."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 

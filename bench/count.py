@@ -1,4 +1,4 @@
-"""Instruction counts by valgrind, which are reproducible on a busy machine.
+"""Instruction counts by valgrind, reproducible on a busy machine.
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The counts
 depend only on the generated C and the compiler. Functions of the generated C that replace library
@@ -44,7 +44,7 @@ TIMES = 100
 CALLS = (100, 400)
 """Numbers of calls from Python."""
 CALLED = ("fk", "fk_jacobian_mixed")
-"""Functions whose calls from Python are counted."""
+"""Functions with counted calls from Python."""
 PYTHON = """
 import ctypes, os, sys, numpy as np, chasles
 library, *folders = sys.argv[1:]
@@ -135,7 +135,7 @@ def compare(
 
 
 def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose counts differ or are missing from one result."""
+    """Return the functions with different or missing counts."""
     names = {**expected, **found}
     return [
         f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
@@ -145,7 +145,7 @@ def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[s
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
-    """Return the functions whose count increased by more than RISE."""
+    """Return the functions with a count that increased by more than RISE."""
     both = [name for name in found if name in expected]
     return [
         f"{name}: {found[name]}, were {expected[name]}"

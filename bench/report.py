@@ -66,7 +66,7 @@ class Ratio:
 
     @property
     def of_best(self) -> float:
-        """The ratio of the minimum times, which other processes affect least."""
+        """The ratio of the minimum times. Other processes affect minimum times least."""
         return self.peer / self.own
 
     @property

@@ -29,7 +29,7 @@ def as_path(name: str, path: Any) -> Path:
         path: The argument.
 
     Raises:
-        InputTypeError: The argument is neither text nor a path.
+        InputTypeError: The argument is not text and not a path.
     """
     if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
         raise InputTypeError(f"{name}: expected a path, got {path!r}")
@@ -37,7 +37,7 @@ def as_path(name: str, path: Any) -> Path:
 
 
 def input_folder(file: Path) -> Path:
-    """Returns the folder whose files a description may include.
+    """Returns the folder of the files that a description may include.
 
     The folder is the ROS package that contains the description. Without a package, the folder is
     the description's own folder.

@@ -16,7 +16,7 @@ if sys.platform != "win32":
 
 Result = TypeVar("Result")
 STATUS = Path("/proc/self/statm")
-"""A Linux file whose first number is the size of the process in memory pages."""
+"""A Linux file that begins with the size of the process in memory pages."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class Variable:
 
 
 class Redundancy(NamedTuple):
-    """A redundancy parameter, which selects one of infinitely many inverses.
+    """A redundancy parameter. It selects one of infinitely many inverses.
 
     Attributes:
         name: Parameter name, the key in `fixed=`.
@@ -70,7 +70,7 @@ class Redundancy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The reference configuration, which selects the branch."""
+    """The reference configuration. It selects the branch."""
 
     q: tuple[float, ...]
     z: tuple[float, ...]
@@ -140,11 +140,11 @@ class GeometryParameter:
             for a compliance, or "1" for a gain or a ratio.
         joint: Name of the joint, closure or strut, "base", "tool", or "" for a parameter of the
             description.
-        part: The group: "parameter" for a parameter of the description, "joint" for the joint's
-            own description, "offset" for its coordinate offset, "axis" for axis corrections,
-            "transmission" for gain and waves of its drive, "coupling" for the ratios of its
-            coupling, "compliance" for deflection under gravity, "loop" for end positions and strut
-            lengths, "base" or "tool" for corrections of these frames.
+        part: The group. "parameter" is a parameter of the description. "joint" is the joint's own
+            description, and "offset" its coordinate offset. "axis" means axis corrections.
+            "transmission" means gain and waves of the drive, and "coupling" the ratios of the
+            coupling. "compliance" is the deflection under gravity. "loop" means end positions and
+            strut lengths. "base" and "tool" mean corrections of these frames.
         meaning: Meaning of the parameter, in a few words.
     """
 
@@ -251,7 +251,7 @@ class LoopFacts:
 
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
-        passive: The joints that are neither actuated nor in the main chain.
+        passive: The passive joints outside the main chain.
         configuration: All variables of the loops, in the order of the vector `z`.
         names: Names of the loops.
         reference: The reference configuration, or None if the manifest states no reference.
@@ -310,7 +310,7 @@ class Manifest:
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
-        folder: The folder of the manifest, which is not stored in the manifest.
+        folder: The folder of the manifest. It is not stored in the manifest.
         digest: SHA-256 of the manifest. The manifest contains the hashes of all files. This SHA-256
             is not stored in the manifest.
     """

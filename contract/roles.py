@@ -95,10 +95,10 @@ TASK_COMPONENTS = {
     "heading": 1,
 }
 """The components of a task with their number of entries. The component "position" is the tool
-position, and "plane" its x and y. The component "orientation" is the rotation matrix of the tool,
-and "direction" is the third axis of the tool. The component "pitch" is the elevation of the third
-axis above the x-y plane of the base. The component "heading" is the angle of the first axis in the
-x-y plane."""
+position, and "plane" its x and y. The component "orientation" is the rotation matrix of the tool.
+The component "direction" is the third axis of the tool. The component "pitch" is the elevation of
+the third axis above the x-y plane of the base. The component "heading" is the angle of the first
+axis in the x-y plane."""
 
 
 TaskName = Literal[
@@ -133,8 +133,8 @@ class Role:
         fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
             coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
-        directions: Indices (0 to 5) of the twist components (v, omega) in the first matrix of a
-            velocity relation, one per column.
+        directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
+            matrix in a velocity relation.
         components: The task components in the first input of an inverse, in order. Each component
             is one of :data:`TASK_COMPONENTS`. A full pose has ().
         free: Indices in q of the coordinates that the task leaves free. The inverse sets these

@@ -21,7 +21,7 @@ _ABANDONED = 86400.0
 
 @contextmanager
 def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
-    """Yields a temporary folder, which is removed at the end.
+    """Yields a temporary folder. The folder is removed at the end.
 
     Folders that killed processes left in the same parent are removed first. Each process locks its
     folders. The system releases the locks of a killed process.

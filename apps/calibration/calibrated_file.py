@@ -38,7 +38,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         robot: The nominal robot, with parametric functions.
         p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Source of the values, which is written to the file.
+        source: Source of the values, as written to the file.
         nominal: Name or file of the nominal robot. The inverse of a robot with loops refines the
             solutions of the nominal robot. Without a nominal robot, the compiler rounds lengths to
             a grid.
@@ -163,8 +163,8 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
         robot: The nominal robot, with parametric functions.
         p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Source of the values, which is written to the file.
-        nominal: Name or file of the nominal robot; "" to omit it.
+        source: Source of the values, as written to the file.
+        nominal: Name or file of the nominal robot, or "" to omit the line.
     """
     texts = {
         "name": json.dumps(name),

@@ -2,9 +2,9 @@
 
 B_i is the derivative of the measurements at configuration i. Each row is divided by its standard
 deviation. The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design
-maximizes det(A), and thus the observability index O1 = det(A)^(1/2k) / sqrt(count) for k parameters
-and count configurations. The search adds configurations one by one. The search then exchanges
-configurations until no exchange improves det(A).
+maximizes det(A). It then also maximizes the observability index O1 = det(A)^(1/2k) / sqrt(count)
+for k parameters and count configurations. The search adds configurations one by one. The search
+then exchanges configurations until no exchange improves det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -101,8 +101,8 @@ def optimal_design(
         robot: A robot with parametric functions.
         candidates: (M, n) coordinates [rad or m]. Candidates beyond the limits are ignored.
         count: Number of configurations to select.
-        targets: (m, 3) targets on the tool whose positions are measured [m], or None if poses
-            are measured.
+        targets: (m, 3) positions of the measured targets on the tool [m], or None if poses are
+            measured.
         sigma: Standard deviation of each measured position coordinate [m]. For poses, sigma is a
             pair (position [m], orientation [rad]).
         vary: As in :func:`~chasles.calibration.identify`.
@@ -218,7 +218,7 @@ class _Exchange:
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the (M,) increase of log det(A) by each candidate; -inf if already selected."""
+        """Return the (M,) increase of log det(A) by each candidate, or -inf if selected."""
         C = np.linalg.inv(self.information(chosen) + self.prior)
         r = self.B.shape[1]
         inner = np.eye(r) + (self.B @ C) @ self.B.swapaxes(-1, -2)

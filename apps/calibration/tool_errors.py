@@ -94,7 +94,7 @@ class MonteCarloErrors(StudyResult):
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the fraction of random arms whose position error [mm] stays below each value.
+        """Plot the fraction of random arms with a position error [mm] below each value.
 
         Args:
             ax: matplotlib axes, or None for a new figure 8 cm wide.

@@ -29,8 +29,8 @@ _SWEEP, _SWEEP_LENGTH = math.radians(45), 0.15
 """Largest motion of a coordinate in each direction: an angle, or a length relative to the robot
 size."""
 _SWEEP_TIME, _FEWEST, _PARTS = 2.0, 9, 33
-"""Duration of a coordinate's motion [s], minimum number of its frames, and number of configurations
-to test for closed loops."""
+"""Duration of a coordinate's motion [s], minimum number of frames, and number of tested
+configurations."""
 _HALO = 1.6
 """Width of the background around the letters of a label [points]."""
 _PERIOD = 4.0
@@ -128,7 +128,7 @@ def _sweep(bodies: Skeleton, fps: float) -> FloatArray:
 
 
 def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
-    """Return a mask (k,) of the configurations (k, n) whose loops close."""
+    """Return a mask (k,) of the configurations (k, n) with closed loops."""
     return np.asarray(np.isfinite(bodies.poses(q)).all(axis=(1, 2, 3)))
 
 

@@ -56,7 +56,7 @@ _LINES: dict[str, dict[str, Any]] = {
     "hatch": {"color": _DARK, "linewidth": 0.4},
 }
 _HALO = ("link", "rod", "ram", "piston")
-"""Line styles with a white border, so that crossing lines are distinguishable."""
+"""Line styles with a white border, which separates crossing lines."""
 _AREAS: dict[str, dict[str, Any]] = {
     "joint": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
     "driven": {"facecolor": "#e69f00", "edgecolor": _DARK, "linewidth": 0.6},
@@ -92,9 +92,10 @@ def draw(
             visible.
         ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
             the tool pose, at most three. "modes" draws other assembly modes at q, at most three.
-            `Solutions` for one pose and coordinates (g, n) are also drawn. The legend names
-            solutions whose links coincide.
-        path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
+            `Solutions` for one pose or coordinates (g, n) are also possible. The legend names
+            solutions with coinciding links.
+        path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
+            drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
         ax: matplotlib axes for a single view, or None for a new figure. With axes, the default view
             is "plane" for planar robots, otherwise "axonometric".
@@ -106,7 +107,7 @@ def draw(
     Raises:
         OutOfReachError: Loops do not close at q.
         InputValueError: A view is unknown, axes are passed for several views, a motion belongs to a
-            different robot, or the robot lacks a function that `ghosts` needs.
+            different robot, or `ghosts` is not possible for this robot.
         ShapeError: The number of coordinates in q, ghosts or path is wrong.
         NotInstalledError: Matplotlib is not installed: `pip install 'chasles[draw]'`.
     """

@@ -202,7 +202,7 @@ class _Marks:
             yield from self._joint(self._style(body, shape), shape, points[0], axis)
 
     def _long(self, shape: Shape, points: FloatArray) -> FloatArray:
-        """Extend a guide so that the carriage is on the guide."""
+        """Extend a guide to its carriage."""
         at = self.carriages.get(shape.name) if shape.kind == "guide" else None
         if at is None:
             return points

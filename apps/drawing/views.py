@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Axes count as parallel up to this sine of their angle. Iterated loops have a residual of about
-1e-9. An angle of 1e-3 would be visible."""
+"""Maximum sine of the angle between parallel axes. Iterated loops have a residual of about 1e-9. An
+angle of 1e-3 would be visible."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 

@@ -1,9 +1,9 @@
 """Equations of static equilibrium of the rigid bodies of a robot.
 
-A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
-the scalar product of the wrench with the body's twist (v, omega) at the base origin. The unknowns
-are the forces x of struts and closures. For each coordinate j of the joint tree, the virtual work
-of all forces is
+A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is a
+scalar product. The factors are the wrench and the body's twist (v, omega) at the base origin. The
+unknowns are the forces x of struts and closures. For each coordinate j of the joint tree, the
+virtual work of all forces is
 
     G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench. tau_j is the
     actuator force on the coordinate.

@@ -47,9 +47,9 @@ _SLOPING = 0.1
 
 
 _CHANCE = 0.5
-"""Error caused by the position of the grid, relative to the square root of the number of faces."""
+"""Error from the position of the grid, relative to the square root of the number of faces."""
 _SECOND = 0.5
-"""Relative error of the second-order correction, which is exact only for boxes."""
+"""Relative error of the second-order correction. The correction is exact only for boxes."""
 _MISSED = 0.1
 """Maximum fraction of the visited cells that a random half of the points may miss. Above this
 fraction, the number of missed cells cannot be extrapolated."""

@@ -48,7 +48,7 @@ class Reach(StudyResult):
         limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
             the smallest excess. The index is -1 for a reached pose, and -2 for a pose that is out
             of reach even without limits.
-        grid: The grid whose cell centers are the positions, or None if the targets are not a grid.
+        grid: The grid with the positions as cell centers, or None if the targets are not a grid.
     """
 
     _parts = (Grid,)

@@ -33,7 +33,7 @@ BLOCK = 1 << 12
 """Number of points processed at once. The poses and Jacobians of so many points fit in the
 cache."""
 _BITS = 52
-"""Number of bits of a coordinate in the unit cube, one less than the bits of a double."""
+"""Number of bits of a coordinate in the unit cube, one bit less than in a double."""
 _NET_KEY = 0
 """Second seed of the random digits of the Sobol net. Each piece has a different second seed. Its
 digits are therefore independent of the net."""

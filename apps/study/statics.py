@@ -51,8 +51,8 @@ class StaticLoads(StudyResult):
             the forces at its two ends.
         closure_names: Names of the closures. A closure closes a loop without a rod or a cylinder.
         closure_wrenches: (..., c, 6) force and moment [N, N m] from the first link of a closure on
-            the second link. The point is the closure's frame on the second link, and the axes are
-            the base axes.
+            the second link. The point of reference is the closure's frame on the second link. The
+            axes are the base axes.
     """
 
     robot: str

@@ -28,7 +28,7 @@ _TASKS_A_WORKER = 2
 """Number of queued tasks per worker. Workers then do not wait for tasks. More tasks would only fill
 the memory with results."""
 _RETRIES = 5
-"""Maximum number of repetitions of a task whose worker was killed."""
+"""Maximum number of repetitions of a task after its worker was killed."""
 
 
 class Tally(Protocol):

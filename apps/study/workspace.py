@@ -170,7 +170,7 @@ def workspace(
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
         resolution: Number of cells along the longest side.
-        quality: Quality measures of each cell, which are attributes of `Workspace`.
+        quality: Quality measures of each cell. Each measure is an attribute of `Workspace`.
         rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same seed gives
             identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
@@ -348,8 +348,8 @@ def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: in
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # Other optimization methods call BLAS on tiny matrices. BLAS threads would synchronize, which
-    # is slow.
+    # Other optimization methods call BLAS on tiny matrices. The BLAS threads would synchronize, and
+    # synchronization is slow.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

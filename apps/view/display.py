@@ -45,7 +45,7 @@ class Nearness(Enum):
 
 
 COLOURS = {Nearness.FREE: BLUE, Nearness.NEAR: YELLOW, Nearness.BEYOND: VERMILION}
-"""Colors of the states, which color-blind readers can distinguish."""
+"""Colors of the states. Color-blind readers can distinguish the colors."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,7 +72,7 @@ class LiveView:
         urdf: str | os.PathLike[str] | None = None,
         trajectory: Trajectory | None = None,
     ) -> None:
-        """Start the server, which accepts local connections only.
+        """Start the server. The server accepts local connections only.
 
         Args:
             robot: The robot.
@@ -143,7 +143,7 @@ class LiveView:
     # --- contents of the page ---
 
     def _look(self) -> None:
-        """Set the initial camera so that the robot fills the page."""
+        """Set the initial camera. The robot then fills the page."""
         center, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
         # The panel covers the right side of the page, so the robot is left of the center.
@@ -363,7 +363,7 @@ class LiveView:
 
 
 def _give(handle: Any, **values: Any) -> None:
-    """Set only changed values. viser validates each value, which is slow."""
+    """Set only changed values. viser validates each value, and validation is slow."""
     for name, value in values.items():
         if not np.array_equal(getattr(handle, name), value):
             setattr(handle, name, value)

@@ -45,7 +45,7 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
     """Return the branches of the inverse for a pose.
 
     Redundancy parameters keep their values. Robots without a closed-form inverse have only one
-    branch, which iteration finds.
+    branch. Iteration finds this branch.
 
     Args:
         robot: The robot.

@@ -99,7 +99,7 @@ def box(center: FloatArray, axes: FloatArray, size: FloatArray) -> Triangles:
 
 
 def box_on(center: FloatArray, axis: FloatArray, size: FloatArray) -> Triangles:
-    """Return a box whose third edge is along an axis. The rotation about the axis is arbitrary."""
+    """Return a box with the third edge along an axis. The rotation about the axis is arbitrary."""
     z = axis / np.linalg.norm(axis)
     x, y = _across(z)
     return box(center, np.column_stack([x, y, z]), size)

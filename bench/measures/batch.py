@@ -47,7 +47,7 @@ def there(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def new(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Measures fk of a batch with a new result array, which the system clears."""
+    """Measures fk of a batch with a new result array. The system clears the array."""
     q = _vectors(plan, arm)
     batches: list[Batch] = setups("batches", arm, plan.leave_out)
     works: dict[str, Callable[[], object]] = {

@@ -18,7 +18,7 @@ class PlatformDistribution(Distribution):
 
 
 class PlatformWheel(bdist_wheel):
-    """A wheel whose libraries do not use the C API of Python."""
+    """A wheel with libraries that do not use the C API of Python."""
 
     def get_tag(self):
         """Return the tag of the wheel for any Python 3 on this platform."""

@@ -53,7 +53,7 @@ def identifiable(
     """Select the identifiable columns of a derivative.
 
     Args:
-        kept: (M, u) columns of variables that are always identified, in standard deviations per
+        kept: (M, u) columns of the variables that are always identified, in standard deviations per
             1 mm or 1 mrad.
         columns: (M, p) columns of the candidates.
         names: Names of the candidates.

@@ -2,9 +2,9 @@
 
     (J^T W J + mu I) step = -J^T v
 
-in scaled variables. W and v contain the weights of a robust loss, which reduces the influence of
-large errors. Normal equations cost a fifth of a singular value decomposition. Normal equations are
-less accurate, but the next step of the iteration corrects the inaccuracy.
+in scaled variables. W and v contain the weights of a robust loss. A robust loss reduces the
+influence of large errors. Normal equations cost a fifth of a singular value decomposition. Normal
+equations are less accurate, but the next step of the iteration corrects the inaccuracy.
 
 Source:
     K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares problems, 2004, 3.2,

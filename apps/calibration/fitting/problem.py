@@ -1,8 +1,8 @@
 """The least-squares problem of an identification: variables, errors and solution.
 
-The identified parameters and unknowns minimize the sum of squared errors, each divided by its
-standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the generated
-identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
+The identified parameters and unknowns minimize the sum of squared errors. Each error is divided by
+its standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the
+generated identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
 s is the noise relative to the stated standard deviations. t_k is the standard deviation of
 parameter k about its nominal value. The most probable parameters minimize the sum
@@ -69,7 +69,7 @@ _SAME_NOISE = 0.01
 
 
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
-    """Decorate a function so that its linear algebra runs in one thread.
+    """Run the linear algebra of a function in one thread.
 
     The matrices are small. On a busy machine, several threads would wait for each other and be up
     to a hundred times slower.

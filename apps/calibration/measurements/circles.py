@@ -1,6 +1,7 @@
 """Circle point analysis: positions measured while one joint at a time rotates.
 
-For the joint angle t_i, up to an offset, a target moves on a circle with center c:
+While one joint rotates, a target moves on a circle with center c. The joint angle t_i has an
+unknown offset:
 
     y_i = c + a cos t_i + b sin t_i
 

@@ -84,7 +84,7 @@ class _OneNumber(Measurements):
         return self
 
     def _best(self, T: FloatArray, start: Callable[[FloatArray], FloatArray]) -> Start:
-        """Return the best fit from several start targets, which avoids local minima.
+        """Return the best fit from several start targets. Several starts avoid local minima.
 
         Args:
             T: (N, 4, 4) nominal tool poses.

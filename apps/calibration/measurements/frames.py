@@ -157,8 +157,8 @@ class _Registrations:
     """Registration errors as a function of the rotation R alone.
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
-    orientations R_i and origins p_i. For each R, these equations are linear in x_j and c. A QR
-    factorization compresses the residual, which is linear in R, to a few rows.
+    orientations R_i and origins p_i. For each R, these equations are linear in x_j and c. The
+    residual is linear in R. A QR factorization compresses it to a few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
@@ -217,7 +217,7 @@ class _Registrations:
 
 
 def _rotated(step: FloatArray) -> FloatArray:
-    """Return rotations (k, 3, 3) by the Cayley transform, which is cheaper than the exponential.
+    """Return rotations (k, 3, 3) by the Cayley transform, a cheap substitute for the exponential.
 
     For a small step (k, 3), the transform and the exponential agree to second order.
     """

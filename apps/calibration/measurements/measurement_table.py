@@ -74,8 +74,8 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
         robot: The measured robot.
 
     Raises:
-        InputValueError: A column or a unit is missing, a unit is of the wrong kind, or a cell is
-            not a number. The message states file, line and column.
+        InputValueError: A column or a unit is missing, a unit has the wrong kind, or a cell is not
+            a number. The message states file, line and column.
     """
     table = _with_units(_read(as_path("path", path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)

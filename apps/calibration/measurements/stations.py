@@ -116,7 +116,7 @@ class StationPositions(Measurements):
         return replace(self, points=factor * self.points, T_W_station=frames)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield mirrored device frames, which correspond to swapped axes."""
+        """Yield mirrored device frames. A mirrored frame corresponds to swapped axes."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:

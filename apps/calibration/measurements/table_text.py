@@ -90,7 +90,8 @@ def _decoded(path: Path, content: bytes) -> str:
 def _separator(texts: Sequence[str]) -> str:
     """Return the separator that most lines contain, or "" for spaces.
 
-    Semicolons, tabs and vertical bars take precedence over commas, which may be decimal marks.
+    Commas may be decimal marks. Semicolons, tabs and vertical bars therefore take precedence over
+    commas.
     """
     for mark in _SEPARATORS:
         if 2 * sum(mark in text for text in texts) > len(texts):

@@ -245,7 +245,7 @@ class Positions(Measurements):
         return replace(self, points=factor * self.points)
 
     def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Yield a mirrored device frame, which corresponds to swapped axes."""
+        """Yield a mirrored device frame. A mirrored frame corresponds to swapped axes."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def _start(self, T: FloatArray) -> Start:

@@ -1,6 +1,6 @@
 """Plots of calibrations, of planned measurements and of tool errors.
 
-The colors are safe for color-blind readers (Okabe and Ito, Color universal design, 2008), and the
+Color-blind readers can distinguish the colors (Okabe and Ito, Color universal design, 2008). The
 markers differ in black and white.
 """
 
@@ -78,7 +78,7 @@ def plot_effects(found: FirstOrderErrors, ax: Any = None) -> Any:
 
 
 def plot_distribution(found: MonteCarloErrors, ax: Any = None) -> Any:
-    """Plot the fraction of random arms whose position error [mm] stays below each value."""
+    """Plot the fraction of random arms with a position error [mm] below each value."""
     if ax is None:
         return _on_new_figure(plot_distribution, found)
     errors = np.sort(found.position)

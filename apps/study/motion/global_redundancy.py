@@ -34,8 +34,8 @@ _TRIES = (
     (65, 4.0, 0.001, CubicSpline),
     (129, 1.0, 0.0001, PchipInterpolator),
 )
-"""Attempts of the search. Each attempt has a number of knots, a relative grid resolution, a margin
-from the limits relative to the joint range, and an interpolation of the parameters.
+"""Attempts of the search. An attempt has a number of knots, a relative grid resolution and an
+interpolation. It also has a margin from the limits, relative to the joint range.
 
 The next attempt follows if no sequence exists, or if the joints leave the limits between the knots.
 A spline through configurations at a limit exceeds the limit between the knots. A monotone
@@ -148,7 +148,7 @@ def parameter_curve(
 
 
 class _Blocked(Exception):
-    """Error for a knot whose configurations cannot follow the previous knot."""
+    """Error for a knot that no sequence reaches from the previous knot."""
 
     def __init__(self, knot: int) -> None:
         super().__init__(knot)

@@ -50,19 +50,19 @@ class Motion:
         robot: The robot.
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
-        q_seed: (n,) coordinates near the start, which select the branch on a curve of the tool.
+        q_seed: (n,) coordinates near the start. They select the branch on a curve of the tool.
         fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
             to values. The curve must be a curve of the tool pose. Fixed joints that are not
             redundancy parameters require an iteration.
         redundancy: The treatment of redundant joints. With "fixed", redundancy parameters keep
-            their values at q_seed. With "minimum_norm", each pose is solved from q_seed by
-            minimum-norm steps in the joints of the main chain. With "global", the parameters
-            minimize the integral of the squared joint rates over the curve within the limits, as in
-            `resolve_redundancy`. The start is then free.
+            their values at q_seed. With "minimum_norm", minimum-norm steps from q_seed in the
+            joints of the main chain solve each pose. With "global", the parameters minimize the
+            integral of the squared joint rates over the curve, as in `resolve_redundancy`. The
+            motion stays within the limits. The start is then free.
 
     Raises:
-        InputValueError: `redundancy` is unknown or not possible for the curve, `fixed` is not
-            possible, the time scaling is longer than the curve, or q_seed is not finite.
+        InputValueError: `redundancy` or `fixed` is not possible for the curve, the time scaling is
+            longer than the curve, or q_seed is not finite.
         ShapeError: q_seed is not (n,).
     """
 

@@ -116,8 +116,8 @@ class MotionSequence:
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of the path fraction, which runs from 0
-                to 1.
+            limits: duration, speed, acceleration and jerk of the path fraction. The fraction runs
+                from 0 to 1.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:
@@ -151,7 +151,7 @@ class MotionSequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Add a motion on a curve that starts at the current tool pose, or on a planned path.
+        """Add a motion on a curve or on a planned path. A curve starts at the current tool pose.
 
         Each segment of a planned path is a stage that starts and ends at rest.
 

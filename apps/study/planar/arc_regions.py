@@ -1,10 +1,10 @@
 """Planar regions bounded by circular arcs, and regions swept by their rotation.
 
-Every border is computed from candidates, which are arcs that contain the border. The candidate
+Every border is computed from candidates. Candidates are arcs that contain the border. The candidate
 curves are divided at their intersections. A piece belongs to the border if the region lies on
 exactly one of its sides. A region rotates about a point by angles from a to b. The candidates are
-the border of the region, rotated by a and by b, and circles about the point. The circles are
-tangent to the border or pass through its corners.
+the border of the region rotated by a and by b, and circles about the point. The circles are tangent
+to the border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
 def bounded(
     candidates: Sequence[BorderArc], inside: Callable[[FloatArray], BoolArray]
 ) -> ArcRegion:
-    """Return the region whose border lies on candidate arcs.
+    """Return the region with a border on candidate arcs.
 
     Args:
         candidates: Arcs that contain the whole border.

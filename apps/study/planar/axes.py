@@ -1,7 +1,7 @@
 """The joint axes of a serial arm that move a point.
 
-Two intersecting consecutive axes do not move their intersection point. The center of a spherical
-wrist is an example, and so is the intersection of axes 5 and 6 of a UR arm.
+Two intersecting consecutive axes do not move their intersection point. Examples are the center of a
+spherical wrist and the intersection of axes 5 and 6 of a UR arm.
 """
 
 from __future__ import annotations

@@ -145,8 +145,8 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             revolute joints, and prismatic joints along their axes. The other structure is a
             vertical first axis that parallel horizontal axes follow.
         point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
-            as the center of a spherical wrist. The wrist is the last intersection for which the
-            previous joints have one of the two structures.
+            as the center of a spherical wrist. The wrist is the last intersection with one of the
+            two structures before it.
 
     Raises:
         InputValueError: The arm has neither of the two structures.

@@ -8,10 +8,10 @@ the arc have radii a and b. The circles about m have radii b - r, r + a and |r -
 arcs bound the total workspace.
 
 The border of the inclusive workspace also contains other curves, on which two legs reach their
-limits. A square of half diagonal d is inside if, at one angle, all legs reach its center with a
-margin of d. The square is outside if, at each angle, a leg misses the center by d. The inside test
-and the outside test have a closed form. Other squares are subdivided. The area of the remaining
-squares is the error.
+limits. A square of half diagonal d is inside if all legs reach its center with a margin of d at one
+angle. The square is outside if, at each angle, a leg misses the center by d. The inside test and
+the outside test have a closed form. Other squares are subdivided. The area of the remaining squares
+is the error.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def orientation_range_workspace(
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """An annulus whose center moves on an arc."""
+    """An annulus with a center that moves on an arc."""
 
     middle: FloatArray
     radius: float

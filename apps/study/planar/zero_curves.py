@@ -18,10 +18,10 @@ Values = Callable[[FloatArray], FloatArray]
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the zero curves of a function on a grid with at most one zero on each cell edge.
+    """Return the zero curves of a function on a grid.
 
-    Zeros on edges are bisected to double precision. A sign change at a pole of the function is not
-    a zero.
+    At most one zero is found on each cell edge. Zeros on edges are bisected to double precision. A
+    sign change at a pole of the function is not a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)

@@ -13,8 +13,8 @@ box from below. The function F is convex and increasing in w. A step d of the it
 step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The
 matrix |B| H w bounds the difference of B dc/dx from the identity in the box. The box is slightly
 widened, so the eigenvalues of this matrix are below 1. So B dc/dx is regular in the box. The
-solution is continuous and on one branch. The bounds do not include rounding errors, which are about
-1e-13.
+solution is continuous and on one branch. The bounds do not include rounding errors. Rounding errors
+are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -233,7 +233,7 @@ def _affine(coefficients: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the strut length as a linear function (1 + z,) of z, or zeros without a strut.
+    """Return the strut length as a linear function (1 + z,) of z. Without a strut, return zeros.
 
     The end distance of a strut equals its length. The length is constant, or linear in the stroke.
     """

@@ -81,7 +81,7 @@ def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsul
 def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
-    """Return the surface in a file (.stl, .obj, .dae; in meters) at a pose in the base frame."""
+    """Return the surface in a file (.stl, .obj or .dae, in meters) at a pose in the base frame."""
     name_of_file = os.fspath(as_path("mesh: path", path))
     with requires("chasles[planning]"):
         import coal  # noqa: PLC0415
