@@ -1,1 +1,1 @@
-"""Loops without a closed form: equations for Newton's iteration, and the functions of q."""
+"""Loops without a closed form, which are closed by Newton's method."""

@@ -1,10 +1,10 @@
-"""Reduced closure equations of loops without a closed form, and start values for Newton's method.
+"""Closure equations of loops without a closed form, and start values for Newton's method.
 
-A strut constrains two points to a constant distance, whether its ends are pins or balls. The loop
-of a strut has one equation, |b - a| = l, and the swing angle of the strut follows from the points.
-The equations c(w) = 0 therefore contain only the variables w: the configuration z without strut
-swing angles. With the derivatives c_u and c_a of c, actuated variables a and unknown variables u
-satisfy c_u du = -c_a da.
+A strut keeps two points at a constant distance, with pins or balls as its ends. The loop of a strut
+therefore has a single equation |b - a| = l. The variables w are the configuration z without the
+swing angles of struts, which follow from the points. The equations are c(w) = 0. Let c_u and c_a be
+the derivatives of c. The actuated variables a and the unknown variables u then satisfy c_u du =
+-c_a da.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,10 +44,10 @@ class Start:
         w: (n_w,) variables of the equations.
         tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
             coordinates.
-        determinant: Signed determinant of c_u, the equations' derivative with respect to the
-            unknown variables. If c_u is not square, the product of the diagonal of R in the QR
-            decomposition of c_u.
-        is_regular: Whether c_u has full rank, so that the reference is not at a dead point.
+        determinant: Determinant of c_u, the derivative of the equations with respect to the unknown
+            variables. If c_u is not square, the product of the diagonal of R in its QR
+            decomposition.
+        is_regular: Whether c_u has full rank. At a dead point, it has not.
     """
 
     q: FloatArray
@@ -59,20 +59,21 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
-    """The equations c(w) = 0 of one mechanism, over the terms of its derivation.
+    """The equations c(w) = 0 of one mechanism.
 
     Attributes:
         hybrid: The robot.
         names: Names of the variables.
         is_length: Mask of the variables that are lengths.
         w: Symbols of the variables.
-        entries: Terms that are zero if the loops are closed, or as nearly closed as possible.
-        units: The unit of each entry, m or 1.
-        size: The longest translation or rod (meter), by which lengths are divided.
-        functions: The functions of w that the iteration calls, keyed by name; the value is empty if
-            there are fewer equations than unknown variables.
-        inputs: Name of the coordinates that drive the input variables, which is ``q`` or ``theta``.
-        ratios: Change of each input variable per unit change of the coordinate that drives it.
+        entries: Terms that are zero if the loops are closed. In the least-squares sense, they are
+            the gradient of the errors.
+        units: Unit of each entry, m or 1.
+        size: The longest translation or rod (meter). Lengths are divided by it.
+        functions: The functions of w that the iteration calls, by name. Empty if there are too few
+            equations.
+        inputs: Name of the coordinates that drive the input variables, ``q`` or ``theta``.
+        ratios: Change of each input variable per unit of its coordinate.
         given: Indices of the input variables.
         unknown: Indices of the unknown variables.
     """
@@ -92,12 +93,12 @@ class LoopClosure:
 
     @property
     def is_determined(self) -> bool:
-        """Whether the number of equations is at least the number of unknown variables."""
+        """Whether there are at least as many equations as unknown variables."""
         return len(self.units) >= len(self.unknown)
 
     @cached_property
     def start(self) -> Start:
-        """The numerical reference configuration, rounded so that it is equal on every machine."""
+        """The reference configuration, rounded to the same numbers on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
         kernel = lower([self.functions[RESIDUAL]], "reference")[0]
@@ -110,7 +111,7 @@ class LoopClosure:
         determinant = np.linalg.det(J_u) if square else abs(size)
         tangent = np.linalg.lstsq(R, -Q.T @ J_a, rcond=None)[0]
         q = w[self.given] / ratios
-        # Lengths are relative to the mechanism size, so that meters and radians are comparable.
+        # Lengths are divided by the size, so that meters and radians are comparable.
         scales = np.where(self.is_length, self.size, 1.0)[self.unknown]
         values = np.linalg.svd(J_u * scales, compute_uv=False)
         is_regular = bool(np.all(values > REPEATED_EQUATION * max(values, default=0.0)))
@@ -119,10 +120,10 @@ class LoopClosure:
 
     @cached_property
     def of_chain(self) -> "LoopClosure | None":
-        """The same loop equations with the main-chain joints as inputs.
+        """The same equations with the main-chain joints as inputs.
 
-        The result is None if the main-chain joints do not determine the other variables, or if the
-        reference is a dead point of these equations.
+        None if the main-chain joints do not determine the other variables, or if the reference is a
+        dead point.
         """
         given, unknown = _split(self.names, [joint.name for joint in self.hybrid.robot.moving])
         ratios = (1.0,) * len(given)
@@ -131,9 +132,9 @@ class LoopClosure:
 
 
 def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
-    """Returns the equations of a mechanism with the actuated coordinates as inputs.
+    """Returns the equations of a mechanism. The actuated coordinates are the inputs.
 
-    Swing angles are not variables, because struts with ball ends replace struts with pin ends.
+    All struts get ball ends, so swing angles are not variables.
     """
     mechanism, terms = on_balls(hybrid.mechanism), hybrid.terms
     variables = configuration_names(mechanism)
@@ -159,7 +160,6 @@ def loop_closure(hybrid: SolvedLoops) -> LoopClosure:
 
 
 def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[int]]:
-    """Returns the indices of the input variables, and the indices of the unknown variables."""
     given = [names.index(name) for name in moved]
     return given, [k for k in range(len(names)) if k not in given]
 
@@ -167,7 +167,6 @@ def _split(names: Sequence[str], moved: Sequence[str]) -> tuple[list[int], list[
 def _functions(
     hybrid: SolvedLoops, entries: tuple[sp.Expr, ...], w: tuple[sp.Symbol, ...]
 ) -> dict[str, SymbolicFunction]:
-    """Returns the functions of w, keyed by name: the equations, and the rate of their Jacobian."""
     wd, unit, meaning = coordinates("_wd", len(w)), "(rad or m)", "configuration without the swings"
     of_w = Argument("w", w, (len(w),), unit, f"{meaning} of struts")
     of_wd = Argument("wd", wd, (len(w),), f"{unit}/s", f"rates of the {meaning} of struts")
@@ -210,7 +209,7 @@ def _matrix(
 
 
 def on_balls(mechanism: Mechanism) -> Mechanism:
-    """Returns the mechanism with ball-ended struts, whose swing angles are not variables."""
+    """Returns the mechanism with ball-ended struts, so that there are no swing angles."""
     swings = set(mechanism.swings)
     return replace(
         mechanism,
@@ -220,5 +219,5 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """Rounds to 12 decimal places, which also removes rounding noise from zeros."""
+    """Rounds to 12 decimal places. Rounding errors of zeros vanish."""
     return np.asarray(np.round(values, 12) + 0.0)

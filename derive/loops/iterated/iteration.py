@@ -1,8 +1,8 @@
-"""Joint values of loops without a closed form, as results of an iterative solver.
+"""Joint values of loops without a closed form.
 
-The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates the
-solution by the implicit function theorem. The results of the solver, the variables w and their
-derivatives, are arguments in the statements of a function.
+A solver closes the loops by Newton's method (:mod:`.closure_equations`). The implicit function
+theorem gives the derivatives of the solution. The solver returns the variables w and their
+derivatives. The statements of a function use them as arguments.
 """
 
 import math
@@ -24,19 +24,19 @@ from ..solve.solved_loops import SolvedLoops
 from .closure_equations import LoopClosure
 
 SYSTEM = 400
-"""Approximate number of operations per iteration step, for six unknowns."""
+"""Approximate number of operations per Newton step for six unknowns."""
 STEPS = 8
-"""Approximate number of iteration steps from the reference to the solution."""
+"""Approximate number of Newton steps from the reference to the solution."""
 NEAR = 2
-"""Approximate number of iteration steps from a nearby configuration to the solution."""
+"""Approximate number of Newton steps from a nearby configuration to the solution."""
 FIRST = "at"
 """The solver entry point that closes the loops from the reference."""
 
 
 class Iteration:
-    """The variables of iterated loops and their derivatives, as results of solver calls.
+    """The loop variables and their derivatives, as results of solver calls.
 
-    The class also provides the joint rates that the loops imply
+    The class also provides the joint rates in the loops
     (:class:`~chasles.derive.chain.coordinates.LoopRates`).
 
     Attributes:
@@ -66,9 +66,10 @@ class Iteration:
         self._margin = replace(self._table("square", 1), unit="1", meaning="margin")
 
     def _vector(self, name: str, unit: str) -> Argument:
-        """Returns one value per variable, with main-chain symbols for the main-chain joints.
+        """Returns one symbol per variable. Main-chain joints have the symbols of the main chain.
 
-        The terms of the main chain then do not depend on whether the joints are inputs or results.
+        The terms of the main chain then are the same for joints that are inputs and for joints that
+        are results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -95,13 +96,13 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """The coordinate index of each input variable, and its change per coordinate unit."""
+        """Returns the coordinate of each input variable, and the ratio of both changes."""
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = [sp.S.One] * self._n if self._is_of_chain else driven
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """Returns the joint rates if one coordinate at a time moves at unit speed."""
+        """Returns the joint rates for each coordinate that moves alone at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -114,19 +115,18 @@ class Iteration:
         return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns the joint rates for the coordinate rates qd."""
+        """Returns the joint rates for coordinate rates qd."""
         slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """Returns time derivatives of terms in coordinates and rates, given accelerations qdd."""
+        """Returns the time derivatives for coordinate accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 
     def _moved(
         self, of: Argument, rates: Argument, given: Sequence[sp.Symbol]
     ) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the rate of each variable for input rates proportional to coordinate rates."""
         found: dict[sp.Symbol, sp.Expr] = dict(zip(of.symbols, rates.symbols, strict=True))
         for i, (j, ratio) in self._ratios.items():
             found[of.symbols[i]] = self.hybrid.terms.let(ratio * given[j])
@@ -160,12 +160,12 @@ class Iteration:
         return replace(self.with_calls(made), steps=(loops,))
 
     def with_calls(self, function: SymbolicFunction, seed: str = "") -> SymbolicFunction:
-        """Adds the solver calls whose results appear in the entries of a function.
+        """Adds the solver calls that a function needs.
 
         Args:
             function: The function.
-            seed: Name of the start-configuration input; with the name "", the iteration starts from
-                the reference.
+            seed: Name of the input with a start configuration. With "", the iteration starts at the
+                reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
@@ -185,7 +185,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """Returns the solver calls that use the matrix factors, in order of their dependencies."""
+        """Returns the solver calls for derivatives, in the order of their dependencies."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [
@@ -199,7 +199,7 @@ class Iteration:
 
 
 def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
-    """Returns the builders of the functions that the solver calls, in output order."""
+    """Returns the builders of the functions that the solver calls, by name."""
     return {name: partial(_inner, closure, name) for name in closure.functions}
 
 
@@ -208,11 +208,11 @@ def _inner(closure: LoopClosure, name: str, _: SolvedLoops) -> SymbolicFunction:
 
 
 def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
-    """Returns the builders of the maps through the loops, in output order.
+    """Returns the builders of the maps through the loops, by name.
 
     Args:
-        iteration: Returns the loop variables as functions of the actuated coordinates.
-        known: Names of the maps with a closed form.
+        iteration: The loop variables as functions of the actuated coordinates.
+        known: Names of the closed-form maps.
     """
     found = forward_makers(iteration.joints)
     found["configuration_D_q"] = lambda _: CONFIGURATION.derivative(iteration.joints)
@@ -238,7 +238,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
 
 def _near(iteration: Iteration, name: str) -> SymbolicFunction:
-    """Builds the function for all joints and the pose, starting from a nearby configuration."""
+    """Builds the function that computes joints and pose from a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
     seed = replace(z, name="seed", meaning="nearby configuration; strut swings are ignored")

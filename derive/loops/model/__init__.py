@@ -1,1 +1,1 @@
-"""Models loops: bodies, ends and equations in exact, numerical and parametric form."""
+"""Models of loops: bodies, frames and equations in exact, numerical and parametric form."""

@@ -1,4 +1,4 @@
-"""The pose of a body-fixed frame at given values of the joints from the base to the body."""
+"""Pose of a frame on a body for given joint values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,13 +17,13 @@ from ...terms.vectors import named
 def pose_of(
     mechanism: Mechanism, terms: Terms, frame: Frame, values: Mapping[str, sp.Expr]
 ) -> Pose:
-    """Returns axes and origin of a body-fixed frame in the base frame.
+    """Returns axes and origin of a frame on a body in the base frame.
 
     Args:
         mechanism: The description.
-        terms: Names of all terms.
-        frame: A frame fixed to a body.
-        values: Values of the joints between the base and the body (radian or meter).
+        terms: Names of the terms.
+        frame: A frame on a body.
+        values: Values of the joints from the base to the body (radian or meter).
     """
     path = mechanism.path_to(frame.body)
     return pose_along(mechanism, terms, path, frame.placement, values, mechanism.base)
@@ -37,19 +37,19 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Returns axes and origin of the frame after consecutive joints, in the frame before them.
+    """Returns axes and origin of the frame after a sequence of joints, in the frame before them.
 
     Args:
-        mechanism: The description that contains the joints.
-        terms: Names of all terms.
-        path: The consecutive joints, in order from the base.
+        mechanism: The description with the joints.
+        terms: Names of the terms.
+        path: The joints, in order from the base.
         tool: The frame on the last body.
         values: Values of the moving joints by name (radian or meter).
-        base: The placement before the first joint.
+        base: The placement of the first joint's frame.
     """
     moved = tuple(values[joint.name] for joint in path if joint.kind != "fixed")
     parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in path)
-    # The poses are cached, because all branches of a robot's loops need the same poses.
+    # The poses are cached, because all branches need the same poses.
     return terms.memoize(
         ("pose", base, parts, tool, moved),
         lambda: _pose_along(mechanism, terms, path, tool, moved, base),

@@ -1,14 +1,14 @@
-"""Loop closure on SE(3), and the independent scalar equations of each loop.
+"""Closure equations of loops on SE(3), as independent scalar equations.
 
-A loop starts at the body from which its two branches lead to the closure or strut. The loop follows
-branch a to the closure or strut, crosses the closure or strut, and returns along branch b:
+A loop starts at a body. From there, two branches lead to the closure or strut. The loop follows
+branch a, crosses the closure or strut, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-Every screw is expressed at zero configuration, in the frame of the body at which the loop starts. M
-is the displacement between the ends of the two branches at zero configuration. The scalar equations
-hold exactly if the product is 1. Planar loops compare points as sums of rotated vectors; spatial
-loops compare the poses of both branches.
+Each screw is expressed at zero, in the frame of the body at which the loop starts. M is the
+displacement between the ends of the branches at zero. If the product is 1, the scalar equations
+hold. Planar loops compare points as sums of rotated vectors. Spatial loops compare the poses of
+both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -47,7 +47,7 @@ EquationKind = Literal["planar", "spatial", "point", "distance"]
 
 
 class ConfigurationVariable(NamedTuple):
-    """An entry of the full configuration z: its name and its unit (m or rad)."""
+    """An entry of the full configuration z with its unit (m or rad)."""
 
     name: str
     unit: str
@@ -55,19 +55,18 @@ class ConfigurationVariable(NamedTuple):
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """The loop equations of one closure or strut in the full configuration.
+    """The equations of one loop in the full configuration.
 
     Attributes:
-        loop: The closure or strut, and the two branches.
-        kind: ``planar`` or ``spatial`` loop; also ``point`` for a spatial ball closure,
-            ``distance`` for a strut with ball ends.
-        residual: Named, independent terms that are zero if the loop is closed: differences of
-            points (a minus b) or lengths, and direction cosines between the frames.
+        loop: The loop: a closure or strut, and two branches.
+        kind: ``planar`` or ``spatial``. Also ``point`` for a spatial ball closure, and ``distance``
+            for a strut with ball ends.
+        residual: Independent terms that are zero if the loop is closed. They are differences of
+            points (a minus b) or lengths, and direction cosines.
         units: Unit of each residual, m or 1.
-        facing: Named terms whose value is 1 if the loop is closed and no frame is flipped. If the
-            residual is zero although a frame is flipped, at least one of the terms is 0 or
-            negative.
-        exponentials: Computes ``factors`` and ``home`` on demand.
+        facing: Terms that are 1 if the loop is closed. If the residual is zero and a frame is
+            flipped, a term is 0 or negative.
+        exponentials: Computes ``factors`` and ``home`` when they are needed.
     """
 
     loop: Loop
@@ -83,17 +82,17 @@ class LoopEquations:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """The exponentials around the loop, from the body at its start back to the same body.
+        """The exponentials around the loop. They start and end at the same body.
 
-        If the loop is closed, the product of these exponentials, with ``home`` after the factors of
-        the loop joint, is 1.
+        If the loop is closed, their product is 1. The factor ``home`` comes after the factors of
+        the closure or strut.
 
         """
         return self._around[0]
 
     @property
     def home(self) -> sp.ImmutableMatrix:
-        """M, the displacement (4, 4) between the branches at zero configuration."""
+        """The displacement M (4, 4) between the branches at zero."""
         return self._around[1]
 
     @property
@@ -105,9 +104,8 @@ class LoopEquations:
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
     """Returns the entries of the full configuration z.
 
-    All moving tree joints come first, then the struts, each in the order of the description. A
-        strut has a
-    coordinate if it is a cylinder, and a swing angle if its ends are pins.
+    The moving tree joints come first, then the struts, in the order of the description. A cylinder
+    has a coordinate, and a strut with pin ends has a swing angle.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
@@ -121,26 +119,25 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 def constraints(
     mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
 ) -> tuple[LoopEquations, ...]:
-    """Returns the equations of every loop, in the order of the closures and struts.
+    """Returns the equations of all loops in the order of the closures and struts.
 
-    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If each
-    component of a point difference has an equation, the components are in the axes of the body at
-    which the loop starts. A strut with ball ends has one equation, for the distance between its
-    ends. For a strut with pin ends, two equations state that the first end plus the length along
-    the swing direction is the far end.
+    :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If all
+    components of a point difference must be zero, they are expressed in the axes of the body at
+    which the loop starts. A strut with ball ends has one equation, the distance between its ends. A
+    strut with pin ends has two equations. They state that its direction and length lead from one
+    end to the other.
 
-    Equations that are zero in every configuration are omitted.
+    Equations that hold in every configuration are omitted.
 
     Args:
         mechanism: The description.
-        terms: Table that receives the named terms.
+        terms: Receives the terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or meter).
-        may_stay_open: Whether to include equations that are never zero, for loops closed in the
-            least-squares sense.
+        may_stay_open: Whether the loops may close only in the least-squares sense. Equations that
+            never hold are then allowed.
 
     Raises:
-        DescriptionError: A strut in a spatial loop has pin ends, or a loop has an equation that is
-            never zero.
+        DescriptionError: A strut in a spatial loop has pin ends, or a loop never closes.
     """
     names = [variable.name for variable in configuration_names(mechanism)]
     values = dict(zip(names, z, strict=True))
@@ -150,16 +147,18 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], loop_joints: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """Returns the residuals of some closures and struts, including residuals that are always zero.
+    """Returns the residuals of some closures and struts.
+
+    Residuals that are always zero are included.
 
     Args:
         mechanism: The description.
-        terms: Table that receives the named terms.
-        values: Joints, swing angles and cylinders of the loops by name (radian or meter).
+        terms: Receives the terms.
+        values: Joints, swing angles and cylinders by name (radian or meter).
         loop_joints: Names of closures and struts.
 
     Returns:
-        The residuals as in :func:`constraints`, each with its unit (m or 1).
+        A pair (residual, unit) for each equation of :func:`constraints`. The unit is m or 1.
     """
     at = _Constraints(mechanism, terms, values)
     requested = [
@@ -174,9 +173,9 @@ def swing_angles(
     """Returns the swing angle of each pin-ended strut by name, between -pi and pi.
 
     Args:
-        mechanism: The description; struts with pin ends must belong to planar loops.
-        terms: Table that receives the named terms.
-        values: All joints and cylinders by name, without swing angles (radian or meter).
+        mechanism: The description. Struts with pin ends must belong to planar loops.
+        terms: Receives the terms.
+        values: All joints and cylinders by name (radian or meter).
     """
     linkage_of = planar_loop_joints(mechanism)
     return {
@@ -191,10 +190,10 @@ def swing_angles(
 def jacobian(
     equations: Sequence[LoopEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the derivative of all residuals with respect to z, by rows: (equations, len(z)).
+    """Returns the derivative of all residuals with respect to z, shape (equations, len(z)).
 
-    Each row has the unit of its equation per radian or meter. The matrix is rank deficient at a
-    singularity, or if the mechanism is overconstrained.
+    A row has the unit of its equation per radian or meter. The matrix loses rank at a singularity,
+    and if the mechanism is overconstrained.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)
 
@@ -202,7 +201,7 @@ def jacobian(
 def derivative_rows(
     entries: Sequence[sp.Expr], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the derivative of entries with respect to z, by rows: (entries, len(z))."""
+    """Returns the derivative of terms with respect to z, shape (entries, len(z))."""
     columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
@@ -213,9 +212,9 @@ def jacobian_dot(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the time derivative of :func:`jacobian` at the rates zd, by rows.
+    """Returns the time derivative of :func:`jacobian` at the rates zd.
 
-    Accelerations of a closed mechanism satisfy ``J zdd + J_dot zd = 0``.
+    The accelerations of the mechanism satisfy ``J zdd + J_dot zd = 0``.
     """
     return rates_of(jacobian(equations, terms, z), terms, z, zd)
 
@@ -226,14 +225,12 @@ def rates_of(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Returns the time derivative of a matrix function of z at the rates zd, by rows."""
+    """Returns the time derivative of a matrix function of z at the rates zd."""
     tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
     return tuple(tuple(tangent.of_each(row)) for row in rows)
 
 
 class _Residual(NamedTuple):
-    """Equations with their units, and the terms that are positive if the loop is closed."""
-
     kind: EquationKind
     entries: tuple[sp.Expr, ...]
     units: tuple[str, ...]
@@ -241,7 +238,7 @@ class _Residual(NamedTuple):
 
 
 class _Constraints:
-    """Builds the loop equations of one mechanism; all equations share one set of terms."""
+    """Builds the loop equations of one mechanism."""
 
     def __init__(
         self,
@@ -257,7 +254,7 @@ class _Constraints:
 
     @cached_property
     def generic(self) -> list[GenericPoint]:
-        """Two arbitrary generic configurations for zero tests."""
+        """Two arbitrary configurations for zero tests."""
         symbols = (*self.terms.parameters, *self.values.values())
         return [GenericPoint(self.terms, symbols, phase) for phase in (1, 2)]
 
@@ -284,7 +281,10 @@ class _Constraints:
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in all configurations, tested at two generic configurations."""
+        """Whether an equation holds in all configurations.
+
+        Two arbitrary configurations are tested.
+        """
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
         else:
@@ -348,7 +348,7 @@ class _Planar:
         return _Residual("planar", difference.coordinates(self.terms), ("m", "m"))
 
     def swing_of(self, strut: Strut) -> sp.Expr:
-        """Returns the direction angle of a strut, measured on the body at its first end."""
+        """Returns the direction angle of a strut, relative to the body at its first end."""
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
         assert isinstance(swing, PinEdge)
         assert isinstance(end, PinEdge)
@@ -371,14 +371,14 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Returns cosine and sine of the rotation of frame b from its closed orientation."""
+        """Returns the cosine and sine of the angle between frame b and its closed orientation."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """Returns the signed distance of b's point from the guide line, positive to the right."""
+        """Returns the distance of point b from the guide line, positive to the right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)
@@ -394,7 +394,7 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
 
 
 class _Spatial:
-    """Equations of a spatial loop, from the poses of the two frames of its closure or strut."""
+    """Equations of a spatial loop, which compare the poses of two frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -421,8 +421,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # If all three components must be zero, any axes are suitable. The axes of the body at which
-        # the loop starts give the shortest expressions.
+        # If all three components must be zero, any axes are suitable. The axes of this body give
+        # the shortest expressions.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))
@@ -436,5 +436,5 @@ class _Spatial:
         return _Residual(name, tuple(entries), tuple(units), facing)
 
     def _pose(self, path: Sequence[Joint], frame: Frame) -> Pose:
-        """Returns the pose of the frame relative to the body at which the loop starts."""
+        """Returns the pose of a frame relative to the body at which the loop starts."""
         return pose_along(self.mechanism, self.terms, path, frame.placement, self.values)

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt search for the smallest loop closure errors, with finite differences."""
+"""Levenberg-Marquardt search for the smallest closure errors of loops."""
 
 from collections.abc import Callable
 
@@ -10,9 +10,9 @@ from ...model.tolerances import DIFFERENCE_STEP, NUMERICALLY_CLOSED
 Floats = NDArray[np.float64]
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
-"""Initial, minimum and maximum damping, and the first factor by which the damping grows."""
+"""Initial, minimum and maximum damping, and the first factor of its growth."""
 MAX_POOR = 2
-"""The search ends after this number of consecutive steps with insufficient gain."""
+"""The search ends after this number of consecutive steps with little gain."""
 
 
 def least(
@@ -21,19 +21,19 @@ def least(
     apart: NDArray[np.bool_],
     worthwhile: float,
 ) -> Floats:
-    """Minimizes the sum of squared residuals by the Levenberg-Marquardt method.
+    """Minimizes a sum of squared residuals by the Levenberg-Marquardt method.
 
-    Damping follows the ratio of actual to predicted gain (Nielsen 1999). The damping falls to a
-    third if the linear model holds; otherwise it grows by increasing factors.
+    The damping follows from the ratio of actual to predicted gain (Nielsen 1999). It falls to a
+    third if the linear model holds. Otherwise, it grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The start values (n,).
-        apart: Mask (n,) of values that must be equal across one batch.
-        worthwhile: Minimum relative decrease of the sum of squares that counts as progress.
+        apart: Mask (n,) of values that must be equal within a batch.
+        worthwhile: Minimum relative decrease of the sum that counts as progress.
 
     Returns:
-        The values (n,) with the smallest sum of squares found.
+        The best values (n,) that were found.
 
     Source:
         Nielsen 1999, Damping parameter in Marquardt's method.
@@ -65,12 +65,12 @@ def least(
 def _linear(
     residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
 ) -> tuple[Floats, Floats]:
-    """Returns residuals (m,) at x (n,), and the residual Jacobian (m, n) by forward differences.
+    """Returns the residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The values.
-        apart: Mask (n,) of values that must be equal across one batch.
+        apart: Mask (n,) of values that must be equal within a batch.
     """
     steps = DIFFERENCE_STEP * np.eye(len(x))
     r, *ahead = residual(np.concatenate([x[None], x + steps[~apart]]))

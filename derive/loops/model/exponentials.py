@@ -1,4 +1,4 @@
-"""A loop as a product of exponentials: its screws in order, and the displacement at zero."""
+"""A loop as a product of exponentials."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ from .phasors import ZERO
 from .planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
-"""Maximum number of terms of an inline entry; longer entries become named terms."""
+"""Maximum number of terms of an inline entry. Longer entries become named terms."""
 Side = Literal["a", "loop joint", "b"]
 
 
 @dataclass(frozen=True)
 class Factor:
-    """One exponential factor of a loop's product.
+    """An exponential in the product of a loop.
 
     Attributes:
-        name: Name of the joint, swing angle or cylinder in z. The degrees of freedom of the closure
-            itself are not in z and have the names ``<closure>`` or ``<strut>.end``. Names for a
-            ball joint also end with ``.x``, ``.y`` or ``.z``.
-        screw: Twist (v, omega), (6, 1), at zero configuration, in the frame of the body at which
-            the loop starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v
-            has norm 1 for a slider.
-        side: The branch of the loop to which the exponential belongs. Branch b is traversed
-            backwards, with reversed screws.
+        name: Name of the joint, swing angle or cylinder in z. The freedoms of the closure itself
+            are not in z. They have the names ``<closure>`` or ``<strut>.end``. A ball joint has
+            three names, which end with ``.x``, ``.y`` and ``.z``.
+        screw: Twist (v, omega), shape (6, 1), at zero, in the frame of the body at which the loop
+            starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v has norm
+            1 for a slider.
+        side: The branch with the joint. Branch b is traversed backwards, so its screws are
+            reversed.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Factor:
 def around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """Returns a loop's exponentials in order, and the displacement between its branches at zero.
+    """Returns the exponentials of a loop, and the displacement between its branches at zero.
 
     Args:
         terms: The shared terms.
@@ -71,7 +71,7 @@ def around(
 
 
 def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
-    """Returns the screws of a branch, and the pose of its last body at zero configuration."""
+    """Returns the screws of a branch, and the pose of its last body at zero."""
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in path:
@@ -85,7 +85,7 @@ def _branch(terms: Terms, path: Sequence[Joint], side: Side) -> tuple[list[Facto
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """Assigns names to matrix entries that are too long to be written inline."""
+    """Gives names to long matrix entries."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
@@ -101,7 +101,7 @@ def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
 
 
 def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
-    """Returns the degrees of freedom of a closure or strut at its first end, and its length."""
+    """Returns the freedoms of a closure or strut, and the displacement to its second end."""
     name, turn, slide = loop_joint.name, _unit(2), _unit(2, sp.oo)
     if isinstance(loop_joint, Closure):
         freedoms = {
@@ -111,7 +111,7 @@ def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], 
             "weld": [],
         }
         return freedoms[loop_joint.kind], sp.eye(4)
-    # Pins rotate about z and the strut lies along x; a strut with ball ends may lie along any axis.
+    # Pins rotate about z, and a strut lies along x. With ball ends, any axis would do.
     M = pose(sp.eye(3), sp.Matrix([loop_joint.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if loop_joint.is_cylinder else []
     if loop_joint.ends == "ball":
@@ -126,12 +126,11 @@ def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:
 
 
 def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
-    """Returns the unit screw of a frame's k-th axis."""
     return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns the pose with a body's planar axes at the origin of a frame."""
+    """Returns the pose of the planar axes of a body at the origin of a frame."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -1,16 +1,15 @@
-"""Least-squares closure of overconstrained loops: the gradient of closure errors as equations.
+"""Equations of overconstrained loops: the gradient of the sum of squared closure errors.
 
-The closure errors c_i are in meters; errors of directions are multiplied by a length l. The
-configuration with the smallest closure errors minimizes the sum of c_i^2 / 2, so its gradient with
-respect to the unknown variables is zero:
+The closure errors c_i are in meters. Errors of directions are multiplied by a length l. The
+least-squares configuration minimizes the sum of c_i^2 / 2. The gradient of this sum with respect to
+the unknown variables u is then zero:
 
-    g_u = sum_i c_i dc_i/du = 0, with the unknown variables u.
+    g_u = sum_i c_i dc_i/du = 0.
 
-The number of gradient equations equals the number of unknown variables. The Jacobian of the
-gradient equations contains second derivatives of the closure errors. The Jacobian of the gradient
-equations is regular if the closure errors are small and their derivative has full rank. Therefore,
-Newton's iteration, joint rates and joint accelerations are computed in the same manner as for loops
-that close.
+There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
+closure errors. It is regular if the closure errors are small and their derivative has full rank.
+Therefore, the methods for loops that close can be used: Newton's method, joint rates and
+accelerations.
 """
 
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ from ...terms.terms import Terms
 from .constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
-"""Unit of each entry of the gradient. Entries for angles are divided by the length l."""
+"""Unit of each entry. Entries for angles are divided by the length l."""
 
 
 def gradient(
@@ -31,14 +30,14 @@ def gradient(
     is_length: Sequence[bool],
     length: float,
 ) -> tuple[sp.Expr, ...]:
-    """Returns the gradient of half the sum of squared errors, one entry per unknown variable.
+    """Returns the gradient of half the sum of squared errors, one entry per variable.
 
     Args:
         equations: The equations of all loops.
-        terms: Names of all terms.
-        unknown: The variables that the loops determine (radian or meter).
-        is_length: Mask of the unknown variables that are lengths.
-        length: The length (meter) that scales angles against lengths.
+        terms: Names of the terms.
+        unknown: The unknown variables (radian or meter).
+        is_length: Mask of the variables with the unit of a length.
+        length: The length l (meter).
     """
     size = sp.Rational(f"{length:.3g}")
     weights = [size if unit == "1" else sp.S.One for loop in equations for unit in loop.units]

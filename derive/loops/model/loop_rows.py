@@ -1,10 +1,10 @@
-"""Equations of loops with variable geometry: residuals, and their wrenches.
+"""Equations of loops with variable geometry, and their wrenches.
 
-An equation compares end b of a closure or strut with end a, in the axes of a. If the body at end b
-moves, the rate of the equation's residual is the power of a wrench on this body. If the body at end
-a moves, the rate is the negative power of the same wrench, even if the loop is open.
+An equation compares end b of a closure or strut with end a in the axes of a. If the body at end b
+moves, the rate of the residual is the power of a wrench on this body. If the body at end a moves,
+the rate is the negative power of the same wrench, even for an open loop.
 
-:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, for the
+:data:`~chasles.derive.loops.model.rows.ROWS` lists the equations. A strut has one equation, the
 distance between its ends.
 """
 
@@ -28,12 +28,11 @@ class Row:
     """An equation of a loop.
 
     Attributes:
-        residual: The residual, zero if the loop is closed.
+        residual: The residual. It is zero if the loop is closed.
         unit: Unit of the residual, m or 1.
-        powers: The power of the equation's wrench for each motion of both branches; the power is
-            negated on branch a.
-        length: The strut length that the residual subtracts from a distance; 0 for equations
-            without a strut.
+        powers: The power of the wrench for each motion of both branches. The power is negative on
+            branch a.
+        length: The strut length that is subtracted from a distance, or 0 without a strut.
     """
 
     residual: sp.Expr
@@ -53,21 +52,19 @@ def loop_rows(
     geometry: MechanismGeometry,
     bodies: Mapping[str, Reached],
 ) -> list[Row]:
-    """Returns the equations of all loops, in the order of the closures and struts.
+    """Returns the equations of all loops in the order of the closures and struts.
 
     Args:
         mechanism: The description.
-        terms: Table that receives the named terms.
+        terms: Receives the terms.
         geometry: The geometry of the robot as variables.
-        bodies: The frames of all bodies.
+        bodies: The frames of the bodies by name.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))
     return [row for pair in ends for row in pair.rows()]
 
 
 class _Ends:
-    """The two ends of one closure or strut."""
-
     def __init__(
         self,
         terms: Terms,
@@ -109,7 +106,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
     def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
-        """Returns an axis of the equations, fixed to the body at one end, in base axes."""
+        """Returns an axis of the equations in base axes. The axis is fixed to one end."""
         end = self.a if side == "a" else self.b
         if plane is None:
             return end.pose[0][k]
@@ -121,20 +118,20 @@ class _Ends:
         return self._turned(plane[k]) if side == "a" else self._of_end(end, R.T * plane[k])
 
     def _turned(self, vector: sp.Matrix) -> Vector:
-        """Returns a constant direction of the body at end a, in base axes."""
+        """Returns a direction on the body at end a in base axes."""
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:
-        """Returns a constant direction of an end's frame, in base axes."""
+        """Returns a direction in the frame of an end in base axes."""
         return combination(self.terms, named(self.terms, list(vector)), end.pose[0])
 
     def _along(self, direction: Vector) -> Row:
-        """Returns the equation for the position difference along a direction fixed to a."""
+        """Returns the equation for the position difference along a direction of frame a."""
         residual = dot(self.terms, direction, self.difference)
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]))
 
     def _turn(self, of_a: Vector, of_b: Vector) -> Row:
-        """Returns the equation for the cosine between directions of frames a and b."""
+        """Returns the equation for the cosine between two directions of frames a and b."""
         couple = cross(self.terms, of_b, of_a)
         return self._row(dot(self.terms, of_a, of_b), "1", Wrench(ORIGIN, self.b.pose[1], couple))
 

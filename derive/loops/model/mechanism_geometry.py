@@ -1,14 +1,14 @@
-"""Variable geometry of a robot with loops: all values that a calibration may correct.
+"""Geometry of a robot with loops as variables that a calibration may correct.
 
 Joints, end frames and drives have the same parameters as in a serial robot
-(:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
-bodies' frames, and the length of a strut. The length parameter of a cylinder is its length at
-coordinate zero.
+(:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in the
+frames of their bodies. A strut also adds its length. The length parameter of a cylinder is its
+length at coordinate zero.
 
-A passive joint has no offset parameter, because the loop determines the joint's value. Six
-consecutive passive joints without other attachments do not constrain a body, so their axes have no
-parameters. Planar loops only have in-plane parameters: joints in a loop with a closure have no tilt
-out of the plane, and ends have no coordinate normal to the plane.
+A passive joint has no offset parameter, because its loop determines its value. Six consecutive
+passive joints leave a body free, so their axes have no parameters. Planar loops only have
+parameters in the plane. Their joints have no tilt, and their ends have no coordinate along the
+normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions before, of and after the joint between a parent frame and a body."""
+    """The motions from a parent frame to a body: before, of and after the joint."""
 
     before: Placement
     motion: Placement
@@ -51,12 +51,12 @@ class MechanismGeometry:
     Attributes:
         parameters: The parameters p in the order base, joints, loops, tool.
         values: The value of each moving joint and cylinder, as a function of q, u and p.
-        steps: Motions from the parent's frame to each body, as functions of q, u and p.
-        base: Motions from the base frame to the base body's frame.
-        tool: The constant motions from the last body to the tool.
-        ends: The frames of each closure and strut on its two bodies.
+        steps: Motions from the frame of the parent to each body, as functions of q, u and p.
+        base: Motions from the base frame to the base body.
+        tool: Constant motions from the last body to the tool.
+        ends: The frames of each closure and strut on both bodies.
         lengths: The length of each rod or cylinder.
-        planar: The planar linkage of each closure or strut in a planar loop.
+        planar: The planar linkage of each closure or strut that belongs to a planar loop.
     """
 
     parameters: tuple[GeometryParameter, ...]
@@ -76,15 +76,15 @@ def mechanism_geometry(
 
     Args:
         mechanism: The description.
-        terms: Terms with the mechanism's parameters.
+        terms: Receives the terms.
         q: A symbol for each actuated coordinate.
-        unknown: A symbol for the value of each joint and cylinder that is not actuated.
+        unknown: A symbol for each passive joint and cylinder.
     """
     return _Numbered(mechanism, terms).geometry(q, unknown)
 
 
 class _Numbered:
-    """The parameters of one mechanism, created in the order of its parts."""
+    """Numbers the parameters of a mechanism in the order of its parts."""
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         self.mechanism, self.made = mechanism, Parameters(mechanism)
@@ -111,7 +111,7 @@ class _Numbered:
         return MechanismGeometry(parameters, values, steps, base, tool, ends, lengths, self.planar)
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
-        """Returns the values of the actuated members, including the drive corrections."""
+        """Returns the values of the actuated joints and cylinders with drive corrections."""
         found = {}
         for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
             member = self.mechanism.members[coordinate.moves]
@@ -123,7 +123,6 @@ class _Numbered:
         return found
 
     def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Step:
-        """Returns the motions from the body before a joint to the body after it."""
         made = self.made
         before, after = joint.before, joint.after
         if joint.kind == "fixed":
@@ -135,7 +134,7 @@ class _Numbered:
         return Step(made.at_values(before), motion, made.at_values(after))
 
     def _tilts(self, joint: Joint) -> str:
-        """Returns the axes of a joint's frame about which the joint axis may tilt."""
+        """Returns the axes about which a joint axis may tilt."""
         loop = self.untilted.get(joint.name)
         if loop is None:
             return "xy"
@@ -153,7 +152,7 @@ class _Numbered:
         return self.planar[loop.loop_joint.name].axes[body].n
 
     def _end(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns the frame of a closure or strut on a body, with its position as parameters."""
+        """Returns the frame of a closure or strut on a body. Its position is a parameter."""
         frame: Frame = getattr(loop_joint, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(frame.placement)[:3, 3]
@@ -162,7 +161,7 @@ class _Numbered:
         return translation(*place) + turns + self._turned(loop_joint, side)
 
     def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns axis corrections of a spatial closure; ball closures have none."""
+        """Returns the rotation parameters of a spatial closure. A ball closure has none."""
         if (
             isinstance(loop_joint, Strut)
             or loop_joint.kind == "ball"
@@ -183,7 +182,10 @@ class _Numbered:
     def _coordinate(
         self, loop_joint: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """Returns a coordinate of an end point; planar loops have a constant normal coordinate."""
+        """Returns a coordinate of an end point.
+
+        In a planar loop, the coordinate along the normal is constant.
+        """
         linkage = self.planar.get(loop_joint.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):
@@ -203,7 +205,7 @@ def _has_variable(joint: Joint) -> bool:
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """Returns the joints in sequences of six passive joints, which leave a body free."""
+    """Returns the passive joints in sequences of six, which leave a body free."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.loop_joints for frame in (c.a, c.b)]

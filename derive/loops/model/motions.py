@@ -1,12 +1,11 @@
-"""Body frames with variable geometry, and the screw of every elementary motion.
+"""Body frames with variable geometry, and the screws of their motions.
 
 Elementary motions with values v(q, u, p) connect the base to a body. Let S_m be the unit screw of
-motion m. The power of a wrench W on a body with the twist V follows from the equation
+motion m. For a wrench W on a body with the twist V, the power is
 
     W.V = sum_m (W.S_m) dv_m/dt.
 
-A sum of this form gives the derivative of a loop equation, or of the tool pose, with respect to
-each variable.
+Sums of this form give the derivatives of a loop equation and of the tool pose.
 
 Source:
     R. S. Ball, A Treatise on the Theory of Screws, 1900, for the reciprocal product.
@@ -38,12 +37,12 @@ from .mechanism_geometry import Step
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """An elementary motion between the base and a body.
+    """An elementary motion on the way from the base to a body.
 
     Attributes:
-        value: The angle or length of the motion, as a function of q, u and p.
+        value: The angle or length, as a function of q, u and p.
         axis: The direction of the motion in the base frame.
-        point: A point of the rotation axis in the base frame, or None for a translation.
+        point: A point of the axis in the base frame, or None for a translation.
     """
 
     value: sp.Expr
@@ -53,18 +52,18 @@ class ElementaryMotion:
 
 @dataclass(frozen=True)
 class Reached:
-    """A frame, and the motions from the base to the frame.
+    """A frame, and the motions that lead to it from the base.
 
     Attributes:
         pose: The axes and the origin of the frame, in the base frame.
-        motions: The motions with variable values, in order from the base.
+        motions: The motions with variable values in order from the base.
     """
 
     pose: Pose
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """Returns the frame after further motions."""
+        """Returns the frame after more motions."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -89,11 +88,11 @@ BASE = Reached((IDENTITY, ORIGIN))
 
 @dataclass(frozen=True)
 class Wrench:
-    """A force along a line and a couple, acting on a body.
+    """A force along a line and a couple on a body.
 
     Attributes:
         force: The force vector in base axes.
-        point: A point of the force's line in the base frame.
+        point: A point of the line in the base frame.
         couple: The couple vector in base axes.
     """
 
@@ -102,7 +101,7 @@ class Wrench:
     couple: Vector = ORIGIN
 
     def power(self, terms: Terms, motion: ElementaryMotion) -> sp.Expr:
-        """Returns the power on a body that a motion moves at unit speed."""
+        """Returns the power of the wrench for a motion at unit speed."""
         if motion.point is None:
             return dot(terms, self.force, motion.axis)
         lever = subtracted(terms, self.point, motion.point)
@@ -113,13 +112,13 @@ class Wrench:
 def bodies(
     mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Step]
 ) -> dict[str, Reached]:
-    """Returns every body's frame by body name, the base first.
+    """Returns the frame of every body by name. The base comes first.
 
     Args:
         mechanism: The description.
-        terms: Table that receives the named terms.
-        base: The motions from the base frame to the frame of the base body.
-        steps: Motions from the parent body to every other body.
+        terms: Receives the terms.
+        base: The motions from the base frame to the base body.
+        steps: Motions from the parent to each other body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:
@@ -130,7 +129,7 @@ def bodies(
 def gradient(
     terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
-    """Returns, for each variable x, the sum of power * dv/dx over all motions with value v."""
+    """Returns sum (power * dv/dx) over all motions with value v, for each variable x."""
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:
         for variable in motion.value.free_symbols & sums.keys():
@@ -139,7 +138,6 @@ def gradient(
 
 
 def _turned(terms: Terms, basis: Basis, k: int, c: sp.Expr, s: sp.Expr) -> Basis:
-    """Returns the axes after a rotation about their k-th axis."""
     axes = list(basis)
     i, j = (k + 1) % 3, (k + 2) % 3
     axes[i] = combination(terms, (c, s), (basis[i], basis[j]))

@@ -1,7 +1,7 @@
-"""Numerical model of a mechanism in double precision: body poses and closure errors of loops.
+"""Numerical model of a mechanism: poses of bodies and closure errors of loops.
 
-The poses are computed directly from the description, for any parameter values. Varying a parameter
-shows which length or angle would close a loop.
+The poses follow directly from the description, for any parameter values. If a parameter is varied,
+the closure errors show whether it would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,41 +22,39 @@ from .planes import planar_loop_joints
 
 Floats = NDArray[np.float64]
 Value = float | Floats
-"""One value, or an array (n,) of values at n configurations."""
+"""One value, or an array (n,) for n configurations."""
 OTHERS_FIRST = 1e3
-"""Weight with which all other loops stay closed while the closure error of one loop is
-minimized."""
+"""Weight of the other loops while the closure error of one loop is minimized."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class ClosureResidual(NamedTuple):
-    """The closure error between the two ends of a loop: a distance (meter), an angle (radian)."""
+    """The distance (meter) and the angle (radian) between the two ends of a loop."""
 
     distance: float
     turn: float
 
 
 class NumericMechanism:
-    """Bodies, loops and constants of one mechanism as numerical values.
+    """Bodies, loops and constants of a mechanism as numbers.
 
     Attributes:
         mechanism: The description.
-        constants: Values by name (meter, radian): the parameters, and the rod lengths and frame
-            offsets that do not depend on parameters.
-        values: Values of joints and cylinders at the reference (radian or meter), keyed by name.
-        unknown: Names of the joints and cylinders that are not actuated.
+        constants: Constants by name (meter, radian). They are the parameters, and all rod lengths
+            and frame offsets without parameters.
+        values: Reference values of joints and cylinders by name (radian or meter).
+        unknown: Names of the passive joints and cylinders.
         size: The longest translation or rod (meter), or 1 if all are zero.
-        planes: Axes x and y and the unit normal of planar loops, keyed by closure or strut, as
-            columns in the frame of the first body of this closure or strut.
+        planes: Matrices of planar loops by closure or strut. The columns are the axes x and y and
+            the normal of the plane, in the frame of the first body.
     """
 
     def __init__(self, mechanism: Mechanism, planes: Mapping[str, Floats] | None = None) -> None:
-        """Computes the reference configuration and the planes of planar loops.
+        """Computes the reference configuration and the planes of loops.
 
         Args:
             mechanism: The description.
-            planes: Known axes of planar loops, keyed by closure or strut, or None to compute the
-                axes.
+            planes: Axes of planar loops by closure or strut. By default, they are computed.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -77,7 +75,7 @@ class NumericMechanism:
 
     @property
     def constants(self) -> dict[str, float]:
-        """The constants by name; a change of a constant needs a new dictionary."""
+        """The constants by name. To change a constant, assign a new dictionary."""
         return self._constants
 
     @constants.setter
@@ -89,7 +87,7 @@ class NumericMechanism:
         self._numbers = {k: x for k, x in self._numbers.items() if uses[k].isdisjoint(changed)}
 
     def number(self, expression: sp.Expr) -> float:
-        """Returns the value of an expression of parameters."""
+        """Returns the value of an expression in the parameters."""
         if expression not in self._numbers:
             function = _function(self._symbols, expression)
             self._uses[expression] = frozenset(symbol.name for symbol in expression.free_symbols)
@@ -98,7 +96,7 @@ class NumericMechanism:
         return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
-        """Returns the matrix (4, 4) of a frame placement at the current parameter values."""
+        """Returns the matrix (4, 4) of a placement at the current parameters."""
         T = np.eye(4)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -112,12 +110,12 @@ class NumericMechanism:
         return self._retracted(strut) + (values[strut.name] if strut.is_cylinder else 0.0)
 
     def _retracted(self, strut: Strut) -> float:
-        """Returns the length of a rod, or of a fully retracted cylinder (meter)."""
+        """Returns the length of a rod or of a retracted cylinder (meter)."""
         name = length_of(strut)
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
-        """Returns the strut lengths and frame offsets that do not depend on parameters."""
+        """Returns the strut lengths and frame offsets without parameters."""
         found = {
             length_of(strut): float(strut.length)
             for strut in self.mechanism.struts
@@ -136,7 +134,7 @@ class NumericMechanism:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """Returns a placement with its translation scaled to the length stored in the constants."""
+        """Returns a placement whose translation has the length of a constant."""
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)
@@ -176,7 +174,7 @@ class NumericMechanism:
         return found
 
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
-        """Returns the closure error of each loop, keyed by the name of its closure or strut."""
+        """Returns the closure error of each loop by the name of its closure or strut."""
         poses = self.poses(values)
         found = {}
         for loop_joint in self.mechanism.loop_joints:
@@ -189,7 +187,7 @@ class NumericMechanism:
     def ends(
         self, loop_joint: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Returns both end frames (4, 4) of a closure or strut, and the vector between them."""
+        """Returns both frames (4, 4) of a closure or strut, and the vector between them."""
         poses = self.poses(values)
         A, B = self.frames(poses, loop_joint)
         return A, B, self._in_plane(loop_joint, poses, B[:3, 3] - A[:3, 3])
@@ -200,7 +198,7 @@ class NumericMechanism:
         return None if plane is None else poses[loop_joint.a.body][..., :3, :3] @ plane[:, 2]
 
     def swings(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Returns the direction angle (radian) of each pin-ended strut, keyed by swing name."""
+        """Returns the swing angle (radian) of each pin-ended strut."""
         poses, found = self.poses(values), {}
         for strut in self.mechanism.struts:
             if strut.ends == "pin":
@@ -211,19 +209,19 @@ class NumericMechanism:
         return found
 
     def is_closed(self, closure_error: ClosureResidual) -> bool:
-        """Whether a closure error is small enough for the loop to count as closed."""
+        """Whether a closure error is so small that the loop counts as closed."""
         return (
             closure_error.distance <= NUMERICALLY_CLOSED * self.size
             and closure_error.turn <= NUMERICALLY_CLOSED
         )
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
-        """Whether every listed loop counts as closed."""
+        """Whether all these loops are closed."""
         closure_errors = self.closure_errors(values)
         return all(self.is_closed(closure_errors[name]) for name in loops)
 
     def axes(self, poses: Mapping[str, Floats], joints: Sequence[Joint]) -> tuple[Floats, Floats]:
-        """Returns the unit axis of each joint, and a point on it (n, 3), in the base frame."""
+        """Returns the unit axes of joints and a point on each axis (n, 3), in the base frame."""
         found = [poses[j.parent] @ self._offset(offset_of(j), j.before) for j in joints]
         T = np.reshape(found, (-1, 4, 4))
         return T[:, :3, 2], T[:, :3, 3]
@@ -231,7 +229,7 @@ class NumericMechanism:
     def frames(
         self, poses: Mapping[str, Floats], loop_joint: Closure | Strut
     ) -> tuple[Floats, Floats]:
-        """Returns the frames of both ends of a closure or strut in the base frame (4, 4)."""
+        """Returns both frames (4, 4) of a closure or strut in the base frame."""
         A, B = (
             poses[frame.body] @ self._offset(offset_of(loop_joint, side), frame.placement)
             for side, frame in _sides(loop_joint)
@@ -250,7 +248,7 @@ class NumericMechanism:
     def _open(
         self, loop_joint: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Returns the closure errors of a loop: distances (meter), and angles (radian)."""
+        """Returns the closure errors of a loop as distances (meter) and angles (radian)."""
         A, B = self.frames(poses, loop_joint)
         d = self._in_plane(loop_joint, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -279,17 +277,17 @@ class NumericMechanism:
         loops: Iterable[str],
         last: str = "",
     ) -> dict[str, float]:
-        """Returns joint, cylinder and constant values that minimize the closure errors of loops.
+        """Minimizes the closure errors of loops over joints, cylinders and constants.
 
-        Uses the Levenberg-Marquardt method, starting from the current values.
+        The Levenberg-Marquardt method starts from the current values.
 
         Args:
             values: Values of all joints and cylinders. Values of constants are added if ``free``
-                names constants.
-            free: Names of joints, cylinders or constants.
+                contains constants.
+            free: Names of the joints, cylinders or constants that may change.
             loops: Names of the loops to close.
-            last: The loop with the minimized closure error; the other loops stay closed. With "",
-                all loops have equal weights.
+            last: The loop whose error is minimized while the other loops stay closed. With "", all
+                loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -304,11 +302,11 @@ class NumericMechanism:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Returns the closure errors as a function of the variables, and the current variables.
+        """Returns the closure errors as a function of the variables, and their current values.
 
-        Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
-        many (m, n) with equal constants. Each call writes its argument to the array ``at`` and to
-        the constants.
+        Lengths are divided by the size of the mechanism. The function accepts one configuration
+        (n,), or many (m, n) with the same constants. Each call writes its argument into ``at`` and
+        into the constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -338,7 +336,7 @@ class NumericMechanism:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Returns a mask that is true for constants, which do not vary within a batch."""
+        """Returns the mask of constants, which must be equal within a batch."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
@@ -368,12 +366,12 @@ def _planes(mechanism: Mechanism) -> dict[str, Floats]:
 
 
 def length_of(strut: Strut) -> str:
-    """Returns the name of the constant for a strut's length."""
+    """Returns the name of the constant for the length of a strut."""
     return f"{strut.name}.length"
 
 
 def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
-    """Returns the name of the constant for a frame's distance from its body origin."""
+    """Returns the name of the constant for the distance from a body origin to a frame."""
     return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
 
 
@@ -384,7 +382,7 @@ def _sides(loop_joint: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, F
 def _motion(
     joint: Joint, values: Mapping[str, Value], number: Callable[[sp.Expr], float]
 ) -> Floats:
-    """Returns the displacement of a joint about or along its z axis, (4, 4) or (n, 4, 4)."""
+    """Returns the displacement along the z axis of a joint, (4, 4) or (n, 4, 4)."""
     if joint.kind == "fixed":
         return np.eye(4)
     value = joint.direction * values[joint.name]
@@ -409,22 +407,22 @@ def _norm(vector: Floats) -> Floats:
 
 
 def _tilt(axis: Floats) -> Floats:
-    """Returns the angles (radian) about x and y that tilt z to an axis."""
+    """Returns the tilt angles (radian) about x and y from z to an axis."""
     across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
     return _scaled(across, axis[..., 2])
 
 
 def _rotation_vector(R: Floats) -> Floats:
-    """Returns the rotation vector of R: its axis times its angle (radian)."""
+    """Returns the rotation vector (radian) of a rotation matrix."""
     pairs = ((2, 1), (0, 2), (1, 0))
     v = np.stack([R[..., i, j] - R[..., j, i] for i, j in pairs], axis=-1) / 2
     return _scaled(v, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """Rescales a vector from the length sin(angle) to the length angle (radian).
+    """Scales a vector of length sin(angle) to the length angle (radian).
 
-    A zero vector is replaced by the first axis.
+    A zero vector becomes a multiple of the first axis.
     """
     length = _norm(sine)
     angle = np.arctan2(length, cosine)

@@ -1,8 +1,7 @@
-"""Closure equations in double precision, and their Jacobian from screw theory.
+"""Closure equations in double precision, and their Jacobian.
 
-The derivative of an equation with respect to a motion of the body at end b is the power of a wrench
-at this end. For a motion of the body at end a, the derivative is the negative power of the same
-wrench.
+If the body at end b moves, the rate of an equation is the power of a wrench on this body. If the
+body at end a moves, the rate is the negative power of the same wrench.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,24 +17,24 @@ from .rows import FACING, ROWS, Along, Kind, Turn
 
 Floats = NDArray[np.float64]
 POLISHING = 4
-"""Number of Newton steps that refine the solution of a nearby configuration."""
+"""Number of Newton steps that refine a nearby solution."""
 _NONE = np.zeros(3)
 _LENGTH = (None,)
 
 
 class NumericRows:
-    """The closure equations of one mechanism as functions of its joints and cylinders.
+    """The closure equations of one mechanism as functions of joints and cylinders.
 
     Attributes:
-        bodies: Bodies and ends as numerical values.
+        bodies: Bodies and frames as numbers.
         names: Names of the joints and cylinders.
-        owners: Names of the closures and struts, one per equation.
+        owners: The closure or strut of each equation.
         is_turn: Whether each equation compares directions.
-        facing_owners: Names of the closures, one for each cosine that detects a flipped frame.
+        facing_owners: The closure of each cosine that detects a flipped frame.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
-        """Prepares the axes of all ends, and finds the end (a or b) that each joint moves."""
+        """Prepares the axes of all frames, and the branch (a or b) of each joint."""
         self.bodies, self.names = bodies, [*bodies.values]
         self.owners: list[str] = []
         self.is_turn: list[bool] = []
@@ -62,7 +61,7 @@ class NumericRows:
         return closure.kind, "plane" if closure.name in self.bodies.planes else "space"
 
     def _axes_of(self, closure: Closure) -> Floats:
-        """Returns the axes of a closure's equations (3, 3) in the axes of its first end."""
+        """Returns the axes (3, 3) for the equations of a closure, in the frame of its first end."""
         plane = self.bodies.planes.get(closure.name)
         if plane is None:
             return np.eye(3)
@@ -79,8 +78,8 @@ class NumericRows:
             w: Values (n,) in the order of ``names`` (radian or meter).
 
         Returns:
-            The residuals (m,), their Jacobian (m, n), and the cosines between axes that have the
-            same direction if no frame is flipped.
+            The residuals (m,), their Jacobian (m, n), and cosines. A cosine is negative if a frame
+            is flipped.
         """
         values = dict(zip(self.names, w, strict=True))
         poses = self.bodies.poses(values)
@@ -99,9 +98,9 @@ class NumericRows:
                 a, b = (T[:3, :3] @ self._axes[loop_joint.name] for T in (A, B))
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
-            # The axes of a complete difference vector are arbitrary, and Newton's method converges
-            # better if these axes do not rotate with frame a. The wrench on the body at end a must
-            # act at end a instead of end b.
+            # The axes of a complete difference vector are arbitrary. Newton's method converges
+            # better if they do not rotate with frame a. The wrench on the body at end a must act at
+            # the point of end a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)
@@ -116,16 +115,16 @@ class NumericRows:
         return np.array(residual), J, np.array(facing)
 
     def relative(self, values: Mapping[str, float]) -> Floats:
-        """Returns the Jacobian (m, n) with lengths relative to the mechanism size."""
+        """Returns the Jacobian (m, n). Lengths are divided by the size of the mechanism."""
         J = self.at(np.array([values[name] for name in self.names]))[1]
         columns = [self.bodies.size if self.bodies.is_length(n) else 1.0 for n in self.names]
         return J * columns / np.where(self.is_turn, 1.0, self.bodies.size)[:, None]
 
     def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Closes the loops of a nearly closed configuration up to rounding error.
+        """Closes nearly closed loops up to rounding errors.
 
-        Newton steps with a fixed Jacobian move the joints and cylinders that are not actuated. If
-        not all loops can close, the Newton steps minimize the closure errors.
+        Newton steps with a constant Jacobian move the passive joints and cylinders. If the loops
+        cannot close, the steps minimize the closure errors.
         """
         w = np.array([values[name] for name in self.names])
         free = [name in self.bodies.unknown for name in self.names]
@@ -136,7 +135,7 @@ class NumericRows:
 
 
 def _rows(kind: Kind, a: Floats, b: Floats, d: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-    """Yields the residual, force and couple of each equation, from the axes of both ends."""
+    """Yields the tuple (residual, force, couple) of each equation."""
     for row in ROWS[kind]:
         if isinstance(row, Along):
             yield float(a[row.axis] @ d), a[row.axis], _NONE

@@ -1,12 +1,12 @@
-"""Planar points as sums of rotated vectors: the algebra of planar loops.
+"""Planar points as sums of rotated vectors.
 
-A point of a planar mechanism is a sum of complex vectors, each rotating with its body:
+A point of a planar mechanism is a sum of complex vectors. Each of them rotates with its body:
 
     p = sum_k c_k exp(i psi_k)
 
-The angles psi_k are linear in the coordinates and the solved angles. The vectors c_k are exact (re,
-im) pairs of constants, parameters and variable lengths. Angles and vectors cancel exactly in sums.
-Therefore, the algebra recognizes a parallelogram as purely translating.
+The angles psi_k are linear in the coordinates and in the solved angles. The vectors c_k are exact
+pairs (re, im) of constants, parameters and variable lengths. Equal terms cancel exactly. Therefore,
+a parallelogram is recognized as a pure translation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,18 +19,18 @@ from ...model.exact import is_zero as constant_is_zero
 from ...terms.terms import Terms
 
 Complex = tuple[sp.Expr, sp.Expr]
-"""Real part and imaginary part of a complex number."""
+"""Real part and imaginary part."""
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 REAL: Complex = (ONE, ZERO)
 
 
 def product(a: Complex, b: Complex) -> Complex:
-    """Returns the complex product a b."""
+    """Returns the product a b."""
     return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
 
 
 def conjugate(a: Complex) -> Complex:
-    """Returns the complex conjugate of a."""
+    """Returns the conjugate of a."""
     return a[0], -a[1]
 
 
@@ -40,7 +40,7 @@ def dot(a: Complex, b: Complex) -> sp.Expr:
 
 
 def cross(a: Complex, b: Complex) -> sp.Expr:
-    """Returns the area spanned by two planar vectors, positive if b is to the left of a."""
+    """Returns the cross product of two planar vectors. It is positive if b is to the left of a."""
     return a[0] * b[1] - a[1] * b[0]
 
 
@@ -51,11 +51,11 @@ def minus(a: Complex, b: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class PhasorSum:
-    """A planar point or vector as a sum, with one complex vector per rotation angle.
+    """A planar point or vector, as a sum of rotated vectors.
 
     Attributes:
-        terms: The vectors of the sum, keyed by angle. An angle is 0 or a linear expression in
-            symbols, without a constant part.
+        terms: The vectors by their rotation angle. An angle is 0 or a linear expression in symbols
+            without a constant.
     """
 
     terms: Mapping[sp.Expr, Complex] = field(default_factory=dict)
@@ -75,20 +75,20 @@ class PhasorSum:
         return self + -other
 
     def times(self, factor: Complex) -> "PhasorSum":
-        """Returns the sum of rotated vectors, multiplied by a complex number."""
+        """Returns the sum, multiplied by a complex number."""
         return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
-        """Returns the sum of rotated vectors after a rotation by an angle."""
+        """Returns the sum, rotated by an angle."""
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
-        """Returns the angle shared by all terms, or 0 if the angles differ."""
+        """Returns the angle of all terms, or 0 if the angles differ."""
         angles = list(self.terms)
         return angles[0] if len(angles) == 1 else ZERO
 
     def coordinates(self, terms: Terms) -> Complex:
-        """Returns the coordinates x and y in the axes of the plane, as named terms."""
+        """Returns the coordinates x and y in the plane as terms."""
         x, y = ZERO, ZERO
         for angle, vector in self.terms.items():
             re, im = terms.let(vector[0]), terms.let(vector[1])
@@ -99,11 +99,11 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """Returns the vector in a form of lower cost, if the loop equations allow a shorter form.
+        """Returns a simpler form of the vector that follows from the loop equations.
 
         Args:
-            relations: Sums that are zero, one for each loop.
-            cost: The quantity to minimize, for instance the number of terms.
+            relations: One sum for each loop. It is zero if the loop is closed.
+            cost: The quantity to minimize, for example the number of terms.
         """
         candidates = [
             self - relation.times(quotient(self.terms[angle], vector))
@@ -117,7 +117,7 @@ class PhasorSum:
 
 @dataclass(frozen=True)
 class PlanarPose:
-    """A planar body pose: a body point p is at ``origin + rotor e^(i angle) p``."""
+    """The pose of a planar body. A point p of the body is at ``origin + rotor e^(i angle) p``."""
 
     angle: sp.Expr = ZERO
     rotor: Complex = REAL
@@ -132,7 +132,7 @@ class PlanarPose:
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """Returns the composition of this pose with the pose ``other`` relative to this body."""
+        """Returns the pose ``other`` of a second body on this body, in the plane."""
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),
@@ -141,7 +141,7 @@ class PlanarPose:
 
 
 def quotient(a: Complex, b: Complex) -> Complex:
-    """Returns the complex quotient a / b."""
+    """Returns the quotient a / b."""
     re, im = product(a, conjugate(b))
     square = dot(b, b)
     return re / square, im / square
@@ -152,7 +152,7 @@ def is_zero(expression: sp.Expr) -> bool:
     return bool(_plain(expression) == 0)
 
 
-@cache  # The sums are cached, because all branches of a linkage add the same vectors.
+@cache  # The sums are cached, because all branches add the same vectors.
 def _collected(terms: tuple[tuple[sp.Expr, Complex], ...]) -> PhasorSum:
     sums: dict[sp.Expr, Complex] = {}
     for angle, (re, im) in terms:
@@ -170,7 +170,7 @@ def _expanded(angle: sp.Expr) -> sp.Expr:
 
 @cache
 def _order(angle: sp.Expr) -> tuple[int, str]:
-    # Names are sorted by length first, so that _t10 comes after _t9.
+    # Names are sorted by length first, so _t10 comes after _t9.
     text = str(angle)
     return len(text), text
 
@@ -182,12 +182,12 @@ def _plain(expression: sp.Expr) -> sp.Expr:
         return expression
     if not expression.free_symbols:
         return ZERO if constant_is_zero(expression) else expression
-    # For sums without quotients and roots, an expansion is sufficient and much faster than
+    # Without quotients and roots, an expansion is sufficient, and is much faster than a
     # cancellation.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
-    # Cancelling a fraction is twice as fast as cancelling an expression, for which SymPy first
-    # extracts common factors.
+    # For a general expression, SymPy first extracts common factors, which takes twice as long as
+    # for a fraction.
     numerator, denominator = expression.as_numer_denom()
     if denominator.is_Number:
         return sp.expand(expression)

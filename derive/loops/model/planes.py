@@ -1,10 +1,10 @@
-"""Planar loops of a mechanism: their joints, and the pin positions in the plane.
+"""Finds the planar loops of a mechanism.
 
-A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
-these axes. Loops that share a joint form one *linkage*. Each body of a linkage has separate planar
-axes. The x axis is the first axis of the frame (x, y, z) in the plane. The y axis points to the
-left of the x axis. The plane's normal is the first revolute axis of the linkage, or the normal of
-its sliders.
+A loop is planar if its revolute axes are parallel and its sliders are perpendicular to them. Loops
+that share a joint form one *linkage*. Each body of a linkage has its own planar axes. The x axis is
+the first axis of the body frame (x, y, z) that lies in the plane. The y axis points to the left of
+the x axis. The normal of the plane is the first revolute axis of the linkage, or the normal of its
+sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,22 +26,21 @@ from .phasors import ONE, REAL, ZERO, Complex
 Vector = NDArray[np.float64]
 
 MECHANISMS = 64
-"""Cache size for linkages; larger than the number of variants of a mechanism in a derivation."""
+"""Cache size for linkages. A derivation uses fewer variants of a mechanism."""
 
 
 @dataclass(frozen=True)
 class PinEdge:
-    """Two bodies of a linkage that rotate about a common point.
+    """Two bodies with a common point, about which they rotate.
 
     Attributes:
         name: Name of the joint, swing angle or closure.
-        a: The body a; body b rotates relative to this body.
-        at_a: The common point in a's axes.
+        a: A body. The other body rotates relative to this body.
+        at_a: The common point in the axes of a.
         b: The other body.
-        at_b: The common point in b's axes.
-        rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
-            complex number.
-        sense: 1, or -1 if the joint axis is opposite to the plane's normal.
+        at_b: The common point in the axes of b.
+        rotor: The orientation of b in the axes of a at joint value zero, as a unit complex number.
+        sense: 1, or -1 if the joint axis is opposite to the normal of the plane.
     """
 
     name: str
@@ -59,12 +58,12 @@ class SlideEdge:
 
     Attributes:
         name: Name of the joint, cylinder or closure.
-        a: The body a, along which b slides.
-        at_a: A point of the guide, in the axes of body a.
-        direction: The guide's unit direction in a's axes.
+        a: The body with the guide. The body b slides along it.
+        at_a: A point of the guide in the axes of a.
+        direction: The unit direction of the guide in the axes of a.
         b: The other body.
-        at_b: The point of body b that lies at ``at_a + value * direction`` on body a.
-        rotor: The orientation of body b in the axes of body a.
+        at_b: The point of b that lies at ``at_a + value * direction`` on a.
+        rotor: The orientation of b in the axes of a.
     """
 
     name: str
@@ -78,7 +77,10 @@ class SlideEdge:
 
 @dataclass(frozen=True)
 class WeldEdge:
-    """Two bodies of a linkage fixed to each other: axes and origin of b in the axes of a."""
+    """Two bodies that are fixed to each other.
+
+    The orientation and origin of b are in the axes of a.
+    """
 
     name: str
     a: str
@@ -95,12 +97,12 @@ class Linkage:
     """The bodies and joints of planar loops that move together.
 
     Attributes:
-        root: The body in which the plane is fixed.
-        bodies: All bodies, including the barrels and rods of cylinders.
+        root: The body that carries the plane.
+        bodies: All bodies. The barrel and the rod of a cylinder are two bodies.
         edges: The revolute joints, swing angles and closures.
-        joints: Names of the tree's moving joints and of the cylinders in the linkage.
-        loop_joints: Names of the closures and struts that close the loops.
-        axes: The x axis, the y axis and the normal of the plane in each body's frame.
+        joints: Names of the moving tree joints and of the cylinders.
+        loop_joints: Names of the closures and struts.
+        axes: The axes x and y and the normal of the plane, in the frame of each body.
     """
 
     root: str
@@ -112,7 +114,7 @@ class Linkage:
 
 
 class Axes(NamedTuple):
-    """The plane's two axes and its normal in a body's frame."""
+    """The axes and the normal of a plane in the frame of a body."""
 
     x: sp.Matrix
     y: sp.Matrix
@@ -134,7 +136,7 @@ class Loop(NamedTuple):
 
 
 def loops(mechanism: Mechanism) -> list[Loop]:
-    """Returns the loops, one per closure and strut, in the order of the description."""
+    """Returns the loop of each closure and strut, in the order of the description."""
     return [_loop(mechanism, loop_joint) for loop_joint in mechanism.loop_joints]
 
 
@@ -148,12 +150,12 @@ def _loop(mechanism: Mechanism, loop_joint: Closure | Strut) -> Loop:
 
 
 def planar_loop_joints(mechanism: Mechanism) -> dict[str, Linkage]:
-    """Returns the linkage of each closure and strut in a planar loop, keyed by name."""
+    """Returns the linkages of planar loops by closure or strut."""
     return {name: linkage for linkage in _linkages(mechanism)[0] for name in linkage.loop_joints}
 
 
 def linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
-    """Returns the planar linkages of a mechanism, and the spatial loops."""
+    """Returns the planar linkages and the spatial loops of a mechanism."""
     planar, spatial = _linkages(mechanism)
     return [*planar], [*spatial]
 
@@ -173,13 +175,13 @@ def _linkages(mechanism: Mechanism) -> tuple[list[Linkage], list[Loop]]:
 
 
 class _PlanarLoop(NamedTuple):
-    """A planar loop and the numerical normal of its plane in the base body's frame."""
+    """A planar loop with the numerical normal of its plane in the frame of the base body."""
 
     loop: Loop
     normal: sp.Matrix
 
     def shares_with(self, other: "_PlanarLoop") -> bool:
-        """Whether two loops share a joint and a plane; a slider may belong to two planes."""
+        """Whether two loops share a joint and a plane. A slider may belong to two planes."""
         names = {joint.name for joint in self.loop.joints}
         shared = any(joint.name in names for joint in other.loop.joints)
         return shared and _is_small(self.normal.cross(other.normal))
@@ -199,19 +201,17 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
 
 
 class _Pose(NamedTuple):
-    """Numerical orientation and origin of a frame in the base body's frame."""
-
     R: sp.Matrix
     p: sp.Matrix
 
     def onward(self, terms: Terms, placement: Placement) -> "_Pose":
-        """Returns this pose, followed by a placement."""
+        """Returns this pose followed by a placement."""
         M = placement_matrix(placement).applyfunc(terms.value)
         return _Pose(self.R * M[:3, :3], self.p + self.R * M[:3, 3])
 
 
 class _Branch:
-    """The joints from the base to one end of a closure or strut, with numerical axes at zero."""
+    """The joints from the base to one end of a loop, with numerical axes at zero."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, frame: Frame, path: Sequence[Joint]
@@ -232,7 +232,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """Returns the normal of a planar loop in the base body's frame, or None for a spatial loop."""
+    """Returns the normal of a planar loop in the frame of the base body, or None."""
     loop_joint = loop.loop_joint
     a = _Branch(mechanism, terms, loop_joint.a, loop.to_a)
     b = _Branch(mechanism, terms, loop_joint.b, loop.to_b)
@@ -245,7 +245,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # A closure that prevents rotation must also preserve the plane's normal.
+    # A closure without rotation must also preserve the normal.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -254,9 +254,9 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
 def axes_in_numbers(
     mechanism: Mechanism, terms: Terms, loop: Loop
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
-    """Returns the revolute joints of a loop and the ends of its closure, at zero.
+    """Returns the revolute joints of a loop, their axes and the two ends, all at zero.
 
-    All vectors are expressed in the base body's frame (meter).
+    All vectors are in the frame of the base body (meter).
     """
     branches = [
         (_Branch(mechanism, terms, frame, path), path)
@@ -274,7 +274,7 @@ def _in_numbers(vector: sp.Matrix) -> Vector:
 
 
 def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
-    """Whether revolute axes are parallel to a normal and prismatic axes perpendicular to it."""
+    """Whether the revolute axes are parallel to n and the prismatic axes perpendicular to n."""
     return all(_is_small(n.cross(axis)) for axis in turning) and all(
         abs(n.dot(axis)) < ZERO_COMPONENT for axis in sliding
     )
@@ -284,7 +284,7 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
     """Returns the unit normal of the plane of two sliders, or None if all sliders are parallel.
 
     Args:
-        sliding: Directions of the two sliders.
+        sliding: Directions of the sliders.
         value: Evaluates a vector component numerically.
     """
     for other in sliding[1:]:
@@ -348,17 +348,17 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
 
 
 def piston(cylinder: Strut) -> str:
-    """Returns the name of a cylinder's moving half as a body of the linkage."""
+    """Returns the name of the moving half of a cylinder."""
     return f"{cylinder.name}.piston"
 
 
 def is_cylinder(edge: Edge) -> bool:
-    """Whether an edge is the prismatic joint between the barrel and the piston of a cylinder."""
+    """Whether an edge is the prismatic joint inside a cylinder."""
     return isinstance(edge, SlideEdge) and edge.b == f"{edge.a}.piston"
 
 
 class _Plane:
-    """The plane's axes in every body's frame, and the edges expressed in these axes."""
+    """The plane of a linkage, and the edges in the planar axes of the bodies."""
 
     def __init__(
         self, terms: Terms, root: str, order: Sequence[Joint], group: Sequence[Loop]
@@ -372,7 +372,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Returns the first revolute axis or, without revolute axes, the normal of the sliders."""
+        """Returns the first revolute axis, or the normal of the sliders if there is none."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -395,7 +395,7 @@ class _Plane:
         return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
-        """Returns a body-fixed direction in the root's frame, with all joints at zero."""
+        """Returns a direction of a body in the frame of the root, at zero."""
         for joint in joints_to_root({joint.link: joint for joint in order}, body):
             direction = _rotation(joint.before) * _rotation(joint.after) * direction
         return direction
@@ -410,14 +410,14 @@ class _Plane:
         return Axes(x, tidied(self.terms, n.cross(x)), n)
 
     def point(self, body: str, position: sp.Matrix) -> Complex:
-        """Returns a point or direction of a body's frame in the body's planar axes."""
+        """Returns a point or direction of a body in its planar axes."""
         axes = self.axes[body]
         sums = (sp.Add(*(axis[k] * position[k] for k in range(3))) for axis in (axes.x, axes.y))
         x, y = (tidied_entry(self.terms, sp.expand(component)) for component in sums)
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """Returns a tree joint as an edge of the planar linkage."""
+        """Returns a tree joint as an edge."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -433,7 +433,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """Returns a closure as an edge of the planar linkage."""
+        """Returns a closure as an edge."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
@@ -445,7 +445,7 @@ class _Plane:
         return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
-        """Returns two pin edges for a rod, or a pin, a slide and a pin edge for a cylinder."""
+        """Returns the edges of a strut. A cylinder has a slide between its two pins."""
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
         swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
@@ -469,20 +469,19 @@ def _rotation(placement: Placement) -> sp.Matrix:
 
 
 def _axis(frame: Frame) -> sp.Matrix:
-    """Returns the z axis of a frame in its body's frame."""
     return _rotation(frame.placement)[:, 2]
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
-    """Replaces entries that equal 0, 1 or -1 at 25-digit precision by the exact integer.
+    """Returns a vector after rounding entries that are 0, 1 or -1 up to rounding errors.
 
-    Entries that depend on parameters stay unchanged.
+    Entries with parameters stay as they are.
     """
     return vector.applyfunc(lambda entry: tidied_entry(terms, sp.expand(entry)))
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Returns the entry, or an exact integer if it equals 0, 1 or -1 at 25-digit precision."""
+    """Returns an entry, or the exact integer if it is 0, 1 or -1 up to rounding errors."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)

@@ -1,7 +1,7 @@
-"""The closure equations of every kind of closure or strut: one table for all modules.
+"""The table of closure equations for every kind of closure.
 
-An equation compares frame a of a closure or strut with its frame b. Position errors are in meters.
-Direction errors are cosines of angles that are 90 degrees if the loop is closed.
+An equation compares frames a and b of a closure. Position errors are in meters. Direction errors
+are cosines. Their angles are 90 degrees if the loop is closed.
 """
 
 from collections.abc import Mapping
@@ -35,9 +35,9 @@ ROWS: Mapping[Kind, tuple[Row, ...]] = {
     ("slider", "space"): (*_MET[:2], *_HELD),
     ("weld", "space"): (*_MET, *_HELD),
 }
-"""The equations by kind of closure. In a plane, the equations use the axes x and y of the plane;
-the x axis of a slider is its guide. A strut has a single equation: the distance between its ends is
-its length."""
+"""The equations by the kind of closure. In a plane, the equations use the axes x and y of the
+plane. The x axis of a slider is its guide. A strut has a single equation: the distance between
+its ends."""
 FACING: Mapping[Kind, tuple[int, ...]] = {
     ("ball", "plane"): (),
     ("pin", "plane"): (),
@@ -48,5 +48,5 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
     ("slider", "space"): (0, 1),
     ("weld", "space"): (0, 1),
 }
-"""Axes of both frames that have the same direction. The equations also hold if the compared axes
-have opposite directions."""
+"""The axes that have the same direction in both frames. The equations also hold if such axes
+have opposite directions, so the directions are tested."""

@@ -1,8 +1,8 @@
-"""A generic platform on six rods, with its forty complex poses, from which all paths start.
+"""A generic platform on six rods with its forty complex poses. All paths start from it.
 
-The parameters of the rods are random numbers. Path tracking started from a single pose, along
-random closed paths of the rod parameters, until all forty poses were known. A generic platform has
-at most forty complex poses (Raghavan 1993, Wampler 1996).
+The parameters of the rods are random numbers. Path tracking along random closed paths of the
+parameters found all forty poses from a single one. A generic platform has at most forty complex
+poses (Raghavan 1993, Wampler 1996).
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""All assembly modes of a platform on six rods: the function ``modes``."""
+"""The function ``modes`` for all assembly modes of a platform on six rods."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,25 +20,27 @@ from .soma import RODS, SOMA, Array, SixRods
 PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
-"""Number of sample configurations that span the space of all rods (at most 24 dimensions)."""
+"""Number of sample configurations that span the space of all rods. The space has at most 24
+dimensions."""
 OPERATIONS = 2_000_000
-"""Approximate operation count for tracking forty paths with thirty steps each."""
+"""Approximate number of operations for forty paths with thirty steps each."""
 CALLED = "rod_ends"
 
 
 @dataclass(frozen=True)
 class Hexapod:
-    """Six rods between actuated points and a platform that the main chain moves freely.
+    """Six rods between actuated points and a platform.
 
-    Points are expressed along the main chain's first three joint axes. The origin is the center of
-    rotation of the last three main-chain joints at zero.
+    The main chain does not constrain the platform. Points are expressed in the axes of the first
+    three joints of the main chain. The origin is the point in which the last three axes intersect
+    at zero.
 
     Attributes:
         a: The rod ends on the actuated bodies.
-        b: The rod ends on the platform at zero coordinates, as constants.
+        b: The rod ends on the platform at zero.
         lengths: Rod lengths.
-        axes: For each of the last three main-chain joints, the index of the parallel axis among the
-            first three joints.
+        axes: For each of the last three joints, the index of the parallel axis among the first
+            three joints.
     """
 
     a: tuple[Vector, ...]
@@ -48,12 +50,12 @@ class Hexapod:
 
 
 class DoubleJoints(NamedTuple):
-    """Three pairs of rods; the rods of a pair may share an end joint.
+    """Three pairs of rods. The rods of a pair may share an end.
 
     Attributes:
-        side: 1 if the shared joints are on the platform, 2 if they are on the actuated side, 0 if
-            no joints are shared.
-        rods: The rods of the platform, pair by pair.
+        side: 1 if they share an end on the platform, 2 if they share an end on the actuated side, 0
+            if they share none.
+        rods: The rods, pair by pair.
     """
 
     side: int
@@ -64,13 +66,13 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """Returns the rod pairs that share a joint on the platform (ends b), else at the ends a."""
+    """Returns the pairs of rods that share an end. The platform (ends b) is tried first."""
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Returns the rods in pairs that share an end; empty unless there are three pairs."""
+    """Returns the rods in pairs that share an end, or () if there are not three pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -79,7 +81,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 
 def hexapod_of(h: SolvedLoops) -> Hexapod | None:
-    """Returns the six rods of a spatial platform, or None for all other robots."""
+    """Returns the six rods of a spatial platform, or None for other robots."""
     platform = free_platform(h, FREE)
     if platform is None:
         return None
@@ -95,7 +97,7 @@ def hexapod_of(h: SolvedLoops) -> Hexapod | None:
 
 
 def rod_ends(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the rod ends on the actuated side, and the rod lengths."""
+    """Builds the function for the rod lengths and the rod ends on the actuated side."""
     found = hexapod_of(h)
     assert found is not None
     a = tuple(h.terms.let(entry) for point in found.a for entry in point)
@@ -155,13 +157,13 @@ def modes(h: SolvedLoops) -> NativeSolverFunction | None:
 
 
 class RodNumbers:
-    """Numerical model of a six-rod platform at sample configurations, scaled by the platform size.
+    """Numerical model of a platform on six rods at sample configurations. Its size is 1.
 
     Attributes:
-        size: The platform size (meter).
-        origin: The centroid of the ends on the actuated side, relative to the size.
-        middle: The centroid of the ends on the platform, relative to the size.
-        family: The rods of all configurations, relative to the two centroids.
+        size: The size of the platform (meter).
+        origin: The centroid of the ends on the actuated side, divided by the size.
+        middle: The centroid of the ends on the platform, divided by the size.
+        family: The rods at all configurations, relative to both centroids.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
@@ -174,7 +176,7 @@ class RodNumbers:
         """
         middle, origin = b.mean(0), a.mean((0, 1))
         spread = ((a - origin) ** 2).sum(-1).mean() + ((b - middle) ** 2).sum(-1).mean()
-        # Rounding makes the results independent of the summation order.
+        # After rounding, the results do not depend on the order of summation.
         self.size = _short(np.sqrt(spread))
         middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
         self.origin, self.middle = origin / self.size, middle / self.size
@@ -185,23 +187,23 @@ class RodNumbers:
 
 @dataclass(frozen=True)
 class HexapodTables(Tables):
-    """The fields of the C struct ``chasles_hexapod_platform`` that follow the called function.
+    """Fields of the C struct ``chasles_hexapod_platform``.
 
-    Lengths are relative to the platform size. A complex number is stored as a pair of numbers.
+    Lengths are divided by the platform size. A complex number is a pair of numbers.
 
     Attributes:
         size: The platform size (meter).
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
-        axis: Index (0 to 2) of the axis of each platform angle.
-        moves: Whether the actuators move the ends of the rods on the actuated side.
+        axis: Index (0 to 2) of the axis of each angle of the platform.
+        moves: Whether the actuators move the rod ends.
         paths: Number of complex poses, and number of solutions in the output.
-        joined: The side on which rods share joints: platform or actuated side.
-        pairs: The rods, in pairs that share a joint.
+        joined: The side on which rods share joints, see :class:`DoubleJoints`.
+        pairs: The rods in pairs.
         b: The rod ends on the platform.
-        a: The ends of generic rods on the actuated side.
+        a: The ends of the generic rods on the actuated side.
         c: The constants of the generic rods.
-        starts: All complex poses of the generic rods; zeros fill unused rows.
+        starts: All complex poses of the generic rods. Unused rows are zero.
     """
 
     size: float
@@ -230,7 +232,7 @@ class HexapodTables(Tables):
 
         Args:
             rods: The rods.
-            axes: Index (0 to 2) of the axis of each platform angle.
+            axes: Index (0 to 2) of the axis of each angle of the platform.
             joints: The double joints.
             own: Generic rods from the family of the platform.
             poses: (n, 8) all complex poses of these generic rods.
@@ -263,12 +265,12 @@ def _rods(h: SolvedLoops, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Rounds a number to three digits if the remaining digits are zero."""
+    """Rounds a number to three digits if the other digits are zero."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
 def _samples(h: SolvedLoops) -> Array:
-    """Returns fixed generic actuated coordinates; limited coordinates are within their limits."""
+    """Returns fixed generic actuated coordinates within their limits."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))
@@ -283,7 +285,6 @@ def _samples(h: SolvedLoops) -> Array:
 
 
 def _nested(values: Array) -> tuple[Any, ...]:
-    """Converts an array to nested tuples; a complex number is a pair."""
     if np.iscomplexobj(values):
         values = np.stack([values.real, values.imag], -1)
     return tuple(map(_nested, values)) if values.ndim > 1 else tuple(values.tolist())

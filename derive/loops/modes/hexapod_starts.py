@@ -1,10 +1,10 @@
-"""All complex poses of a six-rod platform, for generic rods from its family.
+"""Finds all complex poses of a platform on six rods. The rods are generic rods of its family.
 
-A generic platform has forty complex poses, listed in a table. Some paths from the forty poses reach
-all poses of a special platform (flat, or with shared rod ends) for generic rod lengths. All other
-paths diverge to infinity. For generic lengths, no pose is singular, because almost all values of a
-smooth function are regular (Sard's theorem). Therefore, singular end poses are not used as start
-poses.
+A generic platform has forty complex poses, which are in a table. A special platform may be flat or
+have shared rod ends. For generic rod lengths, some of the forty paths lead to all its poses. The
+other paths diverge to infinity. For generic lengths, no pose is singular. The reason is Sard's
+theorem, by which almost all values of a smooth function are regular. Therefore, singular end poses
+are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -33,26 +33,26 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Number of successive closed paths without a new pose, after which the search ends."""
+"""The search ends after this number of closed paths without a new pose."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
-"""Number of decimal places of the generic random numbers."""
+"""Number of decimal places of the random numbers."""
 
 
 def generic(count: int, phase: int) -> Array:
-    """Returns fixed complex numbers on the unit circle; each phase gives different numbers."""
+    """Returns fixed complex numbers on the unit circle. They depend on the phase."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
 
 class RodFamily:
-    """The affine space spanned by the rods of all configurations, and its generic members."""
+    """The affine space that the rods of all configurations span, and its generic members."""
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
         """Computes the space.
 
         Args:
-            a: (n, 6, 3) rod ends on the actuated side at n configurations, relative to the size.
+            a: (n, 6, 3) rod ends on the actuated side at n configurations, divided by the size.
             b: (6, 3) rod ends on the platform.
             lengths: (n, 6) rod lengths.
         """
@@ -66,18 +66,18 @@ class RodFamily:
 
     def member(self, phase: int) -> SixRods:
         """Returns generic complex rods of the family."""
-        # The decomposition is unique only up to a rotation, but its projector is unique.
+        # A rotation of the decomposition would also be valid, but its projector is unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
-        # Rounding removes the last digits of the decomposition, which differ between machines.
+        # Rounding removes the last digits, which differ between machines.
         found = np.round(self.middle + away, GENERIC_DIGITS)
         a = found[:18].reshape(6, 3) if self.moves else self.a
         return SixRods(a, self.b, found[18:])
 
 
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
-    """Returns generic rods of a platform family, and all complex unit poses of these rods (n, 8).
+    """Returns generic rods of a family, and all their complex unit poses (n, 8).
 
-    The poses are computed at high precision, rounded once, and sorted.
+    The poses are computed in high precision, rounded and sorted.
     """
     own = family.member(1)
     halfway = SixRods(RODS.a, family.b, 2 * generic(6, 2))
@@ -95,7 +95,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """Returns the known poses, and the poses reached by a closed path of the rods."""
+    """Returns the known poses and the poses that a closed path of the rods reaches."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):
@@ -107,7 +107,7 @@ def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
 
 
 def _regular(rods: SixRods, x: Array) -> Array:
-    """Returns the finite, nonsingular poses without duplicates."""
+    """Returns the finite and nonsingular poses without duplicates."""
     x = x[(finite(x) > POSE_AT_INFINITY) & (condition(rods, x) < SINGULAR_POSE)]
     apart = 1 - np.abs(x.conj() @ x.T) > POSES_ARE_ONE
     kept = [k for k in range(len(x)) if apart[k, :k].all()]
@@ -115,7 +115,7 @@ def _regular(rods: SixRods, x: Array) -> Array:
 
 
 def _exact(rods: SixRods, x: Array) -> Array:
-    """Refines the poses at high precision, and sorts them independently of rounding errors."""
+    """Refines the poses in high precision and sorts them."""
     # Arithmetic in double precision would round differently on different machines.
     scale = generic(SOMA, 0)
     x = x / (x @ scale)[:, None]
@@ -144,11 +144,12 @@ def _exact(rods: SixRods, x: Array) -> Array:
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Tracks poses while the rods change from start to end; the ends a or the ends b do not change.
+    """Tracks poses while the rods change from start to end.
 
-    The coefficients change along a straight line with t from 0 to 1. A Runge-Kutta step and two
-    Newton steps update each pose. Between generic complex coefficients, no path meets a
-    singularity. If the end rods are not generic, a path may end at a singularity or at infinity.
+    The rods may change their ends a or their ends b, but not both. The coefficients change along a
+    straight line with t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose.
+    Between generic complex coefficients, all paths are regular. If the final rods are not generic,
+    a path may end at a singularity or at infinity.
 
     Args:
         start: Rods whose poses are known.
@@ -179,7 +180,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
 
 
 def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Array, Array, Array]:
-    """Returns the poses after one tracking step, and the norms of both Newton corrections."""
+    """Returns the poses after a tracking step, and the norms of both Newton corrections."""
 
     def slope(part: float, y: Array) -> Array:
         _, J = _linear(H, change, t + part * h, y, x)
@@ -201,7 +202,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y and the Jacobian, whose last row makes steps orthogonal to `of`."""
+    """Returns H(t) y and the Jacobian. Its last row makes steps orthogonal to `of`."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy
@@ -214,11 +215,11 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # A pose of the batch is exactly singular, for example at infinity.
+        # A pose is exactly singular, for example at infinity.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 
 def condition(rods: SixRods, x: Array) -> Array:
-    """Returns the condition numbers (n,) of the equations' Jacobian at unit poses."""
+    """Returns the condition numbers (n,) of the Jacobian at unit poses."""
     _, J = _linear(quadrics(rods), np.zeros((7, SOMA, SOMA)), np.zeros(len(x)), x, x)
     return np.asarray(np.linalg.cond(J))

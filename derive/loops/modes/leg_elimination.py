@@ -1,8 +1,8 @@
-"""Equations that eliminate the position of a planar platform, for the article.
+"""Eliminates the position of a planar platform, as equations for the article.
 
-The module :mod:`.triad` contains the derivation of the equations. Legs with circles come before
-legs with lines. In the linear pair ``w . m_i = k_i``, the vector m_i is u_i for a leg with a circle
-and the normal n_i for a leg with a line.
+The module :mod:`.triad` derives the equations. Legs with circles come first, then legs with lines.
+The linear pair is ``w . m_i = k_i``. The vector m_i is u_i for a leg with a circle, and the normal
+n_i for a leg with a line.
 """
 
 from collections.abc import Callable
@@ -16,33 +16,33 @@ from .triad import LEGS, LegLine, Triad
 
 Named = tuple[sp.Symbol, sp.Expr]
 Name = Callable[[str, str], sp.Symbol]
-"""Returns the symbol for a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
+"""Returns the symbol of a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
 
-The index is a leg number, an axis, or both; the distances ``|a|`` and ``|b|`` have two leg numbers.
+The index is a leg number, an axis, or both. The distances ``|a|`` and ``|b|`` have two leg numbers.
 """
 
 
 @dataclass(frozen=True)
 class LegElimination:
-    """The equations of three legs after the elimination of the platform's position.
+    """The equations of three legs without the position of the platform.
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
         n: Components of the line normals with their symbols, at the platform angle.
-        norms: The norms of the circles' u vectors, expressed in the vectors' components.
+        norms: The norms of the vectors u, as functions of their components.
         k: The right-hand sides of the linear pair.
-        w: Symbols of the components of w, the vector from the fixed point of the first leg to its
-            point b_1.
+        w: Symbols of the components of w. This vector leads from the fixed point of the first leg
+            to its point b_1.
         position: x and y of the platform in terms of w.
-        linear: The left-hand sides of both linear equations, in vector form.
-        solution: The vector w; with three lines, the first two lines determine w.
-        polynomial: Both sides of the remaining equation in the platform's angle.
-        distances: Distances between the points b_i, and between the lines' points a_i, with
+        linear: The left-hand sides of both linear equations.
+        solution: The vector w. For three lines, it follows from the first two lines.
+        polynomial: Both sides of the equation for the platform angle.
+        distances: Distances between the points b_i and between the points a_i of lines, with
             symbols.
-        scale: Square of the length that normalizes the polynomial, expressed in the distances
-            between the points.
+        scale: The square of the length that normalizes the polynomial, as a function of the
+            distances.
         power: The exponent of the normalizing length.
-        harmonics: The maximum number of harmonics in the polynomial.
+        harmonics: Maximum number of harmonics in the polynomial.
     """
 
     u: tuple[tuple[Named, ...], ...]
@@ -119,7 +119,7 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Returns the radius of a circle, as a symbol unless it is a single actuator coordinate."""
+    """Returns the radius of a circle. It is a symbol unless it is a single actuator coordinate."""
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 
@@ -149,7 +149,7 @@ def _polynomial(
 def _distances(
     legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
 ) -> list[Named]:
-    """Returns the platform's sides, and the distances between the fixed points of lines."""
+    """Returns the sides of the platform, and the distances between the fixed points of lines."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)
@@ -158,10 +158,10 @@ def _distances(
 
 
 def _harmonics(legs: Triad) -> int:
-    """Returns the polynomial's degree in cosine and sine of the platform's angle.
+    """Returns the degree of the polynomial in the cosine and sine of the platform angle.
 
-    The quantity k_i and its products with u_i have degree 1. The product of two line normals has
-    degree 0 if both normals rotate with the same body.
+    k_i has degree 1, and so have its products with u_i. The product of two line normals has degree
+    0 if both rotate with the same body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

@@ -1,13 +1,13 @@
-"""Planar platforms on three-joint legs: the single closure equation of each leg.
+"""Planar platforms on legs with three joints. Each leg has a single closure equation.
 
-If the actuator is fixed, a three-joint leg is one body between two passive joints. The leg gives
-one equation for the platform's position p and rotation R. A is a fixed point and b is a point of
-the platform. A leg with two revolute joints is a rod of length L with the equation
-|p + R b - A| = L. With a prismatic joint on the fixed side, b moves on a fixed line with the
-equation n . (p + R b - A) = 0. With a prismatic joint on the platform, a line of the platform
-contains A, and the equation is R n . (p + R b - A) = 0.
+With a fixed actuator, such a leg is a body between two passive joints. It gives one equation for
+the position p and the rotation R of the platform. A is a fixed point, and b is a point of the
+platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A| = L.
+With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R b -
+A) = 0. With a prismatic joint on the platform, a line of the platform contains A. The equation is R
+n . (p + R b - A) = 0.
 
-A leg with two passive prismatic joints determines only the platform's angle and is not supported.
+A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,14 +37,14 @@ QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
 class ChainAxes(NamedTuple):
-    """The x and y axes of the main chain, expressed in the root body of the linkage.
+    """The axes x and y of the main chain, in the axes of the root body of the linkage.
 
     Attributes:
         origin: The point of the plane with x = y = 0.
         x: The direction of the x axis.
-        side: 1 if the y axis is to the left of x, -1 if it is to the right.
+        side: 1 if the y axis is to the left of x, otherwise -1.
         rotor: The orientation of the platform at phi = 0.
-        pin: The rotation center of phi, in platform axes.
+        pin: The rotation center of phi in platform axes.
     """
 
     origin: Complex
@@ -55,7 +55,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg: a rod with a length, or a line with a normal vector."""
+    """The equation of a leg. It is a rod with a length or a line with a normal."""
 
     A: Complex
     b: Complex
@@ -64,7 +64,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(h: SolvedLoops) -> Triad | None:
-    """Returns the leg equations of a planar three-leg platform, rods first, or else None."""
+    """Returns the legs of a planar platform with three legs, or None. Rods come first."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
     if linkage is None or axes is None:
@@ -84,7 +84,6 @@ def legs_of(h: SolvedLoops) -> Triad | None:
 
 
 def _virtual(h: SolvedLoops) -> list[Joint]:
-    """Returns the moving joints of the main chain."""
     path = h.mechanism.path_to(h.mechanism.tool_body)
     return [joint for joint in path if joint.kind != "fixed"]
 
@@ -103,7 +102,7 @@ def _linkage(h: SolvedLoops) -> Linkage | None:
 
 
 def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """Returns the rigid groups of bodies that known joints connect."""
+    """Returns the rigid groups of bodies if some joint values are known."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass
@@ -111,7 +110,7 @@ def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> C
 
 
 def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
-    """Returns the axes of x and y, or None if x, y, phi are not Cartesian planar coordinates."""
+    """Returns the axes of x and y, or None if x, y, phi are other coordinates."""
     moving = _virtual(h)
     x, y, phi = h.theta
     clusters = _joined(h, linkage, {j.name: s for j, s in zip(moving, h.theta, strict=True)})
@@ -133,17 +132,17 @@ def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a point in the axes of another body in the same rigid group."""
+    """Returns a point in the axes of another body in its rigid group."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """Returns a vector in the axes of another body in the same rigid group."""
+    """Returns a vector in the axes of another body in its rigid group."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
 def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
-    """Returns the legs, or None if a part between base and platform has no leg equation."""
+    """Returns the legs. An entry is None if the part between base and platform is not a leg."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
     platform = clusters.cluster(moving[2].link)
@@ -161,8 +160,6 @@ def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | Non
 
 
 class _Reader:
-    """Extracts the equation of each leg."""
-
     def __init__(
         self, h: SolvedLoops, clusters: Clusters, axes: ChainAxes, base: Cluster, platform: Cluster
     ) -> None:
@@ -171,7 +168,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Returns the equation of a leg whose middle body is between two joints."""
+        """Returns the equation of a leg with a middle body between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]
@@ -196,14 +193,17 @@ class _Reader:
     def _line(
         self, slide: SlideEdge, carrier: Cluster, middle: Cluster, pin: PinEdge
     ) -> tuple[PhasorSum, PhasorSum]:
-        """Returns a point and the normal of the line on which a slide moves a pin."""
+        """Returns a point and the normal of the line on which a pin slides."""
         guide = self.clusters.guide(slide, carrier, middle)
         mount = guide.mounted(sp.S.Zero)
         offset = self.clusters.pin(middle, pin).times(mount.rotor).turned(mount.angle)
         return mount.origin + offset, guide.along.times(QUARTER)
 
     def _length(self, middle: Cluster, one: PinEdge, other: PinEdge) -> sp.Expr:
-        """Returns the distance between two pins, negative for a cylinder of negative length."""
+        """Returns the distance between two pins.
+
+        It is negative if the length of a cylinder is negative.
+        """
         span = self.clusters.span(middle, one, other)
         if any(is_cylinder(edge) and edge.a in middle for edge in self.clusters.linkage.edges):
             (length, _) = span.turned(-span.common_angle()).coordinates(self.terms)
@@ -211,7 +211,7 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """Returns the coordinates of a fixed point along x and y."""
+        """Returns the coordinates x and y of a fixed point."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 
@@ -255,14 +255,17 @@ def legs_D_chain(h: SolvedLoops, triad: Triad) -> SymbolicFunction:
 
 
 def relation(h: SolvedLoops, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
-    """Returns the rows of J_x (force, then moment about the tool, base axes) and entries of J_q."""
+    """Returns the rows of J_x and the entries of J_q.
+
+    A row contains force and moment about the tool in base axes.
+    """
     values = joint_values(h)
     frames = [pose_of(h.mechanism, h.terms, joint_frame(j), values) for j in _virtual(h)]
     along_x, along_y, axis = (
         named(h.terms, (joint.direction * entry for entry in axes[2]))
         for joint, (axes, _) in zip(_virtual(h), frames, strict=True)
     )
-    # The moment is transferred from the axis of phi to the tool as the reference point.
+    # The moment refers to the tool and not to the axis of phi.
     lever = cross_product(h.terms, axis, subtracted(h.terms, tool_position(h), frames[2][1]))
     residuals = leg_residuals(h.terms, triad, h.theta)
     rows = []

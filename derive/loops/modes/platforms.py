@@ -1,12 +1,12 @@
-"""Platforms on legs: rods connect actuated bodies to a platform with free motion.
+"""Platforms on legs, which are rods between actuated bodies and a free platform.
 
-The main chain of a platform on legs is virtual: x, y and phi, or six coordinates. The length of rod
-i gives an equation in theta and q:
+The main chain is virtual: x, y and phi, or six coordinates. The length of rod i gives an equation
+between theta and q:
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
-The time derivatives of the length equations give the velocity relation J_x x' = J_q q'. For three
-planar rods, the length equations also give all assembly modes.
+The time derivatives of these equations give the velocity relation J_x x' = J_q q'. For three planar
+rods, the equations also give all assembly modes.
 
 Source:
     Gosselin and Angeles 1990, for both matrices and the three types of singularity.
@@ -42,11 +42,11 @@ WrittenMaker = Callable[[SolvedLoops], NativeSolverFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
-"""Names of serial-robot functions, keyed by function names of the open main chain."""
+"""Names of functions of serial robots, by the names of the functions of the open main chain."""
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of a platform's functions; empty if the robot is not a platform."""
+    """Returns the builders of the functions of a platform. Other robots have none."""
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
@@ -76,7 +76,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
 
 
 def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
-    """Returns the builders of those functions of a platform whose C is handwritten."""
+    """Returns the builders of the functions with handwritten C code."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None
@@ -84,7 +84,7 @@ def written_makers(h: SolvedLoops) -> dict[str, WrittenMaker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether only struts support the tool body, and the main chain is unactuated.
+    """Whether only struts support the tool body, and the main chain has no actuator.
 
     Each strut connects the tool body to the base or to an actuated body. The length of the strut is
     constant or actuated.
@@ -110,7 +110,7 @@ def _residuals(h: SolvedLoops, found: Sequence[Rod]) -> list[sp.Expr]:
 
 
 def rods(h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the difference between each rod's end distance and its length."""
+    """Builds the function for the difference between end distance and length of each rod."""
     entries = tuple(_residuals(h, rods_of(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
@@ -166,7 +166,7 @@ def velocity_relation(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
-    """Returns the rods' rows of J_x for a twist in base axes, and the entries of J_q."""
+    """Returns the rows of J_x for a twist in base axes, and the entries of J_q."""
     found = rods_of(h)
     tool = tool_position(h)
     rows = []
@@ -179,14 +179,14 @@ def _relation_of_rods(h: SolvedLoops) -> tuple[list[tuple[sp.Expr, ...]], tuple[
 
 
 def free_directions(h: SolvedLoops) -> list[int]:
-    """Returns the components of the tool's twist in base axes that the main chain can move."""
+    """Returns the components of the tool twist (base axes) that the main chain can move."""
     (J,) = of_open_chain("jacobian_mixed", h).outputs
     _, n = J.shape
     return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
 
 
 def of_open_chain(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Builds a function of the main-chain joints only, with theta as coordinates."""
+    """Builds a function of the main-chain joints theta."""
     function = open_chain(h).function(name)
     return SymbolicFunction(
         f"chain_{name}",
@@ -208,11 +208,11 @@ def triad_of(h: SolvedLoops) -> Triad | None:
 
 
 def _rods_in_plane(h: SolvedLoops) -> Triad | None:
-    """Returns the rods of a planar platform supported by struts alone, or else None."""
+    """Returns the rods of a planar platform on struts, or None."""
     platform = free_platform(h, planar_legs.VIRTUAL)
     if platform is None or not is_right_handed(h.terms, platform.directions):
         return None
-    # The end of a rod with an out-of-plane component does not trace a circle in the plane.
+    # A rod with a component along the normal does not trace a circle.
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in platform.ends):
         return None
     A, b = (tuple(end[k][:2] for end in platform.ends) for k in (0, 1))
@@ -235,7 +235,7 @@ def assembly_polynomial(h: SolvedLoops) -> SymbolicFunction:
 
 
 def _assembly(name: str, h: SolvedLoops) -> SymbolicFunction:
-    """Builds the function for the platform's pose at a zero of the polynomial."""
+    """Builds the function for the platform pose at a zero of the polynomial."""
     triad = triad_of(h)
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)

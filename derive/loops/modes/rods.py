@@ -1,7 +1,7 @@
-"""The rods of a platform on legs, and the row of each rod in the velocity relation.
+"""The rods of a platform on legs, and their rows of the velocity relation.
 
-Let n be the direction of a rod towards the platform, and r = b - p its arm from the tool.
-Differentiating the length equation |b - a| = l gives
+Let n be the direction of a rod towards the platform, and r = b - p its moment arm about the tool.
+The derivative of the length equation |b - a| = l is
 
     n . v + (r x n) . omega = (n . da/dq + dl/dq) q'
 
@@ -25,14 +25,14 @@ from ..solve.solved_loops import SolvedLoops
 
 @dataclass(frozen=True)
 class Rod:
-    """A strut at the joint values theta and actuator values q, in the base frame (meter).
+    """A strut at joint values theta and actuator values q, in the base frame (meter).
 
     Attributes:
-        a: The rod's end on an actuated body or on the base.
-        b: The rod's end on the platform.
+        a: The end on an actuated body or on the base.
+        b: The end on the platform.
         d: The vector d from the end a to the end b.
-        distance: The length of the vector d.
-        length: The length of the strut itself.
+        distance: The length of d.
+        length: The length of the strut.
     """
 
     a: Vector
@@ -44,10 +44,10 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """Returns the rod's row of J_q: the speed of end a along the rod per actuator rate.
+        """Returns the row of J_q. It is the speed of end a along the rod per actuator rate.
 
         Args:
-            terms: Names of all terms.
+            terms: Receives the terms.
             n: The unit direction of the rod towards the platform.
             q: The actuated coordinates.
         """
@@ -66,7 +66,7 @@ def is_right_handed(terms: Terms, axes: Sequence[Vector]) -> bool:
 
 
 def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Returns the rod's row of J_x: its direction n and its moment r x n about the tool."""
+    """Returns the row of J_x, which is the direction n and the moment r x n about the tool."""
     return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
 
 
@@ -83,7 +83,7 @@ def rods_of(h: SolvedLoops) -> list[Rod]:
 
 
 def pins_in_tool(h: SolvedLoops) -> list[Vector]:
-    """Returns the rods' platform ends in the tool frame (meter), which are constant."""
+    """Returns the platform ends of the rods in the tool frame (meter)."""
     still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
     axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
     pins = []
@@ -103,13 +103,13 @@ def tool_position(h: SolvedLoops) -> Vector:
 
 @dataclass(frozen=True)
 class FreePlatform:
-    """The joints of a virtual main chain at zero coordinates, and the struts in their axes.
+    """A virtual main chain at zero, and the struts in the axes of its joints.
 
     Attributes:
         directions: The positive direction of each joint, in the base frame.
         points: The origin of each joint frame, in the base frame (meter).
-        ends: Coordinates of the two ends of each strut along the first three directions, relative
-            to the last joint's origin. The platform end is the second end.
+        ends: Coordinates of both ends of each strut along the first three directions, relative to
+            the origin of the last joint. The platform end comes second.
     """
 
     directions: tuple[Vector, ...]
@@ -118,11 +118,11 @@ class FreePlatform:
 
 
 def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
-    """Returns the platform on a virtual chain with joints of given kinds, or None for other chains.
+    """Returns the platform on a virtual chain with these kinds of joints, or None.
 
     Args:
         h: The robot.
-        kinds: The kinds of the moving joints; their number is also the number of struts.
+        kinds: The kinds of the moving joints. There must be as many struts.
     """
     mechanism, terms = h.mechanism, h.terms
     moving = [joint for joint in mechanism.path_to(mechanism.tool_body) if joint.kind != "fixed"]
@@ -146,14 +146,17 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
 
 def joint_values(h: SolvedLoops) -> dict[str, sp.Expr]:
-    """Returns chain joint values in theta, and actuated joints and cylinders in q, by name."""
+    """Returns joint values by name.
+
+    Chain joints depend on theta, and actuated joints and cylinders on q.
+    """
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
     return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
 
 
 def from_base(h: SolvedLoops, strut: Strut) -> tuple[Frame, Frame]:
-    """Returns the ends of a rod; the platform end is the second."""
+    """Returns the ends of a rod. The platform end comes second."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.path_to(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)

@@ -1,15 +1,14 @@
-"""A six-rod platform in Study (soma) coordinates, as numerical values.
+"""Numerical model of a platform on six rods in Study (soma) coordinates.
 
-Quaternions e and g = p e, with e.g = 0, represent the platform's rotation b -> e b / e and its
-position p. L and R are the matrices of quaternion products from the left and from the right. The
-equation of a rod of length l from a to b has two forms:
+Quaternions e and g = p e with e.g = 0 represent the rotation b -> e b / e and the position p of the
+platform. L and R are the matrices of quaternion products from the left and right. The equation of a
+rod with length l from a to b has two forms:
 
     |g + e b - a e|^2 = l^2 e.e,   g.g + 2 g.M e + e.S e = 0.
 
-The second form uses M = R(b) - L(a), S = c + 2 L(a) R(b) and c = |a|^2 + |b|^2 - l^2.
+The second form contains M = R(b) - L(a), S = c + 2 L(a) R(b) and c = |a|^2 + |b|^2 - l^2.
 
-All quantities in the equations may be complex. Scalar products are bilinear, without complex
-conjugation.
+All numbers may be complex. Scalar products have no complex conjugation.
 
 Source:
     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -29,7 +28,7 @@ RODS, SOMA = 6, 8
 
 @dataclass(frozen=True)
 class SixRods:
-    """Six rods, each from a fixed point to a platform point; lengths in one unit.
+    """Six rods from fixed points to platform points. All lengths have the same unit.
 
     Attributes:
         a: (6, 3) rod ends on the fixed side.
@@ -64,8 +63,8 @@ def _matrices(v: Array, side: int) -> Array:
 def quadrics(rods: SixRods) -> Array:
     """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
-    The last rod's equation is subtracted from the other rods' equations, which removes g.g. The
-    seventh equation is e.g = 0.
+    The equation of the last rod is subtracted from the others, which removes g.g. The seventh
+    equation is e.g = 0.
     """
     L, R = left(rods.a), right(rods.b)
     H = np.zeros((7, SOMA, SOMA), np.complex128)
@@ -79,12 +78,12 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """Returns |e.e| of unit poses, which is 0 at infinity."""
+    """Returns |e.e| of unit poses. It is 0 at infinity."""
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 
 def residuals(rods: SixRods, x: Array) -> Array:
-    """Returns the equation residuals (n, 7) at poses x (n, 8), in the arguments' number type."""
+    """Returns the residuals (n, 7) of the equations at poses x (n, 8), in the number type of x."""
     e, g = x[:, :4], x[:, 4:]
     L, R = left(rods.a), right(rods.b)
     values = []

@@ -1,29 +1,29 @@
-"""All poses of a planar three-rod platform (triad), by one polynomial in its angle.
+"""Finds all poses of a planar platform on three rods (triad) with a polynomial in its angle.
 
-Rods of lengths L_i connect known points A_i to platform pins b_i. The platform pose is (x, y, phi).
-The vector w is the first rod, from A_1 to its platform pin, and R is the rotation by phi. For i = 2
+Rods of lengths L_i connect known points A_i to pins b_i of the platform. The platform pose is (x,
+y, phi). The vector w is the first rod, from A_1 to its pin, and R is the rotation by phi. For i = 2
 and 3, the vector u_i = R (b_i - b_1) - (A_i - A_1) leads from the first rod to rod i. The rod
 lengths give the equations
 
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2.
 
-Subtracting the first equation from the other two gives a pair of equations linear in w:
+The difference between the first equation and each other equation is linear in w:
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
-The solution of these two equations is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3), with the quarter
-turn J. The first equation then becomes a polynomial equation for phi:
+The solution is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3) with the quarter turn J. The first equation
+then becomes a polynomial equation for phi:
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
-Every factor has degree 1 in cos(phi), sin(phi), including |u_i|^2 and u_2 . u_3, because R
+Every factor has degree 1 in cos(phi) and sin(phi). This includes |u_i|^2 and u_2 . u_3, because R
 preserves lengths and scalar products. The degree is therefore 3, although k_3 u_2 - k_2 u_3 has
-degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
+degree 2. In exp(i phi), the polynomial has degree 6, so there are at most six assembly modes.
 
-A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. The unit normal
+A leg with a prismatic joint gives a line instead of a circle: n_i . (w + u_i) = 0. The unit normal
 n_i of the line is constant or rotates with the platform. In the linear pair and the later
-equations, n_i replaces u_i, and k_i is -n_i . u_i. The degree of the polynomial does not increase.
-Three lines give the equation
+equations, n_i replaces u_i, and k_i becomes -n_i . u_i. The degree of the polynomial does not
+increase. Three lines give the equation
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
@@ -42,7 +42,7 @@ from ..model.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 from ..planar.loop_step import PLANE, Cross, Dot, half
 
 Harmonics = tuple[Complex, ...]
-"""Real trigonometric polynomial c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
+"""Trigonometric polynomial c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...) with a real c_0."""
 HALF = sp.Rational(1, 2)
 LEGS = 3
 _UNIT: Harmonics = ((sp.S.One, ZERO), (ZERO, ZERO))
@@ -51,7 +51,7 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class LegLine:
-    """A line to which a leg constrains a point.
+    """The line on which a leg keeps a point.
 
     Attributes:
         normal: The unit normal of the line.
@@ -64,13 +64,13 @@ class LegLine:
 
 @dataclass(frozen=True)
 class Triad:
-    """Three legs of a planar platform: rods, then lines.
+    """Three legs of a planar platform. Rods come first, then lines.
 
     Attributes:
-        A: Fixed points (x, y), meter: ends of rods, points of fixed lines, or points that stay on
+        A: Fixed points (x, y), meter. They are rod ends, points of fixed lines, or points on
             platform lines.
-        b: Points in platform axes, meter: ends of rods, points that stay on fixed lines, or points
-            of platform lines.
+        b: Points in platform axes, meter. They are rod ends, points on fixed lines, or points of
+            platform lines.
         L: The rod lengths, meter.
         lines: The lines.
     """
@@ -83,18 +83,18 @@ class Triad:
 
 @dataclass(frozen=True)
 class Elimination:
-    """The elimination of the platform's position, as equations for the article.
+    """Equations that eliminate the position of the platform, for the article.
 
     Attributes:
         u: Components of u_2 and u_3 with their symbols.
-        norms: The norms of u_2 and u_3, expressed in the components of these vectors.
-        k: The right-hand sides of the linear pair, in terms of the lengths.
-        w: Symbols of the first rod's components.
+        norms: The norms of u_2 and u_3, as functions of their components.
+        k: The right-hand sides of the linear pair, as functions of the lengths.
+        w: Symbols of the components of the first rod.
         position: x and y of the platform in terms of w.
-        scale: The squared length whose third power divides the polynomial.
-        linear: The left-hand sides of the two linear equations, in vector form.
-        solution: The vector w of the first rod that solves the linear pair.
-        polynomial: Both sides of the remaining equation in phi.
+        scale: A squared length. The polynomial is divided by its third power.
+        linear: The left-hand sides of the two linear equations.
+        solution: The vector w that solves the linear pair.
+        polynomial: Both sides of the equation for phi.
     """
 
     u: tuple[tuple[Named, ...], ...]
@@ -122,8 +122,8 @@ def elimination(
         b: Three pins in platform axes, meter.
         L: Three rod lengths, meter.
         phi: The platform's angle.
-        name: Returns the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` for an index: the
-            rod number, an axis, or both.
+        name: Returns the symbol of a letter (``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J``) and an
+            index. The index is the rod number, an axis, or both.
     """
     turn = sp.cos(phi), sp.sin(phi)
     sides = [minus(other, b[0]) for other in b[1:]]
@@ -158,16 +158,15 @@ def elimination(
 
 
 def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
-    """Returns the trigonometric polynomial whose zeros are the platform's angles in all modes.
+    """Returns the trigonometric polynomial whose zeros are the platform angles of all modes.
 
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
-    the mean square of rods and platform sides, so that the coefficients have magnitude about 1.
-    If legs end on lines, the mean also includes the squared distances between the fixed points of
-    these lines. The polynomial
-    vanishes identically if the three rods can stay parallel.
+    the mean square of rods and platform sides, so the coefficients are about 1. If there are lines,
+    the mean includes the squared distances between their fixed points. The polynomial is zero at
+    all angles if the three rods can stay parallel.
 
     Args:
-        terms: Names of all terms.
+        terms: Receives the terms.
         triad: The legs.
 
     Returns:
@@ -184,25 +183,24 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 
 
 def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
-    """Returns the platform's position at an angle that is a zero of the polynomial.
+    """Returns the position of the platform at an angle that is a zero of the polynomial.
 
-    Along the longer of u_2 and u_3, called u, the component of the first rod is k / |u|. The
-    component across u follows from the rod length. Both components of the first rod are well
-    conditioned even if u_2 and u_3 are parallel and the linear pair is singular. The third circle
-    selects the sign of the component across u. If the three centers are collinear, the mirrored
-    points are both solutions: this function returns the first solution, :func:`triad_mirror` the
-    second. If the centers coincide, the result is NaN. Legs with lines come first. Of three lines,
-    the two closest to perpendicular determine the position.
+    Let u be the longer of u_2 and u_3. Along u, the component of the first rod is k / |u|. The
+    component across u follows from the rod length. Both components are accurate even if u_2 and u_3
+    are parallel. The third circle determines the sign of the component across u. If the three
+    centers are collinear, both signs are solutions. This function returns the first one, and
+    :func:`triad_mirror` returns the second one. If the centers coincide, the position is NaN. Legs
+    with lines come first. If there are three lines, the two lines that are closest to perpendicular
+    determine the position.
 
     Args:
-        terms: Names of all terms.
+        terms: Receives the terms.
         triad: The legs.
-        c: Cosine of the platform's angle.
-        s: Sine of the platform's angle.
+        c: Cosine of the platform angle.
+        s: Sine of the platform angle.
 
-    Returns:
-        x and y as named terms. At an angle that is not a zero of the polynomial, the position lies
-        near the intersections of the first two circles.
+    Returns: x and y as named terms. At other angles, the position is near the intersections of the
+        first two circles.
     """
     return _Factors(terms, triad).position(c, s, sp.S.One)
 
@@ -210,14 +208,14 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
 def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
-    The mirror image is a second solution if the circle centers are collinear. Near a double zero of
-    the polynomial, the mirror image is a start value for the iteration.
+    If the centers of the circles are collinear, the mirror image is a second solution. Near a
+    double zero of the polynomial, it is a start value for an iteration.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Returns the residual of each leg's circle or line at x, y, phi (meter)."""
+    """Returns the residual (meter) of the circle or line of each leg at x, y, phi."""
     x, y, phi = theta
     turn = terms.cos_sin(phi)
     rods = len(triad.L)
@@ -234,10 +232,10 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 
 
 class _Factors:
-    """The factors of the polynomial, from the vectors w_2 and w_3.
+    """The factors of the polynomial.
 
-    The vector w_i is the vector u of a rod or the normal of a line. A vector R t - f is stored as
-    the pair (t, f): t rotates with the platform, f is fixed.
+    The vector w_i is the vector u of a rod, or the normal of a line. A vector R t - f is stored as
+    the pair (t, f). The part t rotates with the platform, and f is fixed.
     """
 
     def __init__(self, terms: Terms, triad: Triad) -> None:
@@ -277,7 +275,7 @@ class _Factors:
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial for a rod and two other legs."""
+        """Returns the summands of the polynomial for a first leg with a circle."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_constants, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
@@ -319,7 +317,7 @@ class _Factors:
     def _on_circle(
         self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
     ) -> Complex:
-        """Returns the vector of the first rod from its length and its component along a vector."""
+        """Returns the first rod from its length and its component along a vector."""
         terms = self.terms
         longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
         n1 = self._chosen(longer, *n)
@@ -361,7 +359,7 @@ class _Factors:
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """Returns a vector after the platform's rotation."""
+        """Returns a vector after the rotation of the platform."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
@@ -384,7 +382,7 @@ class _Factors:
 
 
 def _as_pair(line: LegLine) -> tuple[Complex, Complex]:
-    """Returns a line's normal as a pair: its rotating part, and its negated fixed part."""
+    """Returns the normal of a line as a pair of a rotating and a fixed part."""
     x, y = line.normal
     return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))
 

@@ -10,7 +10,7 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""Approximate operation count: 6,000 for the roots of the polynomial, and 1,000 per mode."""
+"""Approximate number of operations: 6,000 for the roots of the polynomial, and 1,000 per mode."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",
@@ -20,7 +20,7 @@ CALLS = (
 
 @dataclass(frozen=True)
 class TriadTables(Tables):
-    """The size of the platform (meter), the scale of length tolerances."""
+    """The size of the platform (meter), which scales tolerances of lengths."""
 
     size: float
 
@@ -34,11 +34,11 @@ def modes(h: SolvedLoops, triad: Triad) -> NativeSolverFunction:
 
 
 def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverFunction:
-    """Returns the function ``modes``, which calls the functions of a triad.
+    """Returns the function ``modes`` of a triad.
 
     Args:
         q: The actuated coordinates.
-        size: The platform's size (meter), the scale of length tolerances.
+        size: The size of the platform (meter), which scales tolerances of lengths.
         legs: Name of the function for the leg residuals.
     """
     return NativeSolverFunction(
@@ -70,7 +70,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> NativeSolverF
 
 
 def _size(h: SolvedLoops, triad: Triad) -> float:
-    """Returns the largest of all rod lengths and distances between platform pins (meter)."""
+    """Returns the largest rod length or distance between platform pins (meter)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]
     sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]

@@ -1,1 +1,1 @@
-"""Functions of q and p through loops with variable geometry."""
+"""Functions of q and p for loops with variable geometry."""

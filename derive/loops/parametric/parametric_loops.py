@@ -1,13 +1,13 @@
-"""Parametric functions of a robot with loops: the geometry is an additional input.
+"""Parametric functions of a robot with loops. Their additional input is the geometry.
 
-The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates q, and the unknown
-values u of passive joints and cylinders. Newton's iteration in C solves for u, starting from the
-nominal robot's configuration at q. With the tool's Jacobians J_u, J_q and J_p, the implicit
-function theorem gives three formulas:
+The loop equations are c(w, p) = 0 with the variables w = (q, u). The values u belong to passive
+joints and cylinders. Newton's method in C solves for u. It starts from the configuration of the
+nominal robot at q. Let J_u, J_q and J_p be the Jacobians of the tool. The implicit function theorem
+then gives
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-Computing L needs six linear systems, regardless of the number of parameters.
+L needs six linear systems, for any number of parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -39,25 +39,25 @@ from ..solve.solved_loops import SolvedLoops
 SYSTEM = "loops_p"
 """Name of the equations in C."""
 START = "configuration"
-"""The function that returns the start configuration of Newton's iteration."""
+"""The function that returns the start of Newton's method."""
 PARTS = "parts_p"
-"""The function that returns the frames and lengths of a robot description file."""
+"""The function that returns the frames and lengths of a robot file."""
 OPERATIONS = 4000
-"""Approximate operation count of a function: three Newton steps with six unknowns."""
+"""Approximate number of operations: three Newton steps with six unknowns."""
 
 
 class ParametricLoops:
-    """The parametric functions of one mechanism, over the terms of its derivation."""
+    """The parametric functions of one mechanism."""
 
     def __init__(self, hybrid: SolvedLoops) -> None:
-        """Names the variables and the parameters.
+        """Names the variables and parameters.
 
         Args:
             hybrid: The robot.
 
         Raises:
-            DescriptionError: The robot has no loops, or the number of equations differs from the
-                number of unknown variables.
+            DescriptionError: The robot has no loops, or the numbers of equations and unknown
+                variables differ.
         """
         self.hybrid, self.terms = hybrid, hybrid.terms
         self.mechanism = mechanism = on_balls(hybrid.mechanism)
@@ -86,23 +86,23 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (meter), by which lengths are divided."""
+        """The longest translation or rod (meter). Lengths are divided by it."""
         return float(f"{self.hybrid.numbers.size:.3g}")
 
     @cached_property
     def inner(self) -> Mapping[str, SymbolicFunction]:
-        """The functions of w and p that the parametric functions call, keyed by name."""
+        """The functions of w and p that the parametric functions call, by name."""
         found = [self._closure(), self._closure_by_p(), self._tool()]
         found += [self._tool_by(name) for name in ("w", "p")]
         found.append(self._parts())
         return {function.name: function for function in found}
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """Returns the named parametric functions, in the order of :data:`PARAMETRIC`."""
+        """Returns parametric functions by name, in the order of :data:`PARAMETRIC`."""
         return {name: self._parametric(name) for name in PARAMETRIC if name in names}
 
     def called(self, name: str) -> list[str]:
-        """Returns the names of the functions that a parametric function and its solver call."""
+        """Returns the names of the functions that a parametric function needs."""
         return [START, "closure_p", *(c.entry for c in self._calls(name) if not c.system)]
 
     @cached_property
@@ -171,7 +171,7 @@ class ParametricLoops:
         )
 
     def _tool_by(self, name: str) -> SymbolicFunction:
-        """Builds the tool's mixed Jacobian with respect to w or p."""
+        """Builds the mixed Jacobian of the tool with respect to w or p."""
         symbols = self.arguments[name].symbols
         twists = [(self._twist(motion), motion) for motion in self._end.motions]
         rows = [
@@ -204,7 +204,7 @@ class ParametricLoops:
         )
 
     def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
-        """Returns the tool's mixed twist for a motion at unit speed."""
+        """Returns the mixed twist of the tool for a motion at unit speed."""
         if motion.point is None:
             return (*motion.axis, *ORIGIN)
         lever = subtracted(self.terms, self._end.pose[1], motion.point)
@@ -236,8 +236,8 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # The solver call is the only statement with q as an input. The other statements use w,
-        # which is NaN if the loops do not close.
+        # Only the solver call has q as an input. The other statements use w, which is NaN if the
+        # loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -252,7 +252,7 @@ class ParametricLoops:
         )
 
     def _calls(self, name: str) -> tuple[Call, ...]:
-        """Returns the calls that precede the statements of a parametric function."""
+        """Returns the calls at the start of a parametric function."""
         closed = Call(SYSTEM, "at", ("q", "p"), (self.arguments["w"],), OPERATIONS)
         if name == "fk_p":
             return (closed, self._called("tool_p", "T"))
@@ -295,21 +295,20 @@ def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:
 def file_parts(
     mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
 ) -> list[Placement]:
-    """Returns the frames and lengths of a robot file at zero coordinates, in the file's order.
+    """Returns the frames and lengths of a robot file at zero.
 
-    A robot file states only joint frames, so each body uses the frame of its parent joint. The
-    placement after a joint is included in the placements of joints, ends and tool on the joint's
-    child body.
+    A robot file contains no body frames, so the frame of a body is the frame of its parent joint.
+    The placement after a joint is therefore part of all placements on its child body.
 
     Args:
         mechanism: The description.
         geometry: The geometry of the robot as variables.
-        coordinates: The symbols of coordinates and unknown variables.
+        coordinates: The symbols of the coordinates and the unknown variables.
 
     Returns:
-        Frames: the base body in the base frame, each joint in its parent body, both ends of each
-        closure or strut in their bodies, and the tool in its body. The list ends with the far end
-        of each strut along x, relative to its first end.
+        The frames in the order of the file: the base body in the base frame, each joint in its
+        parent body, both ends of each closure or strut, and the tool. The last entries are the far
+        ends of the struts, relative to their first ends.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

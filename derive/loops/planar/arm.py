@@ -1,4 +1,4 @@
-"""Arms of planar loops: body-fixed vectors, and the rotations between such vectors."""
+"""Vectors on bodies of planar loops, and the rotations between them."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ from ..model.phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A body-fixed vector with known coordinates; its rotation angle is stored separately.
+    """A vector on a body. Its rotation angle is stored separately.
 
     Attributes:
         vector: Named components at angle zero.
-        angle: Angle by which the vector is rotated relative to its body.
+        angle: Angle of the rotation relative to the body.
         square: The squared length.
     """
 
@@ -25,25 +25,25 @@ class Arm:
 
 
 def arm(terms: Terms, total: PhasorSum) -> Arm:
-    """Combines a sum of vectors that rotate by a common angle into one vector."""
+    """Combines a sum of vectors with the same angle into one vector."""
     angle = total.common_angle()
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
     if list(still.terms) in ([], [ZERO]):
-        # The squared length of a strut stays exact if it is computed without a square root.
+        # Without a square root, the squared length of a strut stays exact.
         exact = still.terms.get(ZERO, (ZERO, ZERO))
         return Arm((x, y), angle, terms.let(sp.expand(dot(exact, exact))))
     return Arm((x, y), angle, terms.let(x * x + y * y))
 
 
 def turn_of(terms: Terms, there: Complex, here: Arm) -> tuple[sp.Expr, sp.Expr]:
-    """Returns cosine and sine of the rotation from a body-fixed vector to a vector."""
+    """Returns the cosine and sine of the rotation from a vector on a body to another vector."""
     re, im = product(there, conjugate(here.vector))
     return terms.let(_over(terms, re, here.square)), terms.let(_over(terms, im, here.square))
 
 
 def rates_of(tangent: Tangent, vector: Complex) -> Complex:
-    """Returns the rates of a vector's components."""
+    """Returns the rates of the components of a vector."""
     return tangent.of(vector[0]), tangent.of(vector[1])
 
 

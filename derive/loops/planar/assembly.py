@@ -1,9 +1,9 @@
-"""Closed-form solution of planar loops: steps join bodies until all form one rigid group.
+"""Solves planar loops in closed form. Steps join bodies until all form one rigid group.
 
-Initially, each body of a linkage forms a separate group. Bodies connected by a known joint or a
-weld are joined first. Then the first applicable step in :data:`STEPS` joins further bodies. Both
-operations repeat until all bodies are joined. The mechanism is thus a sequence of Assur groups of
-class II. The known joints may be the actuated joints or the main-chain joints.
+At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
+them are joined first. Then the first step of :data:`STEPS` that can be applied joins more bodies.
+This is repeated until all bodies are joined. The mechanism is then a sequence of Assur groups of
+class II. The known joints are the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,20 +33,20 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The kinds of solution steps, cheapest first: steps without a square root come first."""
+"""The kinds of steps. The cheapest ones, which need no square root, come first."""
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A linkage, solved as far as the solution steps apply.
+    """A linkage that is completely or partly solved.
 
     Attributes:
         steps: The solution steps in order.
-        values: The determined joint, swing angle and cylinder values. Angles are sums of solved
-            angles and coordinates, and may exceed a full turn.
+        values: The values of joints, swing angles and cylinders that are solved. Angles are sums of
+            solved angles and coordinates. They may exceed a full turn.
         loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that equal zero.
-        open: Names of the joints between bodies that could not be joined.
+        relations: Sums of rotated vectors that are zero.
+        open: Names of the joints that remain unsolved.
     """
 
     steps: tuple[LoopStep, ...]
@@ -63,17 +63,17 @@ def assemble(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> Assembly:
-    """Solves a linkage, given the values of some joints.
+    """Solves a linkage for known values of some joints.
 
     Args:
-        terms: Names of all terms.
+        terms: Receives the terms.
         linkage: Bodies and joints.
-        known: Values of joints, swing angles or cylinders by name (radian, meter).
+        known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
-        branch: The requested branch, or None for the branch of the reference.
+        branch: The branch. By default, the branch of the reference.
 
     Raises:
-        DescriptionError: A loop does not close at the reference, or the branch is ambiguous there.
+        DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
     """
     clusters = Clusters(terms, linkage, known, reference, branch)
     while _join(clusters):
@@ -88,17 +88,17 @@ def assemblies(
     reference: AtReference,
     elsewhere: Sequence[AtReference] = (),
 ) -> Iterator[Assembly]:
-    """Yields the assemblies on all existing branches, the reference branch first.
+    """Yields the assemblies on all branches. The branch of the reference comes first.
 
-    The branch of the last step varies fastest. Branches share the expressions of all solution steps
-    up to the first different sign.
+    The branch of the last step varies fastest. Two branches share the expressions of all steps
+    before their first different sign.
 
     Args:
-        terms: Names of all terms.
+        terms: Receives the terms.
         linkage: Bodies and joints.
-        known: Values of joints, swing angles or cylinders by name (radian, meter).
+        known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration of the first branch.
-        elsewhere: Configurations at which every existing branch is closed.
+        elsewhere: Configurations at which every branch is closed.
     """
     first = Branch((), reference.sides)
     waiting = [(Clusters(terms, linkage, known, reference, first), first)]
@@ -114,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first rigid groups of bodies that can be joined, or returns False."""
+    """Joins the first rigid groups that a step can join. Returns False if there are none."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 
@@ -130,7 +130,7 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether all redundant joints close and all pin pairs stay distinct on a branch."""
+    """Whether all redundant joints of a branch close, and no two pins coincide."""
     is_open = any(
         closure_error > OFF_BRANCH for closure_error in clusters.closure_errors(elsewhere)
     )

@@ -1,7 +1,7 @@
-"""Rigid groups of planar bodies whose relative pose is known.
+"""Rigid groups of planar bodies with known relative poses.
 
-Initially, each body forms a separate rigid group. The pose of a body in its rigid group has an
-angle, a constant rotation, and an origin that is a sum of rotated vectors.
+At first, each body is a separate group. The pose of a body in its group consists of an angle, a
+constant rotation and an origin.
 """
 
 import cmath
@@ -26,43 +26,43 @@ from .loop_step import LoopStep
 from .reference import AtReference, Branch, wrapped
 
 Turned = tuple[sp.Expr, Complex]
-"""A rotation, stored as an exact angle and a constant unit complex number."""
+"""A rotation as an exact angle and a constant unit complex number."""
 Cluster = dict[str, PlanarPose]
-"""Rigidly connected bodies, each with its pose in the axes of the group."""
+"""The bodies of a rigid group with their poses in the axes of the group."""
 RING = 3
-"""Number of rigid groups that one step joins; each group is connected to the other two."""
+"""Number of rigid groups that a step joins. Each of them is connected to the other two."""
 
 
 class PlanarStep(LoopStep):
-    """The function with which a solution step joins rigid groups of a planar linkage."""
+    """A function that joins rigid groups of a planar linkage by a step."""
 
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first rigid groups to which the step applies, and records the step.
+        """Joins the first rigid groups to which the step applies.
 
         Args:
             clusters: The partially solved linkage.
 
         Returns:
-            False if the solution step does not apply to any rigid groups.
+            Whether rigid groups were joined.
 
         Raises:
-            DescriptionError: The loop does not close at the reference configuration, or its branch
-                is ambiguous at this configuration.
+            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
+                there.
         """
 
 
 @dataclass(frozen=True)
 class Guide:
-    """The guide along which a rigid group of bodies slides, in the axes of the base group.
+    """The guide on which a rigid group slides, in the axes of the base group.
 
     Attributes:
-        angle: The rotation angle of the sliding group, in addition to ``rotor``.
+        angle: The rotation angle of the sliding group, without the constant part.
         rotor: The constant part of the rotation.
-        at: The point of the guide at zero travel.
-        at_other: The point of the sliding group that coincides with ``at`` at zero travel, in the
-            axes of the sliding group.
+        at: The point of the guide at travel 0.
+        at_other: The point of the sliding group that is at ``at`` for travel 0, in the axes of the
+            sliding group.
         along: The direction of travel.
     """
 
@@ -73,27 +73,27 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """Returns the pose of the sliding bodies for a known displacement."""
+        """Returns the pose of the sliding bodies for a known travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
 
 
 class Clusters:
-    """The rigid groups of one linkage, which steps join into a single group.
+    """The rigid groups of a linkage. Steps join them to a single group.
 
     Attributes:
-        terms: Names of all terms.
+        terms: Receives the terms.
         linkage: Bodies and joints.
         known: Known values of joints, swing angles or cylinders by name (radian, meter).
         reference: The configuration that selects the branch.
-        branch: The requested branch, or None for the branch of the reference.
+        branch: The branch. None stands for the branch of the reference.
         all: The clusters.
-        steps: The solution steps recorded so far.
+        steps: The steps so far.
         loops: Rates of all solved angles.
-        relations: Sums of rotated vectors that equal zero.
-        travels: Slide travels solved by earlier steps, keyed by name.
-        bases: Vectors on the base between the two base pins of each solved dyad.
+        relations: Sums of rotated vectors that are zero.
+        travels: Solved travels of slides by name.
+        bases: Vectors between the two base pins of each solved dyad.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Clusters:
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether a joint connects one given rigid group of bodies to another."""
+        """Whether a joint connects two given rigid groups."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
@@ -142,18 +142,21 @@ class Clusters:
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts rigid groups: first the group with the root body, then by number of bodies."""
+        """Sorts rigid groups by their number of bodies, after the group of the root body."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """Yields rings of three rigid groups connected by pins and a given number of slides."""
+        """Yields rings of three rigid groups with a given number of slides.
+
+        The other joints are pins.
+        """
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Returns the first ring that :meth:`rings` yields, or None if there is no ring."""
+        """Returns the first ring of :meth:`rings`, or None."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -177,17 +180,17 @@ class Clusters:
     # --- pins and slides of a rigid group ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
-        """Returns the position of a pin in one of its rigid groups."""
+        """Returns the position of a pin in a rigid group."""
         if pin.a in cluster:
             return cluster[pin.a].point(pin.at_a)
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """Returns the vector from one pin of a rigid group to another pin."""
+        """Returns the vector between two pins of a rigid group."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """Returns the guide along which rigid group ``other`` slides on ``base``."""
+        """Returns the guide on which the group ``other`` slides on ``base``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -203,20 +206,20 @@ class Clusters:
     # --- joining of rigid groups ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Merges a group into a second group; its pose in the second group is known."""
+        """Merges a group into another group in which its pose is known."""
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Joins a rotated rigid group that shares a point with the base group."""
+        """Joins a rotated group that shares a point with the base group."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
 
     def join_known(self) -> bool:
-        """Joins the first two rigid groups connected by a weld or a known joint."""
+        """Joins the first two groups between which there is a weld or a known joint."""
         for edge in self.between():
             a, b = self.cluster(edge.a), self.cluster(edge.b)
             on_a, on_b = a[edge.a], b[edge.b]
@@ -240,17 +243,17 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """Returns the name of a solved angle, and records the rate of the angle."""
+        """Names a solved angle and records its rate."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """Returns the radicand, or -1 if a cylinder length is negative.
+        """Returns the radicand, or -1 if the length of a cylinder is negative.
 
         Args:
-            square: The radicand of a step's square root.
-            parts: The rigid groups of bodies that the step joins, including cylinders.
+            square: The radicand of a square root.
+            parts: The rigid groups that the step joins.
         """
         lengths = [
             edge.at_a[0] + self.known[edge.name]
@@ -270,20 +273,20 @@ class Clusters:
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
-        """Returns the branch sign of a step, from the requested branch or from the reference.
+        """Returns the sign of the branch for a step.
 
         Args:
-            at_reference: The branch sign at the reference, or 0 if ambiguous.
+            at_reference: The sign at the reference, or 0 if ambiguous.
             edges: The joints of the step, for the error message.
 
         Raises:
-            DescriptionError: The branch sign at the reference is ambiguous.
+            DescriptionError: The sign at the reference is ambiguous.
         """
         joined = tuple(edge.name for edge in edges)
         if self.branch is not None:
             return self.branch.side(joined)
         if at_reference == 0:
-            # The far ends of struts have no name in the description.
+            # The description has no names for the far ends of struts.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
             raise DescriptionError(
                 f"the loop of {names} does not close at the reference, or is at a dead point there:"
@@ -293,14 +296,14 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """Returns the assembly mode: 1 for a parallelogram, -1 for a crossed parallelogram.
+        """Returns the assembly mode of a dyad: 1 for a parallelogram, -1 for a crossed one.
 
         Args:
-            at_reference: 1 for the parallel figure, -1 for the crossed figure, or 0 if ambiguous.
+            at_reference: 1 for the parallelogram, -1 for the crossed one, or 0 if ambiguous.
             edges: The joints that the step solves.
 
         Raises:
-            DescriptionError: The configuration at the reference is ambiguous.
+            DescriptionError: The assembly mode at the reference is ambiguous.
         """
         if self.branch is not None:
             return self.branch.figure(tuple(edge.name for edge in edges))
@@ -309,14 +312,14 @@ class Clusters:
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
-        """Returns the Euclidean distance of joint values from their reference values.
+        """Returns the distance between joint values and their reference values.
 
-        Travels of slides are relative to the mechanism size.
+        Travels of slides are divided by the size of the mechanism.
 
         Args:
             edges: The joints.
-            turns: Rotation of each rigid group of bodies, keyed by the id of the group (radian).
-            travel: Travel of the slide among the joints (meter).
+            turns: Rotation of each rigid group (radian), by the id of the group.
+            travel: Travel of the slide (meter).
         """
         hints = self._hints([edge.name for edge in edges])
         total = 0.0
@@ -334,7 +337,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the reference values of joints, whether stated, derived or assumed."""
+        """Returns the reference values of joints."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -344,22 +347,21 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Returns the branch sign with the smaller distance, or 0 if both distances are equal."""
+        """Returns the sign with the smaller distance, or 0 if both distances are equal."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)
 
     def closure_errors(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """Returns the largest closure error of joints in rigid groups, for each configuration.
+        """Returns the largest closure error of redundant joints at each configuration.
 
-        On any branch except the reference branch, a redundant joint may stay open.
+        On a branch other than the reference branch, a redundant joint may stay open.
 
         Args:
             everywhere: The configurations.
 
         Returns:
-            The largest closure error at each configuration (radian, or relative to the size), or
-            NaN if a loop does not close.
+            The errors (radian, or relative to the size). An error is NaN if a loop does not close.
         """
         errors = [self._closure_error(edge) for edge in self.linkage.edges]
         found = [[error(at) for error in errors if error is not None] for at in everywhere]
@@ -368,18 +370,18 @@ class Clusters:
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
-        Bodies on coincident pins rotate freely together, so that only rounding errors would
-        determine their pose.
+        Bodies on coincident pins rotate together freely. Only rounding errors would determine their
+        pose.
 
         Args:
-            everywhere: The configurations; configurations with an open loop are ignored.
+            everywhere: The configurations. Open configurations are ignored.
         """
         lengths = [[abs(at.vector(base)) / at.size for at in everywhere] for base in self.bases]
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the relative closure error of a joint, or None outside rigid groups."""
+        """Returns the function for the closure error of a joint, or None between rigid groups."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None
@@ -403,7 +405,7 @@ class Clusters:
     # --- values of joints ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of all joints inside rigid groups."""
+        """Returns the values of all joints in rigid groups."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)
@@ -437,7 +439,7 @@ class Clusters:
 
 
 def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
-    """Returns implied pins between two bodies that rotate about one point of a third body."""
+    """Returns pins between two bodies that rotate about the same point of a third body."""
     turns = [edge for edge in edges if isinstance(edge, PinEdge)]
     found = []
     for one, other in combinations(turns, 2):
@@ -449,7 +451,7 @@ def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
 
 
 def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
-    """Returns the second body of a pin, and the pin positions on both bodies."""
+    """Returns the other body of a pin, and the positions of the pin on both bodies."""
     if turn.a == body:
         return turn.b, turn.at_b, turn.at_a
     return turn.a, turn.at_a, turn.at_b

@@ -1,7 +1,7 @@
-"""Joint values of a linkage at the reference, including values that the description does not state.
+"""Joint values of a linkage at the reference, with values that the description omits.
 
-A reference states the values of the tree joints, which determine the body poses. The joint values
-of closures and the unstated swing angles are computed from these poses.
+The values of the tree joints determine the poses of the bodies. These poses give the joint values
+of closures and the omitted swing angles.
 """
 
 import cmath
@@ -14,7 +14,7 @@ from .reference import AtReference
 
 
 class _Pose(NamedTuple):
-    """A body's angle and origin, in the axes of the first body of its connected group."""
+    """Angle and origin of a body, relative to the first body of its group."""
 
     first: str
     angle: float
@@ -24,12 +24,12 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Returns the values of joints between bodies that known joints connect (radian or meter).
+    """Returns the values of joints between bodies whose poses are known (radian or meter).
 
     Args:
-        edges: The joints of a linkage: tree joints in order, then closures and struts.
-        reference: Evaluates the joints numerically.
-        given: Values of joints, swing angles and cylinders, keyed by name.
+        edges: The joints of a linkage: tree joints first, then closures and struts.
+        reference: The reference.
+        given: Known values of joints, swing angles and cylinders by name.
     """
     bodies = _Bodies(edges, reference, given)
     for edge in edges:
@@ -39,7 +39,7 @@ def described_joints(
 
 
 class _Bodies:
-    """The body poses determined so far."""
+    """The poses of bodies that are known so far."""
 
     def __init__(
         self, edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
@@ -49,7 +49,7 @@ class _Bodies:
         self._poses: dict[str, _Pose] = {}
 
     def place(self, edge: Edge) -> None:
-        """Places the second body of a joint; unconnected bodies start a new group."""
+        """Places the second body of a joint. An unconnected body starts a new group."""
         a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
         if edge.b in self._poses:
             return
@@ -69,7 +69,7 @@ class _Bodies:
         self._poses[edge.b] = _Pose(a.first, angle, origin)
 
     def value(self, edge: Edge) -> float | None:
-        """Returns the value of a joint, or None if its bodies belong to different groups."""
+        """Returns the value of a joint, or None if its bodies are in different groups."""
         a, b = self._poses[edge.a], self._poses[edge.b]
         if a.first != b.first or isinstance(edge, WeldEdge):
             return None
@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """Returns the angle or travel at which a strut points to the joint at its other end."""
+        """Returns the angle or travel that points a strut to its other end."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

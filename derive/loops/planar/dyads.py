@@ -1,4 +1,4 @@
-"""Dyads of pins: two bodies rotate on a third body, and a pin connects the two rotating bodies."""
+"""Dyads of pins: two arms rotate on a base, and a pin connects both arms."""
 
 import cmath
 import math
@@ -13,19 +13,19 @@ from ..model.planes import Edge, PinEdge
 from .clusters import Cluster, Clusters, Turned
 
 SIDES = {1: "left", -1: "right"}
-"""Name of the side on which a dyad's far pin lies, seen along the base."""
+"""Name of the side of the base on which the pin between the arms lies."""
 
 
 @dataclass(frozen=True)
 class Dyad:
-    """Three rigid groups in a ring of pins: the base, and two arms with pin distances V and W.
+    """A ring of three rigid groups and three pins: a base, and two arms of lengths V and W.
 
     Attributes:
-        clusters: The three rigid groups: the base, X and Y.
-        pins: The pin between base and X, the pin between X and Y, and the pin between base and Y.
-        V: Vector on body X, from its pin on the base to its pin on body Y.
-        W: Vector on body Y, from its pin on the base to its pin on body X.
-        D: Vector on the base, from the pin of body X to the pin of body Y.
+        clusters: The rigid groups: the base, X and Y.
+        pins: The pins between base and X, between X and Y, and between base and Y.
+        V: Vector on X, from its pin on the base to its pin on Y.
+        W: Vector on Y, from its pin on the base to its pin on X.
+        D: Vector on the base, from the pin of X to the pin of Y.
     """
 
     clusters: tuple[Cluster, Cluster, Cluster]
@@ -53,10 +53,10 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the rigid groups of a dyad at the solved rotations.
+    """Joins the rigid groups of a dyad after their rotations are solved.
 
     Returns:
-        The pin names, the reference body of the loop equation, and the loop equation.
+        A tuple (pin names, reference body, loop equation).
     """
     base, X, Y = dyad.clusters
     to_X, _, to_Y = dyad.pins
@@ -73,10 +73,9 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """Returns the side of the far pin at the reference, or 0 if ambiguous.
+    """Returns the side of the pin between the arms at the reference, or 0 if ambiguous.
 
-    If a branch is requested, the result is also 0, because the branch then does not depend on the
-    reference.
+    If a branch is requested, the side is not needed and the result is 0.
     """
     if clusters.branch is not None:
         return 0
@@ -93,7 +92,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Returns an intersection of two circles about the two ends of the vector d, or None."""
+    """Returns an intersection of two circles about the ends of the vector d, or None."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -102,7 +101,7 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """Returns the rotation between two equally long vectors without a square root, or None."""
+    """Returns the rotation between vectors of equal length without a square root, or None."""
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
     ((angle, a),) = here.terms.items()
@@ -113,9 +112,10 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 
 
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
-    """Returns the first ring of three pins that is not near a dead point at the reference.
+    """Returns the first ring of three pins that is not near a dead point.
 
-    The result is the first ring if all rings are near a dead point, and None if there is no ring.
+    If all rings are near a dead point, the result is the first ring. Without rings, the result is
+    None.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
@@ -123,7 +123,7 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns sin^2 of the angle between the arms; negative if the arms cannot meet."""
+    """Returns sin^2 of the angle between the arms. It is negative if the arms cannot meet."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     if not v * w:
         return -1.0
@@ -131,9 +131,9 @@ def _margin(clusters: Clusters, dyad: Dyad) -> float:
 
 
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
-    """Whether the base is numerically a sum of two vectors as long as the arms.
+    """Whether the base may be the sum of two vectors with the lengths of the arms.
 
-    The exact test for a parallelogram is much slower.
+    This numerical test is much faster than the exact test for a parallelogram.
     """
 
     def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:
@@ -162,7 +162,7 @@ def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
 def _less(
     total: dict[sp.Expr, complex], relation: dict[sp.Expr, complex], factor: complex
 ) -> dict[sp.Expr, complex]:
-    """Subtracts a multiple of a vector sum, and drops rounding noise."""
+    """Subtracts a multiple of a vector sum, and removes rounding errors."""
     size = max(map(abs, total.values()))
     rest = {
         angle: total.get(angle, 0j) - factor * relation.get(angle, 0j)

@@ -1,9 +1,9 @@
-"""Steps of a loop solution: each class solves, differentiates and explains a kind of step.
+"""Steps that solve loops. Each class solves, differentiates and explains one kind of step.
 
-A step determines some joints of a loop from known joints. The class of the step finds matching
-bodies or struts and solves them. Each instance stores the vectors of one solution. The equations of
-a step are SymPy expressions in the quantities of the step (:func:`quantity`). An article prints the
-expressions of a step in the symbols of the robot, and a test evaluates them numerically.
+A step determines some joints of a loop from known joints. The class of a step finds bodies or
+struts to which the step applies, and solves them. An instance stores the vectors of one solution.
+The equations of a step are SymPy expressions in its quantities (:func:`quantity`). An article
+prints the expressions with the symbols of the robot. A test evaluates them numerically.
 """
 
 from abc import ABC, abstractmethod
@@ -18,53 +18,53 @@ from ..model.phasors import ONE, ZERO, PhasorSum
 
 HALF = sp.Rational(1, 2)
 PLANE, SPACE = "xy", "xyz"
-"""Axis letters of a planar vector, and of a spatial vector."""
+"""Axis letters of planar and of spatial vectors."""
 Quantities = tuple[sp.Symbol, ...]
 Weighted = tuple[tuple[sp.Expr, sp.Expr], ...]
-"""Pairs of a quantity and the factor of its time derivative in a rate equation."""
+"""A pair (quantity, factor). The factor multiplies the time derivative in a rate equation."""
 
 
 def quantity(letter: str, axis: str = "") -> sp.Symbol:
-    """Returns the symbol of a step quantity: a scalar, a vector, or a vector component."""
+    """Returns the symbol of a quantity, which is a scalar, a vector or a component of a vector."""
     return sp.Symbol(f"{letter}_{axis}" if axis else letter, real=True)
 
 
 def letter_and_axis(symbol: sp.Symbol) -> tuple[str, str]:
-    """Returns the letter and the axis of a symbol from :func:`quantity`."""
+    """Returns the letter and the axis of a symbol."""
     letter, _, axis = symbol.name.partition("_")
     return letter, axis
 
 
 def components(letter: str, axes: str = PLANE) -> Quantities:
-    """Returns the symbols of a vector's components."""
+    """Returns the symbols of the components of a vector."""
     return tuple(quantity(letter, axis) for axis in axes)
 
 
 def length_of(letter: str) -> sp.Symbol:
-    """Returns the symbol of a vector's length."""
+    """Returns the symbol of the length of a vector."""
     return sp.Symbol(f"|{letter}|", real=True)
 
 
 class Cross(sp.Function):  # type: ignore[misc]
-    """The cross product of two vector quantities of a step."""
+    """The cross product of two vectors."""
 
     nargs = 2
 
 
 class Dot(sp.Function):  # type: ignore[misc]
-    """The scalar product of two vector quantities of a step."""
+    """The scalar product of two vectors."""
 
     nargs = 2
 
 
 @dataclass(frozen=True)
 class AngleEquation:
-    """The angle that rotates a vector to a target direction.
+    """The angle from a vector to a target direction.
 
     Attributes:
-        angle: The angle of the rotation, a named term.
-        here: The symbol (a letter) of the rotated vector.
-        there: Components of a vector of the same length in the target direction.
+        angle: The angle, a named term.
+        here: The letter of the rotated vector.
+        there: Components of a vector in the target direction. It has the same length.
     """
 
     angle: sp.Symbol
@@ -74,18 +74,17 @@ class AngleEquation:
 
 @dataclass(frozen=True)
 class RateEquation:
-    """A linear equation between the time derivatives of a step's unknowns and known vectors.
+    """A linear equation for the time derivatives of the unknowns of a step.
 
-    The sum of ``weight * rate(unknown)`` over ``left`` equals the sum of
-    ``weight * rate(quantity)`` over ``right``.
+    Both sides are sums of ``weight * rate``. The left side contains the unknowns, and the right
+    side contains the known quantities.
 
     Attributes:
-        left: Pairs of an unknown and its weight. The weight of a single unknown is zero at a dead
+        left: Pairs (unknown, weight). If there is only one unknown, its weight is zero at a dead
             point.
-        right: Pairs of a quantity (or an expression of quantities) and its weight.
-        projected: Two vectors: the left side is the scalar product of the first vector with the
-            derivative of the second. The field is empty if the left side is printed as a sum of
-            products.
+        right: Pairs (quantity, weight). The quantity may be an expression.
+        projected: Two vectors. The left side is the scalar product of the first vector with the
+            derivative of the second. Empty if the left side is printed as a sum.
     """
 
     left: Weighted
@@ -95,17 +94,17 @@ class RateEquation:
 
 @dataclass(frozen=True)
 class StepEquations:
-    """The closed form of one solution step, in the vectors and scalars of the step.
+    """The closed form of one step, in its vectors and scalars.
 
     Attributes:
-        vectors: Named components of the given vectors, by letter.
-        lengths: Letters of all vectors whose lengths appear in the equations.
-        scalars: Known scalars as named terms, for which no printed symbol is needed.
-        unknowns: Slide travels and position components for which the step solves, as named terms.
-        results: Definitions in order; each definition uses only earlier quantities.
-        angles: The angles for which the step solves.
-        margin: The margin of the step, or None if the loop of the step can always be closed.
-        rates: Rate equations of the unknowns and the angles.
+        vectors: Components of the given vectors by letter, as named terms.
+        lengths: Letters of the vectors whose lengths occur in the equations.
+        scalars: Known scalars as named terms. They need no printed symbol.
+        unknowns: Solved travels of slides and position components, as named terms.
+        results: Definitions in order. A definition uses only earlier quantities.
+        angles: The solved angles.
+        margin: The margin of the step, or None if its loop can always be closed.
+        rates: Rate equations of unknowns and angles.
     """
 
     vectors: Mapping[str, tuple[sp.Expr, ...]] = field(default_factory=dict)
