@@ -26,6 +26,8 @@ from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
 from .mechanisms import backward_inverse, leg_inverse
+from .mechanisms.backward_inverse import is_carried
+from .mechanisms.carried_wrist import ROTATIONS
 from .mechanisms.leg_chains import leg_chains
 from .polished_inverse import FREEDOMS
 from .serial_inverse import Inverses
@@ -360,6 +362,12 @@ def _of_loops(hybrid: SolvedLoops) -> str:
     is_solved = hybrid.forward.open and (
         leg_inverse.makers(hybrid) or backward_inverse.makers(hybrid)
     )
+    if is_solved and is_carried(hybrid):
+        return (
+            f"{message} The pose of the tool determines the wrist center. Each leg keeps a ball "
+            f"joint in a plane, so that up to {ROTATIONS} rotations of the platform are roots of a "
+            "polynomial. ik solves the legs and the wrist for each rotation."
+        )
     if is_solved:
         return f"{message} ik solves a pose in this way."
     reason = backward_inverse.missing(hybrid)

@@ -29,6 +29,13 @@ HEXAPOD = (
     "chasles_solve_six.h",
 )
 SUPPORTS = {
+    "carried_wrist": (
+        "chasles_carried_wrist.h",
+        "chasles_carried_wrist_tolerances.h",
+        "chasles_closure_modes.h",
+        "chasles_closure_tolerances.h",
+        *CIRCLE,
+    ),
     "general": ("chasles_general.h", *GENERAL),
     "general_tool": ("chasles_general_tool.h", *GENERAL),
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),

@@ -37,6 +37,8 @@ from ..tasks.slots import (
     tool_of,
 )
 from ..tool_axis import with_still_axis
+from . import carried_wrist
+from .carried_wrist import CarriedWrist
 from .leg_chains import LegChain, leg_chains
 from .loop_sides import (
     MAX_CHOICES,
@@ -72,6 +74,11 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
     return {"ik": partial(_inverse, chain=chain, legs=legs)}
 
 
+def is_carried(h: SolvedLoops) -> bool:
+    """Whether the inverse finds the rotations of a platform that carries a wrist."""
+    return isinstance(_chain(h), CarriedWrist)
+
+
 def missing(h: SolvedLoops) -> str:
     """Returns the reason why a robot with iterated loops has no ``ik``.
 
@@ -83,13 +90,17 @@ def missing(h: SolvedLoops) -> str:
         return ""
     if leg_chains(h) is None:
         return f"the main chain does not determine {listed(h.backward.open)} in closed form"
-    return "" if _chain(h) else f"for the main chain, {classify(h.robot, h.terms).missing}"
+    if _chain(h):
+        return ""
+    reason = classify(h.robot, h.terms).missing
+    return f"for the main chain, {reason}" if reason else carried_wrist.missing(h)
 
 
-def _chain(h: SolvedLoops) -> MovingChain | None:
+def _chain(h: SolvedLoops) -> MovingChain | CarriedWrist | None:
+    """Returns the main chain and a structure that solves its pose, or None if none exists."""
     whole = _whole_chain(h)
     moving = moving_chain(h, FAMILIES) if whole is None else None
-    return whole if moving is None else moving[0]
+    return (whole if moving is None else moving[0]) or carried_wrist.carried_wrist(h)
 
 
 def _whole_chain(h: SolvedLoops) -> MovingChain | None:
@@ -119,10 +130,12 @@ def moving_inverses(h: SolvedLoops) -> Inverses | None:
     return Inverses(classification, {"ik": solved})
 
 
-def _inverse(h: SolvedLoops, chain: MovingChain, legs: Sequence[LegChain]) -> SymbolicFunction:
+def _inverse(
+    h: SolvedLoops, chain: MovingChain | CarriedWrist, legs: Sequence[LegChain]
+) -> SymbolicFunction:
     """Returns the function ``ik``. Each combination of branch signs has a solution slot."""
     function, work = _solved(h, frozenset(), chain, legs)
-    settled = _settled(h, function, work, chain.given, has_legs=bool(legs))
+    settled = _settled(h, function, work, chain, has_legs=bool(legs))
     return _solved(h, settled, chain, legs)[0] if settled else function
 
 
@@ -130,7 +143,7 @@ def _settled(
     h: SolvedLoops,
     function: SymbolicFunction,
     work: Work,
-    given: Sequence[int],
+    chain: MovingChain | CarriedWrist,
     *,
     has_legs: bool,
 ) -> frozenset[int]:
@@ -139,33 +152,33 @@ def _settled(
     if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
         # Several joint vectors of the platform chain lead to the same pose and the same legs.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
-        return unused | _idle_in_legs(h, function, given) if has_legs else unused
+        return unused | _idle_in_legs(h, function, chain) if has_legs else unused
     if has_legs and work.signs:
-        return unused | _idle_in_legs(h, function, given)
+        return unused | _idle_in_legs(h, function, chain)
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
         # The loops can rarely be closed at random poses. The branch signs change the coordinates
         # nevertheless.
-        return unused | idle_choices(h, function, *_poses(h, given), within=np.inf)[0]
-    same, without = idle_choices(h, function, *_poses(h, given))
+        return unused | idle_choices(h, function, *_poses(h, chain), within=np.inf)[0]
+    same, without = idle_choices(h, function, *_poses(h, chain))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
 def _idle_in_legs(
-    h: SolvedLoops, function: SymbolicFunction, given: Sequence[int]
+    h: SolvedLoops, function: SymbolicFunction, chain: MovingChain | CarriedWrist
 ) -> frozenset[int]:
     """Returns the branch signs of legs that change no coordinate at a pose with closed loops.
 
     The loops of a platform with all degrees of freedom can be closed at every pose.
     """
     if len(h.theta) <= len(h.q):
-        return idle_signs(h, function, *_poses(h, given))
+        return idle_signs(h, function, *_poses(h, chain))
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     places = [h.numbers.names.index(joint.name) for joint in h.robot.moving]
     theta = np.repeat([w[places] for w in h.numbers.generic], SIGNS_AT_A_POSE, axis=0)
     T = np.array(fk(theta.T)).reshape(16, -1)
-    return idle_signs(h, function, T, *(theta.T[[k]] for k in given))
+    return idle_signs(h, function, T, *_inputs(h, chain, theta))
 
 
 def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
@@ -185,18 +198,32 @@ def _has_loops_at_its_ends(mechanism: Mechanism) -> bool:
     return not chain & actuated and all(path in (set(), chain) for path in paths)
 
 
-def _poses(h: SolvedLoops, given: Sequence[int]) -> list[FloatArray]:
+def _inputs(
+    h: SolvedLoops, chain: MovingChain | CarriedWrist, theta: FloatArray
+) -> list[FloatArray]:
+    """Returns the inputs of the inverse after the tool pose, for main-chain joints (N, n)."""
+    if not isinstance(chain, CarriedWrist):
+        return [theta.T[[k]] for k in chain.given]
+    (fk,) = lower([chain.platform_pose(h)], "platform")
+    return [np.array(fk(theta.T)).reshape(16, -1)]
+
+
+def _poses(h: SolvedLoops, chain: MovingChain | CarriedWrist) -> list[FloatArray]:
+    """Returns random main-chain poses (16, N) around the reference, and further inputs."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
     lengths = np.array([joint.kind == "prismatic" for joint in h.robot.moving])
     reach = SAMPLED_RANGE * np.where(lengths, size, 1.0)
     theta = middle + np.random.default_rng(0).uniform(-reach, reach, (SAMPLES, len(middle)))
-    return [np.array(fk(theta.T)).reshape(16, -1), *(theta.T[[k]] for k in given)]
+    return [np.array(fk(theta.T)).reshape(16, -1), *_inputs(h, chain, theta)]
 
 
 def _solved(
-    h: SolvedLoops, settled: frozenset[int], chain: MovingChain, legs: Sequence[LegChain]
+    h: SolvedLoops,
+    settled: frozenset[int],
+    chain: MovingChain | CarriedWrist,
+    legs: Sequence[LegChain],
 ) -> tuple[SymbolicFunction, Work]:
     """Returns (function without redundant branch signs, solution steps)."""
     terms, work = h.terms, Work(h.terms, settled=settled)

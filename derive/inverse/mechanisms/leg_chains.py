@@ -214,14 +214,15 @@ def _leg(h: SolvedLoops, loop: Loop, open_: Collection[str]) -> LegChain | None:
     robot = SerialRobot(
         h.mechanism.name, tuple(joints), tool=after, parameters=h.mechanism.parameters
     )
-    structure = _structure(h, robot)
+    structure = structure_of(robot, h.terms)
     if structure is None:
         return None
     return LegChain(loop_joint.name, known, unknown, back, end, robot, *structure)
 
 
-def _structure(h: SolvedLoops, robot: SerialRobot) -> tuple[Lines, Attempt] | None:
-    classification = classify(robot, h.terms, families=LEG_FAMILIES)
+def structure_of(robot: SerialRobot, terms: Terms) -> tuple[Lines, Attempt] | None:
+    """Returns the axes and the structure of a leg, or None if no structure fits."""
+    classification = classify(robot, terms, families=LEG_FAMILIES)
     found = classification.found
     if found is None:
         return with_still_axis(robot, classification, FAMILIES)

@@ -9,7 +9,7 @@ solution if ``fk`` returns the target pose. Otherwise, the coordinates belong to
 mode.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -18,6 +18,8 @@ from ...loops.iterated.closure_equations import LoopClosure
 from ...loops.iterated.iteration import STEPS, SYSTEM
 from ...loops.modes.platforms import WrittenMaker
 from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction, Tables
+from .carried_wrist import PLATFORM, ROTATIONS, carried_wrist
+from .carried_wrist import SOLVER as CARRIED
 
 IK, LEGS, FK = "ik", "ik_legs", "fk"
 SOLVER = "closure_modes"
@@ -70,7 +72,7 @@ class ClosureSize(Tables):
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFunction:
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
     slots = legs.branches
-    return NativeSolverFunction(
+    checked = NativeSolverFunction(
         IK,
         f"Every solution of the inverse kinematics, in {slots} slots.",
         IDENTITY,
@@ -89,4 +91,28 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> NativeSolverFuncti
         slots,
         SYSTEM * STEPS * slots,
         role=legs.role,
+    )
+    carried = carried_wrist(closure.hybrid) if PLATFORM in legs.inputs else None
+    if carried is None:
+        return checked
+    count = ROTATIONS * slots
+    return replace(
+        checked,
+        summary=f"Every solution of the inverse kinematics, in {count} slots.",
+        inputs=legs.inputs[:1],
+        outputs=tuple(replace(r, shape=(count, *r.shape[1:])) for r in checked.outputs),
+        solver=CARRIED,
+        tables=carried.tables(slots, q.shape[1], closure.size),
+        branches=count,
+        operations=ROTATIONS * checked.operations,
+        role=replace(legs.role, labels=_by_rotation(legs.role.labels)),
+    )
+
+
+def _by_rotation(labels: Sequence[str]) -> tuple[str, ...]:
+    """Returns the label of each solution slot of a wrist on a platform."""
+    return tuple(
+        ", ".join(filter(None, (f"platform rotation {k + 1}", label)))
+        for k in range(ROTATIONS)
+        for label in labels
     )

@@ -7,12 +7,14 @@ from itertools import groupby
 import sympy as sp
 
 from ...inverse.mechanisms.backward_inverse import moving_inverses
+from ...inverse.mechanisms.carried_wrist import PLATFORM, ROTATIONS, carried_wrist
 from ...inverse.mechanisms.leg_chains import leg_chains
 from ...inverse.mechanisms.mode_check import LEGS
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...loops.solve.solved_loops import SolvedLoops
 from ...model.plural import counted
 from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..chain.tables import tabular
@@ -42,6 +44,8 @@ def inverse_of_loops(page: LoopPage) -> str:
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
     back = next((f for f in page.functions if f.name in ("ik", LEGS)), None)
+    if back is not None and PLATFORM in back.inputs:
+        return text(_rotations(page.hybrid), _through_the_chain(page, back))
     moving = moving_inverses(page.hybrid) if found is None and back is not None else None
     if moving is not None and back is not None:
         return text(_written(chain, moving, {}).rstrip(), _through_the_chain(page, back))
@@ -68,6 +72,24 @@ def inverse_of_loops(page: LoopPage) -> str:
     )
 
 
+def _rotations(hybrid: SolvedLoops) -> str:
+    """Explains the rotations of a platform that carries a wrist."""
+    carried = carried_wrist(hybrid)
+    assert carried is not None
+    names = [escape(joint.name) for joint in carried.wrist.moving]
+    axes = f"The axes of {in_words(names)} meet" if names[1:] else f"The axis of {names[0]} passes"
+    return (
+        f"{axes} {'in' if names[1:] else 'through'} the wrist center $c$ of the platform, which the"
+        " pose of the tool places at $w$. Each of three legs keeps a ball joint $b_i$ of the"
+        " platform in a plane with the unit normal $n_i$ and the offset $d_i$. The rotation $R$ of"
+        r" the platform therefore satisfies \[n_i\cdot R\,(b_i - c) = d_i - n_i\cdot w, \quad"
+        r" i = 1, 2, 3.\] The first equation leaves two angles, and the other two equations are"
+        " linear in the cosine and sine of the second angle. Their resultant is a trigonometric"
+        f" polynomial of degree 4 in the first angle, with up to {ROTATIONS} real roots. The other"
+        " joints of the main chain follow from the rotation."
+    )
+
+
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
     """Explains the actuators of robots whose only closed form starts from the main chain."""
     freedoms = page.hybrid.freedoms
@@ -84,7 +106,8 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
         if legs
         else ""
     )
-    slots = f"{function.branches} slots" if function.branches > 1 else "one slot"
+    count = function.branches * (ROTATIONS if PLATFORM in function.inputs else 1)
+    slots = f"{count} slots" if count > 1 else "one slot"
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"
         f" chain.{by_legs} Equivalent choices share a slot, so \\texttt{{ik}} has"

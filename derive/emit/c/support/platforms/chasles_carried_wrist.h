@@ -1,0 +1,329 @@
+/* Finds every solution for a wrist on a platform whose three legs each keep a ball joint in a plane
+ * (3-RPS). This file is part of chasles and is the same for every robot.
+ *
+ * The tool pose determines the wrist center. The rotation R of the platform satisfies the equations
+ * n . R m = e of the three balls. The direction m of the first ball has the azimuth alpha about the
+ * normal n of its plane, and the platform rotates by beta about this direction. The other two
+ * equations are linear in cos(beta) and sin(beta); their resultant is a trigonometric polynomial of
+ * degree 4 in alpha. Newton's iteration refines the rotations.
+ */
+#ifndef CHASLES_CARRIED_WRIST_H
+#define CHASLES_CARRIED_WRIST_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "chasles_carried_wrist_tolerances.h"
+#include "chasles_circle_roots.h"
+#include "chasles_closure_modes.h"
+
+#define CHASLES_CARRIED_ROTATIONS 8
+#define CHASLES_CARRIED_DEGREE 4
+/* Number of samples of the polynomial, a divisor of CHASLES_CELLS. */
+#define CHASLES_CARRIED_SAMPLES 16
+/* Maximum number of Newton steps; at a double root, each step halves the error. */
+#define CHASLES_CARRIED_STEPS 40
+
+typedef struct {
+    void (*legs)(const double *T, const double *P, double *q, double *residual, double *margin);
+    void (*fk)(const double *q, double *T);
+    int slots, coordinates;
+    double size;           /* length of the mechanism (meter) */
+    double normals[3][3];  /* of the planes, in base axes */
+    double offsets[3];     /* of the planes (meter) */
+    double levers[3][3];   /* unit vectors from the wrist center to the balls, in platform axes */
+    double lengths[3];     /* distances between wrist center and balls (meter) */
+    double center[3];      /* wrist center in the platform frame (meter) */
+    double tool_center[3]; /* wrist center in the tool frame (meter) */
+} chasles_carried_wrist_arm;
+
+/* The equations of a tool pose: right-hand sides, the first ball with the cosine and sine of the
+ * angle between its direction and the normal, and axes along the normal and the direction. */
+typedef struct {
+    double e[3], c, s, base[3][3], platform[3][3];
+    int first;
+} chasles_carried_equations;
+
+/* A rotation of the platform, its trace, and its distance from a singularity. */
+typedef struct {
+    double R[3][3], trace, margin;
+} chasles_carried_rotation;
+
+static double chasles_carried_dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void chasles_carried_cross(const double *a, const double *b, double *c)
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        c[i] = a[j] * b[k] - a[k] * b[j];
+    }
+}
+
+/* Writes right-handed axes whose first axis is the unit vector z. */
+static void chasles_carried_axes(const double *z, double (*axes)[3])
+{
+    int k = 0;
+    for (int i = 1; i < 3; i++)
+        k = fabs(z[i]) < fabs(z[k]) ? i : k;
+    const double size = sqrt(1.0 - z[k] * z[k]);
+    for (int i = 0; i < 3; i++) {
+        axes[0][i] = z[i];
+        axes[1][i] = ((i == k) - z[k] * z[i]) / size;
+    }
+    chasles_carried_cross(axes[0], axes[1], axes[2]);
+}
+
+/* Writes the equations. Returns 0 if a ball cannot reach its plane or T is not finite. */
+static int chasles_carried_setup(const chasles_carried_wrist_arm *arm, const double *T,
+                                 double *center, chasles_carried_equations *equations)
+{
+    for (int i = 0; i < 3; i++)
+        center[i] = chasles_carried_dot(T + 4 * i, arm->tool_center) + T[4 * i + 3];
+    equations->first = 0;
+    for (int k = 0; k < 3; k++) {
+        const double apart = arm->offsets[k] - chasles_carried_dot(arm->normals[k], center);
+        const double e = apart / arm->lengths[k];
+        if (!(fabs(e) <= 1.0 + CHASLES_CARRIED_CLOSED))
+            return 0;
+        equations->e[k] = e;
+        equations->first = fabs(e) < fabs(equations->e[equations->first]) ? k : equations->first;
+    }
+    equations->c = equations->e[equations->first];
+    equations->s = sqrt(fmax(0.0, 1.0 - equations->c * equations->c));
+    chasles_carried_axes(arm->normals[equations->first], equations->base);
+    chasles_carried_axes(arm->levers[equations->first], equations->platform);
+    return 1;
+}
+
+/* Writes the axes to which the rotation maps the platform axes if beta is 0, and the coefficients
+ * of cos(beta), sin(beta) and 1 in the other two equations. */
+static void chasles_carried_linear(const chasles_carried_wrist_arm *arm,
+                                   const chasles_carried_equations *equations, double c, double s,
+                                   double (*axes)[3], double (*linear)[3])
+{
+    const double(*base)[3] = equations->base, (*platform)[3] = equations->platform;
+    for (int i = 0; i < 3; i++) {
+        const double outwards = c * base[1][i] + s * base[2][i];
+        axes[0][i] = equations->c * base[0][i] + equations->s * outwards;
+        axes[1][i] = equations->c * outwards - equations->s * base[0][i];
+        axes[2][i] = c * base[2][i] - s * base[1][i];
+    }
+    for (int i = 0; i < 2; i++) {
+        const int k = (equations->first + 1 + i) % 3;
+        double n[3], m[3];
+        for (int j = 0; j < 3; j++) {
+            n[j] = chasles_carried_dot(arm->normals[k], axes[j]);
+            m[j] = chasles_carried_dot(arm->levers[k], platform[j]);
+        }
+        linear[i][0] = m[1] * n[1] + m[2] * n[2];
+        linear[i][1] = m[1] * n[2] - m[2] * n[1];
+        linear[i][2] = m[0] * n[0] - equations->e[k];
+    }
+}
+
+/* Writes the polynomial. Returns 0 if it vanishes. */
+static int chasles_carried_series(const chasles_carried_wrist_arm *arm,
+                                  const chasles_carried_equations *equations,
+                                  chasles_circle_series *series)
+{
+    const int step = CHASLES_CELLS / CHASLES_CARRIED_SAMPLES;
+    memset(series, 0, sizeof *series);
+    for (int j = 0; j < CHASLES_CARRIED_SAMPLES; j++) {
+        const double *cosine = chasles_circle_cosine, *sine = chasles_circle_cosine + 72;
+        double axes[3][3], linear[2][3], D[3];
+        chasles_carried_linear(arm, equations, cosine[step * j], sine[step * j], axes, linear);
+        chasles_carried_cross(linear[0], linear[1], D);
+        const double value = D[0] * D[0] + D[1] * D[1] - D[2] * D[2];
+        for (int m = 0; m <= CHASLES_CARRIED_DEGREE; m++) {
+            const int at = step * (m * j % CHASLES_CARRIED_SAMPLES);
+            series->a[m] += (m ? 2.0 : 1.0) / CHASLES_CARRIED_SAMPLES * value * cosine[at];
+            series->b[m] += (m ? 2.0 : 0.0) / CHASLES_CARRIED_SAMPLES * value * sine[at];
+        }
+    }
+    for (int m = 0; m <= CHASLES_CARRIED_DEGREE; m++)
+        series->most = fmax(series->most, fmax(fabs(series->a[m]), fabs(series->b[m])));
+    series->noise = CHASLES_CARRIED_NOISE * (1.0 + series->most);
+    return series->most > CHASLES_CARRIED_VANISHED;
+}
+
+/* Writes the rows of the derivative by a rotation in base axes, and the errors of the equations.
+ * Returns the largest error. */
+static double chasles_carried_error(const chasles_carried_wrist_arm *arm,
+                                    const chasles_carried_equations *equations,
+                                    const double (*R)[3], double (*rows)[3], double *errors)
+{
+    double most = 0.0;
+    for (int k = 0; k < 3; k++) {
+        double lever[3];
+        for (int i = 0; i < 3; i++)
+            lever[i] = chasles_carried_dot(R[i], arm->levers[k]);
+        chasles_carried_cross(lever, arm->normals[k], rows[k]);
+        errors[k] = chasles_carried_dot(arm->normals[k], lever) - equations->e[k];
+        const double size = fabs(errors[k]);
+        most = !(size <= DBL_MAX) ? HUGE_VAL : size > most ? size : most;
+    }
+    return most;
+}
+
+/* Rotates R by the vector `turn` / 2 of a quaternion whose scalar part is 1. */
+static void chasles_carried_turn(const double *turn, const double (*R)[3], double (*next)[3])
+{
+    const double scale = 2.0 / (1.0 + chasles_carried_dot(turn, turn));
+    for (int j = 0; j < 3; j++) {
+        const double v[3] = {R[0][j], R[1][j], R[2][j]};
+        double w[3], x[3];
+        chasles_carried_cross(turn, v, w);
+        chasles_carried_cross(turn, w, x);
+        for (int i = 0; i < 3; i++)
+            next[i][j] = v[i] + scale * (w[i] + x[i]);
+    }
+}
+
+/* Solves the three equations by Newton's iteration. Returns 0 without convergence. */
+static int chasles_carried_polished(const chasles_carried_wrist_arm *arm,
+                                    const chasles_carried_equations *equations,
+                                    chasles_carried_rotation *rotation)
+{
+    double rows[3][3], errors[3], cofactors[3][3], determinant;
+    double error =
+        chasles_carried_error(arm, equations, (const double(*)[3])rotation->R, rows, errors);
+    for (int step = 0;; step++) {
+        double next[3][3], next_rows[3][3], next_errors[3], turn[3];
+        for (int i = 0; i < 3; i++)
+            chasles_carried_cross(rows[(i + 1) % 3], rows[(i + 2) % 3], cofactors[i]);
+        determinant = chasles_carried_dot(rows[0], cofactors[0]);
+        if (step == CHASLES_CARRIED_STEPS || error <= CHASLES_CARRIED_POLISHED)
+            break;
+        for (int i = 0; i < 3; i++) {
+            turn[i] = 0.0;
+            for (int k = 0; k < 3; k++)
+                turn[i] -= 0.5 * cofactors[k][i] * errors[k] / determinant;
+        }
+        const double angle = 2.0 * sqrt(chasles_carried_dot(turn, turn));
+        if (!(angle <= DBL_MAX))
+            break;
+        for (int i = 0; i < 3; i++)
+            turn[i] *= angle > CHASLES_CARRIED_STEP ? CHASLES_CARRIED_STEP / angle : 1.0;
+        chasles_carried_turn(turn, (const double(*)[3])rotation->R, next);
+        const double then =
+            chasles_carried_error(arm, equations, (const double(*)[3])next, next_rows, next_errors);
+        if (!(then < error) && error <= CHASLES_CARRIED_CLOSED)
+            break;
+        error = then;
+        memcpy(rotation->R, next, sizeof next);
+        memcpy(rows, next_rows, sizeof rows);
+        memcpy(errors, next_errors, sizeof errors);
+    }
+    double sizes = 1.0;
+    for (int k = 0; k < 3; k++)
+        sizes *= sqrt(chasles_carried_dot(rows[k], rows[k]));
+    rotation->margin = sizes > 0.0 ? fabs(determinant) / sizes : 0.0;
+    return error <= CHASLES_CARRIED_CLOSED;
+}
+
+/* Iterates from angles alpha and beta and inserts a new rotation. The trace, which is largest for
+ * the smallest rotation angle, sorts the rotations. Returns the number of rotations. */
+static int chasles_carried_added(const chasles_carried_wrist_arm *arm,
+                                 const chasles_carried_equations *equations,
+                                 const double (*axes)[3], double beta,
+                                 chasles_carried_rotation *found, int count)
+{
+    chasles_carried_rotation own;
+    const double c = cos(beta), s = sin(beta), (*platform)[3] = equations->platform;
+    for (int i = 0; i < 3; i++) {
+        const double y = c * axes[1][i] + s * axes[2][i], z = c * axes[2][i] - s * axes[1][i];
+        for (int j = 0; j < 3; j++)
+            own.R[i][j] = axes[0][i] * platform[0][j] + y * platform[1][j] + z * platform[2][j];
+    }
+    if (count == CHASLES_CARRIED_ROTATIONS || !chasles_carried_polished(arm, equations, &own))
+        return count;
+    own.trace = own.R[0][0] + own.R[1][1] + own.R[2][2];
+    int at = count;
+    for (int k = 0; k < count; k++) {
+        double apart = 0.0;
+        for (int i = 0; i < 9; i++)
+            apart = fmax(apart, fabs(own.R[i / 3][i % 3] - found[k].R[i / 3][i % 3]));
+        if (apart < CHASLES_CARRIED_SAME)
+            return count;
+        at = k < at && own.trace > found[k].trace ? k : at;
+    }
+    memmove(found + at + 1, found + at, (size_t)(count - at) * sizeof *found);
+    found[at] = own;
+    return count + 1;
+}
+
+/* Writes the rotations of the platform. Returns the number of rotations. */
+static int chasles_carried_rotations(const chasles_carried_wrist_arm *arm,
+                                     const chasles_carried_equations *equations,
+                                     chasles_carried_rotation *found)
+{
+    chasles_circle_series series;
+    chasles_circle_roots roots;
+    int count = 0;
+    if (!chasles_carried_series(arm, equations, &series))
+        return 0;
+    chasles_circle_real(0, 0, &series, &roots);
+    for (int k = 0; k < roots.count; k++) {
+        double near = roots.imaginary[k];
+        for (int i = 0; i < roots.count; i++) {
+            const double apart = fabs(chasles_circle_wrapped(roots.angle[i] - roots.angle[k]));
+            near = i != k && apart < CHASLES_TWINS && apart > near ? apart : near;
+        }
+        for (int side = near > 0.0 ? -1 : 0; side <= (near > 0.0); side++) {
+            const double alpha = roots.angle[k] + side * near;
+            double axes[3][3], linear[2][3];
+            chasles_carried_linear(arm, equations, cos(alpha), sin(alpha), axes, linear);
+            /* Both equations have the same root unless two rotations share the angle alpha. */
+            const double sizes[2] = {hypot(linear[0][0], linear[0][1]),
+                                     hypot(linear[1][0], linear[1][1])};
+            const double *L = linear[sizes[1] > sizes[0]], size = sizes[sizes[1] > sizes[0]];
+            const double middle = atan2(L[1], L[0]);
+            const double aside = acos(fmax(-1.0, fmin(1.0, -L[2] / size)));
+            for (int sign = -1; sign <= 1; sign += 2)
+                count = chasles_carried_added(arm, equations, (const double(*)[3])axes,
+                                              middle + sign * aside, found, count);
+        }
+    }
+    return count;
+}
+
+/* Writes every solution of a tool pose; unused slots contain NaN. */
+static void chasles_carried_wrist_ik(const chasles_carried_wrist_arm *arm, const double *T,
+                                     const double *given, double *q, double *residual,
+                                     double *margin)
+{
+    chasles_carried_equations equations;
+    chasles_carried_rotation found[CHASLES_CARRIED_ROTATIONS];
+    double center[3], P[16] = {0.0};
+    const int slots = arm->slots, n = arm->coordinates;
+    int count = 0;
+    (void)given;
+    if (chasles_carried_setup(arm, T, center, &equations))
+        count = chasles_carried_rotations(arm, &equations, found);
+    for (int i = slots * count * n; i < slots * CHASLES_CARRIED_ROTATIONS * n; i++)
+        q[i] = NAN;
+    for (int k = slots * count; k < slots * CHASLES_CARRIED_ROTATIONS; k++)
+        residual[k] = margin[k] = NAN;
+    P[15] = 1.0;
+    for (int k = 0; k < count; k++) {
+        for (int i = 0; i < 3; i++) {
+            memcpy(P + 4 * i, found[k].R[i], sizeof found[k].R[i]);
+            P[4 * i + 3] = center[i] - chasles_carried_dot(found[k].R[i], arm->center);
+        }
+        arm->legs(T, P, q + slots * n * k, residual + slots * k, margin + slots * k);
+        for (int at = slots * k; at < slots * (k + 1); at++) {
+            double reached[16];
+            if (residual[at] != residual[at])
+                continue;
+            arm->fk(q + n * at, reached);
+            residual[at] = chasles_mode_residual(T, reached, residual[at], arm->size);
+            margin[at] = found[k].margin < margin[at] ? found[k].margin : margin[at];
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,326 @@
+"""A wrist on a platform whose loops couple its position with its orientation, such as a 3-RPS.
+
+Each of three legs keeps a ball joint in a plane that is fixed to the base. The joints on the
+platform are revolute, and their axes meet in the wrist center c. The tool pose determines the base
+position w of the wrist center, so that the platform rotation R is unknown. With the unit normal n_i
+and the offset d_i of plane i, and the ball joint b_i on the platform, the planes give
+
+    n_i . R (b_i - c) = d_i - n_i . w,   i = 1, 2, 3.
+
+The first equation leaves two angles: R maps the direction of b_1 - c to the direction with the
+azimuth alpha about n_1, and rotates by beta about it. The other two equations are linear in
+cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of degree 4 in alpha, so that
+there are at most eight rotations. Handwritten C finds the rotations; ``ik_legs`` solves the legs
+and the wrist for each platform pose.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from ...chain.coordinates import InProportion
+from ...chain.groups import groups
+from ...chain.kinematics import Kinematics
+from ...loops.model.body_frames import pose_along
+from ...loops.model.planes import Loop, loops
+from ...loops.solve.solved_loops import SolvedLoops
+from ...model.mechanism import Closure, Frame
+from ...model.robot import SerialRobot
+from ...model.tolerances import EXACT_STRUCTURE
+from ...terms.symbolic_function import Argument, SymbolicFunction, Tables
+from ...terms.terms import Terms
+from ...terms.vectors import IDENTITY, Vector, cross, dot, subtracted
+from ..chain_solution import solve_chain
+from ..classify import Attempt
+from ..steps.rotations import last_turn, three_turns, two_turns
+from ..steps.target import Target, of_pose
+from ..steps.work import Work
+from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
+from ..structure.words import listed
+from ..tasks.slots import POSE_SYMBOLS, values_of
+from .differences import FloatArray
+from .leg_chains import structure_of
+
+SOLVER = "carried_wrist"
+PLATFORM = Argument(
+    "P",
+    tuple(sp.Symbol(f"_P{i}{j}", real=True) for i in range(1, 5) for j in range(1, 5)),
+    (4, 4),
+    "1, m",
+    "pose of the platform",
+)
+ROTATIONS = 8
+"""Maximum number of platform rotations at a tool pose."""
+LEGS, LEG_JOINTS, TURNS = 3, 2, 3
+"""Number of legs, joints per leg before its ball joint, and maximum number of wrist joints."""
+FREE = 6
+"""Number of virtual joints of a platform; a leg in the main chain has one joint less."""
+
+
+@dataclass(frozen=True)
+class CarriedWristTables(Tables):
+    """The fields of the C struct ``chasles_carried_wrist_arm`` after its function pointers.
+
+    Attributes:
+        slots: Number of solution slots per platform pose.
+        coordinates: Number of actuated coordinates.
+        size: Length of the mechanism (meter).
+        normals: Unit normal of each plane, in base axes.
+        offsets: Distance of each plane from the base origin (meter).
+        levers: Direction from the wrist center to each ball joint, in platform axes.
+        lengths: Distance between the wrist center and each ball joint (meter).
+        center: The wrist center in the platform frame (meter).
+        tool_center: The wrist center in the tool frame (meter).
+    """
+
+    slots: int
+    coordinates: int
+    size: float
+    normals: tuple[tuple[float, ...], ...]
+    offsets: tuple[float, ...]
+    levers: tuple[tuple[float, ...], ...]
+    lengths: tuple[float, ...]
+    center: tuple[float, ...]
+    tool_center: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane of a leg: its normal and offset in the base frame, and the ball on the platform."""
+
+    normal: FloatArray
+    offset: float
+    ball: FloatArray
+
+
+@dataclass(frozen=True)
+class CarriedWrist:
+    """A main chain that consists of a platform and a wrist.
+
+    Attributes:
+        whole: The main chain.
+        platform: The virtual joints of the platform, or the leg that carries it.
+        wrist: The joints on the platform; the base is the platform.
+        lines: The axes of the platform's joints.
+        found: The structure of these axes.
+        axes: The axes of the wrist.
+        planes: The planes of the three ball joints.
+    """
+
+    whole: SerialRobot
+    platform: SerialRobot
+    wrist: SerialRobot
+    lines: Lines
+    found: Attempt
+    axes: Lines
+    planes: tuple[Plane, ...]
+
+    given = ()
+    """No joint value is an input of the inverse."""
+
+    def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
+        """Returns the platform pose as an argument, and the coordinates of all joints.
+
+        Args:
+            work: Table that receives the signs and the solution steps.
+        """
+        terms, home = work.terms, home_of(self.platform, work.terms)
+        values = []
+        for robot in (self.platform, self.wrist):
+            own = replace(work, turns={}, lengths={})
+            if robot is self.wrist:
+                self._turn(own, of_pose(terms, self._seen(work), home_of(robot, terms)))
+            else:
+                target = of_pose(terms, PLATFORM.symbols, home)
+                solve_chain(own, self.lines, self.found, target, {})
+            values += values_of(own, robot, {})
+            work.choices = own.choices
+        moving = zip(self.whole.moving, values, strict=True)
+        return (PLATFORM,), [joint.direction * value for joint, value in moving]
+
+    def platform_pose(self, h: SolvedLoops) -> SymbolicFunction:
+        """Returns the platform pose as a function of the main-chain joints."""
+        motion = InProportion(h.robot, h.terms, h.theta)
+        values = motion.values[: len(self.platform.moving)]
+        found = groups(self.platform, h.terms, values)
+        arguments = {f"q{d}": h.arguments[f"theta{d}"] for d in ("", "d", "dd")}
+        return Kinematics.of(self.platform, h.terms, found, motion, arguments).function("fk")
+
+    def tables(self, slots: int, coordinates: int, size: float) -> CarriedWristTables:
+        """Returns the tables of the C solver.
+
+        Args:
+            slots: Number of solution slots per platform pose.
+            coordinates: Number of actuated coordinates.
+            size: Length of the mechanism (meter).
+        """
+        center = _center(self.axes)
+        x, y, z, at = _home(self.wrist, self.axes.terms)
+        levers = [plane.ball - center for plane in self.planes]
+        lengths = [float(np.linalg.norm(lever)) for lever in levers]
+        return CarriedWristTables(
+            slots,
+            coordinates,
+            size,
+            tuple(_floats(plane.normal) for plane in self.planes),
+            tuple(plane.offset for plane in self.planes),
+            tuple(_floats(m / length) for m, length in zip(levers, lengths, strict=True)),
+            tuple(lengths),
+            _floats(center),
+            _floats(np.array([x, y, z]) @ (center - at)),
+        )
+
+    def _seen(self, work: Work) -> list[sp.Expr]:
+        """Returns the entries of the tool pose, relative to the platform."""
+        terms, P = work.terms, PLATFORM.symbols
+        axes = [(P[j], P[4 + j], P[8 + j]) for j in range(3)]
+        x, y, z, p = ((T[j], T[4 + j], T[8 + j]) for T in [POSE_SYMBOLS] for j in range(4))
+        columns = [x, y, z, subtracted(terms, p, (P[3], P[7], P[11]))]
+        rows = [[dot(terms, axis, column) for column in columns] for axis in axes]
+        return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
+
+    def _turn(self, work: Work, target: Target) -> None:
+        """Solves for the joints of the wrist."""
+        terms, axes = work.terms, self.axes.axes
+
+        def wanted(v: Vector) -> Vector:
+            return target.turned(terms, v)
+
+        if len(axes) == TURNS:
+            three_turns(work, (axes[0], axes[1], axes[2]), wanted)
+        elif len(axes) > 1:
+            two_turns(work, (axes[0], axes[1]), wanted)
+        else:
+            e = cross(terms, axes[0].h, IDENTITY[int(np.argmin(np.abs(axes[0].direction)))])
+            last_turn(work, axes[0], e, wanted(e), [])
+
+
+def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
+    """Returns the platform and the wrist of a main chain, or None if the chain has another form.
+
+    Args:
+        h: The robot.
+    """
+    m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
+    ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
+    bodies = [joint.link for joint in chain if joint.link in ends]
+    count = 1 + [joint.link for joint in chain].index(bodies[0]) if bodies else 0
+    parts = [
+        [joint for joint in part if joint.kind != "fixed"]
+        for part in (chain[:count], chain[count:])
+    ]
+    if len(bodies) != 1 or not all(parts):
+        return None
+    platform = replace(h.robot, joints=h.robot.joints[:count], tool=())
+    wrist = replace(h.robot, joints=h.robot.joints[count:], base=())
+    axes = Lines(h.terms, axes_of(wrist, h.terms))
+    found = [_plane(h, loop) for loop in loops(m)]
+    found += [] if len(platform.moving) == FREE else [_plane_of_chain(platform, h.terms)]
+    planes = tuple(plane for plane in found if plane is not None)
+    is_complete = len(found) == len(planes) == LEGS and len(h.q) == LEGS + len(axes.axes)
+    if not is_complete or not _meet(axes):
+        return None
+    structure, center = structure_of(platform, h.terms), _center(axes)
+    least = min(float(np.linalg.norm(plane.ball - center)) for plane in planes)
+    if structure is None or least <= EXACT_STRUCTURE * h.numbers.size:
+        return None
+    return CarriedWrist(h.robot, platform, wrist, *structure, axes, planes)
+
+
+def missing(h: SolvedLoops) -> str:
+    """Returns the reason why a chain with coupled joints before other joints has no ``ik``."""
+    actuated = {c.moves for c in h.mechanism.coordinates}
+    names = [joint.name for joint in h.robot.moving]
+    coupled = [name for name in names if name not in actuated]
+    behind = names[1 + max(map(names.index, coupled), default=0) :]
+    unlike = f", unlike those of {listed(behind)}" if behind else ""
+    return (
+        f"the loops couple {listed(coupled)}, so that a pose of the tool determines these joints "
+        "only if three legs each keep a ball joint in a plane and one to three revolute axes on "
+        f"the platform meet in one point{unlike}"
+    )
+
+
+def _meet(axes: Lines) -> bool:
+    """Whether one to three revolute axes meet in a point."""
+    if not all(axis.turns for axis in axes.axes) or not 0 < len(axes.axes) <= TURNS:
+        return False
+    return len(axes.axes) == 1 or axes.meet(*range(len(axes.axes)))
+
+
+def _center(axes: Lines) -> FloatArray:
+    """Returns the point in which the axes meet, or a point of a single axis (meter)."""
+    if len(axes.axes) == 1:
+        return axes.axes[0].origin
+    return numbers(axes.terms, axes.meeting(0, 1))
+
+
+def _plane(h: SolvedLoops, loop: Loop) -> Plane | None:
+    """Returns the plane of the ball joint at the end of a leg, or None if it moves differently."""
+    closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
+    if not isinstance(closure, Closure) or closure.kind != "ball":
+        return None
+    for leg, own, other in (
+        (loop.to_a, closure.a, closure.b),
+        (loop.to_b, closure.b, closure.a),
+    ):
+        if chain.isdisjoint(joint.name for joint in leg):
+            return _plane_of_leg(h, own, other)
+    return None
+
+
+def _plane_of_leg(h: SolvedLoops, own: Frame, other: Frame) -> Plane | None:
+    """Returns the plane of a ball joint.
+
+    Args:
+        h: The robot.
+        own: The frame of the ball joint on the leg.
+        other: The frame of the ball joint on the platform.
+    """
+    m = h.mechanism
+    joints = tuple(replace(joint, parent="") for joint in m.path_to(own.body))
+    leg = SerialRobot(m.name, joints, base=m.base, tool=own.placement, parameters=m.parameters)
+    axes = axes_of(leg, h.terms)
+    normal = _normal(axes) if len(axes) == LEG_JOINTS else None
+    if normal is None:
+        return None
+    *_, ball = _home(leg, h.terms)
+    _, point = pose_along(m, h.terms, (), other.placement, {})
+    return Plane(normal, float(normal @ ball), numbers(h.terms, point))
+
+
+def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
+    """Returns the plane of a leg in the main chain, whose last three axes are its ball joint."""
+    lines = Lines(terms, axes_of(platform, terms))
+    if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
+        return None
+    normal = _normal(lines.axes[:LEG_JOINTS])
+    if normal is None or not lines.meet(*range(LEG_JOINTS, LEG_JOINTS + TURNS)):
+        return None
+    ball = numbers(terms, lines.meeting(LEG_JOINTS, LEG_JOINTS + 1))
+    x, y, z, at = _home(platform, terms)
+    return Plane(normal, float(normal @ ball), np.array([x, y, z]) @ (ball - at))
+
+
+def _normal(axes: Sequence[Axis]) -> FloatArray | None:
+    """Returns the normal of the plane in which the joints of a leg move points, or None."""
+    normal = next((axis.direction for axis in axes if axis.turns), None)
+    return normal if normal is not None and all(_keeps(a, normal) for a in axes) else None
+
+
+def _keeps(axis: Axis, normal: FloatArray) -> bool:
+    """Whether a joint moves points in a plane with this normal."""
+    if axis.turns:
+        return float(np.linalg.norm(np.cross(axis.direction, normal))) <= EXACT_STRUCTURE
+    return axis.kind == "prismatic" and abs(float(axis.direction @ normal)) <= EXACT_STRUCTURE
+
+
+def _home(robot: SerialRobot, terms: Terms) -> list[FloatArray]:
+    """Returns the axes and the origin of the tool with all joints at zero."""
+    return [numbers(terms, column[:3]) for column in home_of(robot, terms).T.tolist()]
+
+
+def _floats(vector: FloatArray) -> tuple[float, ...]:
+    return tuple(map(float, vector))

@@ -1,0 +1,165 @@
+"""Wrist on a platform whose three legs each keep a ball joint in a plane, such as a 3-RPS.
+
+The generating coordinates come from a NumPy model. Newton's method from many starts counts the
+platform rotations that keep the balls in their planes.
+"""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.derive import Joint, explain, write
+from chasles.derive.description.conventions import urdf
+from tests.support.loops.closures import Model
+from tests.support.loops.legs_of_joints import drawn, driven_by_a_leg
+
+POSES, STARTS, STEPS = 12, 400, 60
+CLOSED, SAME, APART = 1e-12, 1e-9, 1e-4
+CENTER = np.array([0.1, 0.05, 0.1])
+WRIST = [((0, 0, 1), ("0.1", "0.05", "0.1")), ((0, 1, 0), (0, 0, 0)), ((0, 0, 1), (0, 0, 0))]
+"""Axis and origin of each wrist joint; the axes meet in the center (meter, platform axes)."""
+ROBOTS = {
+    "one axis": (partial(drawn, 0, ("RPS", "RPS", "RPS")), 1),
+    "two axes": (partial(drawn, 1, ("RPS", "PRS", "RRS")), 2),
+    "three axes": (partial(drawn, 2, ("RPS", "RPS", "RPS")), 3),
+    "three axes on a leg": (driven_by_a_leg, 3),
+}
+
+
+def carrying(mechanism, axes):
+    """Returns a robot with further actuated joints on the body ``platform``."""
+    joints, parent = [], "platform"
+    for k, (axis, xyz) in enumerate(axes):
+        before, after = urdf("revolute", xyz=xyz, rpy=(0, 0, 0), axis=axis)
+        joints.append(
+            Joint(f"axis_{k}", "revolute", before, after, link=f"hand_{k}", parent=parent)
+        )
+        parent = f"hand_{k}"
+    return replace(
+        mechanism,
+        joints=(*mechanism.joints, *joints),
+        actuated=(*mechanism.actuated, *(joint.name for joint in joints)),
+        tool_body=parent,
+    )
+
+
+@cache
+def carried(name):
+    make, count = ROBOTS[name]
+    return carrying(make(), WRIST[:count])
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def loaded(request, tmp_path_factory):
+    """Returns a robot, its NumPy model, and closed configurations (N, n_z)."""
+    mechanism, rng = carried(request.param), np.random.default_rng(3)
+    folder = tmp_path_factory.mktemp("carried")
+    write(mechanism, folder, languages=("c", "python"))
+    model, at = Model(mechanism), dict(mechanism.reference)
+    z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
+    legs, wrist = model.actuated[:3], model.actuated[3:]
+    z[:, legs] += rng.uniform(-0.08, 0.08, (POSES, 3))
+    z[:, wrist] += rng.uniform(-2, 2, (POSES, len(wrist)))
+    z = model.newton(z, model.actuated)
+    z = z[model.gap(z) < CLOSED]
+    assert len(z) > POSES / 2
+    return chasles.load(folder), model, z
+
+
+def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded):
+    robot, model, z = loaded
+    for T, q in zip(model.tip(z), z[:, model.actuated], strict=True):
+        found = robot.ik(T)
+        apart = found.q[found.valid] - q
+        apart[:, 3:] = np.remainder(apart[:, 3:] + np.pi, 2 * np.pi) - np.pi
+        assert np.abs(apart).max(-1).min() < SAME
+        own = np.array([robot.configuration(other) for other in found.q[found.valid]])
+        assert model.gap(own).max() < SAME
+        assert np.abs(model.tip(own) - T).max() < SAME
+
+
+def rotations(model, z, start):
+    """Returns the number of platform rotations at the pose z[0], by Newton's method in NumPy.
+
+    Each plane is fitted to the positions of its ball in several configurations.
+
+    Args:
+        model: The NumPy model.
+        z: Closed configurations (N, n_z).
+        start: Random rotations (k, 3, 3).
+    """
+    platform = model.poses(z)["platform"]
+    levers, sides, normals = [], [], []
+    # The first leg is in the main chain; its ball is the origin of the platform.
+    balls = [np.zeros(3), *(closure.b.placement[0].vector for closure in model.mechanism.closures)]
+    for ball in np.array(balls, dtype=float):
+        moved = platform[:, :3, :3] @ ball + platform[:, :3, 3]
+        normals.append(np.linalg.svd(moved - moved.mean(0))[2][-1])
+        levers.append(ball - CENTER)
+        center = platform[0, :3, :3] @ CENTER + platform[0, :3, 3]
+        sides.append(normals[-1] @ (moved.mean(0) - center))
+    n, m, R = np.array(normals), np.array(levers), start
+    for _ in range(STEPS):
+        turned = np.einsum("kij,lj->kli", R, m)
+        errors = np.einsum("li,kli->kl", n, turned) - sides
+        step = -np.linalg.solve(np.cross(turned, n) + 1e-14 * np.eye(3), errors[..., None])[..., 0]
+        size = np.linalg.norm(step, axis=-1)
+        step *= (np.minimum(1.0, 0.5 / np.maximum(size, 1e-300)))[:, None]
+        R = np.array([rotation(v) for v in step]) @ R
+    R = R[np.abs(errors).max(-1) < CLOSED]
+    found = []
+    for one in R:
+        if all(np.abs(one - other).max() > APART for other in found):
+            found.append(one)
+    return len(found)
+
+
+def rotation(v):
+    """Returns the rotation about a vector by its length (Rodrigues)."""
+    angle = np.linalg.norm(v)
+    x, y, z = v / max(angle, 1e-300)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+@pytest.mark.parametrize("loaded", ["three axes on a leg"], indirect=True)
+def test_all_platform_rotations_are_found(loaded):
+    robot, model, z = loaded
+    rng = np.random.default_rng(5)
+    start = np.array([rotation(v) for v in rng.uniform(-np.pi, np.pi, (STARTS, 3))])
+    counts = []
+    for k in range(len(z)):
+        q = robot.ik(model.tip(z[[k]])[0]).q.reshape(8, -1)
+        counts.append(rotations(model, np.roll(z, -k, axis=0), start))
+        assert np.isfinite(q).any(-1).sum() == counts[-1]
+    assert max(counts) > 4
+
+
+def test_axes_that_do_not_meet_leave_no_inverse_and_a_reason(tmp_path):
+    axes = [WRIST[0], ((0, 1, 0), ("0.05", 0, 0)), ((0, 1, 0), (0, 0, "0.2"))]
+    mechanism = carrying(driven_by_a_leg(), axes)
+    reason = "the loops couple hinge_0, turn_z, turn_y and turn_x, so that a pose of the tool"
+    message = str(explain(mechanism))
+    assert f"There is no ik; {reason}" in message
+    assert "unlike those of axis_0, axis_1 and axis_2." in message
+    write(mechanism, tmp_path, languages=("c", "python"))
+    robot = chasles.load(tmp_path)
+    assert robot.manifest.inverse.missing.startswith(reason)
+    with pytest.raises(AttributeError, match=reason):
+        _ = robot.ik
+    q = np.array(robot.reference.q) + 0.05
+    found = robot.ik_numeric(robot.fk(q), robot.reference.q)
+    assert found.valid
+    np.testing.assert_allclose(robot.fk(found.q), robot.fk(q), atol=SAME)
+
+
+def test_explanation_and_article_name_the_rotations_of_the_platform(tmp_path):
+    assert "up to 8 rotations of the platform" in str(explain(carried("three axes")))
+    write(carried("three axes"), tmp_path, languages=("c", "latex"))
+    (article,) = tmp_path.rglob("inverse.tex")
+    text = " ".join(article.read_text(encoding="utf-8").split())
+    assert "axis_0, axis_1 and axis_2 meet in the wrist center" in text.replace("\\_", "_")
+    assert "16 slots" in text
