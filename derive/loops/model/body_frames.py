@@ -9,9 +9,9 @@ from ...chain.forward import Forward, Pose
 from ...chain.groups import groups
 from ...chain.poe import placement_matrix
 from ...model.mechanism import Frame, Mechanism
-from ...model.robot import Joint, Placement, SerialRobot
+from ...model.robot import Joint, Placement, SerialRobot, Translation, symbols_of
 from ...terms.terms import Terms
-from ...terms.vectors import named
+from ...terms.vectors import added, combination, named
 
 
 def pose_of(
@@ -71,6 +71,10 @@ def _pose_along(
         T = T * placement_matrix(tool)
         x, y, z, p = (named(terms, T[:3, k]) for k in range(4))
         return (x, y, z), p
+    if tool and isinstance(tool[-1], Translation) and _has_terms(mechanism, tool[-1]):
+        axes, origin = _pose_along(mechanism, terms, path, tool[:-1], q, base)
+        offset = combination(terms, named(terms, tool[-1].vector), axes)
+        return axes, added(terms, origin, offset)
     robot = SerialRobot(
         mechanism.name,
         tuple(replace(joint, parent="") for joint in path),
@@ -79,3 +83,8 @@ def _pose_along(
         parameters=mechanism.parameters,
     )
     return Forward(terms, groups(robot, terms, robot.joint_values(q))).tool_pose()
+
+
+def _has_terms(mechanism: Mechanism, motion: Translation) -> bool:
+    """Whether a translation contains other symbols than parameters of the robot."""
+    return not symbols_of((motion,)) <= {parameter.symbol for parameter in mechanism.parameters}

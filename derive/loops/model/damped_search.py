@@ -46,7 +46,12 @@ def least(
         if r @ r < (NUMERICALLY_CLOSED / 10) ** 2 or damping > STRONGEST:
             break
         g = J.T @ r
-        step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
+        try:
+            step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
+        except np.linalg.LinAlgError:
+            # Rounding can cancel the weakest damping.
+            damping, growth = damping * growth, growth * FACTOR
+            continue
         promised = float(step @ (damping * step - g))
         there, J_there = _linear(residual, x + step, apart)
         gained = float(r @ r - there @ there)

@@ -66,7 +66,8 @@ class ThreeSpheres(LegStep):
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
         """Solves for the three sliders of a platform that all struts support."""
         path = _joints_to_tip(legs, struts)
-        if path is None:
+        # Fewer struts than unknown joints do not determine the rotations of the platform.
+        if path is None or len(struts) < len(path):
             return False
         sliders, (turned, still) = path[:SPHERES], _at_rest(legs, path)
         spheres = _distinct(legs.terms, spheres_of(legs, struts))
