@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 from .bodies import SkeletonFacts
 from .errors import MismatchError
 from .input_files import read_input
-from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
+from .records import INLINE, NOT_STORED, Digest, Name, Sizes, Vector, one_of
 from .roles import TASKS, Kind, Role, TaskName
 
 SUPPORT = "support"
@@ -272,6 +272,29 @@ class LoopFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class LinkMass:
+    """A point mass of the description.
+
+    Attributes:
+        link: Name of a body: a link, or a section of a strut.
+        mass: Mass [kg].
+        at: Position in the frame of the body [m].
+    """
+
+    link: str
+    mass: float
+    at: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The masses of the description, and the gravity vector in the base frame [m/s^2]."""
+
+    masses: tuple[LinkMass, ...] = ()
+    gravity: Vector = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True, slots=True)
 class ContractTolerances:
     """Tolerances that belong to the generated code.
 
@@ -307,6 +330,7 @@ class Manifest:
             an arm with masses, the springs section of a robot file. Otherwise "".
         inverse: Solution method of the inverse, or the reason for a missing inverse.
         skeleton: The rigid bodies.
+        load: The masses and the gravity of the description.
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
@@ -331,6 +355,7 @@ class Manifest:
     loops: LoopFacts = field(default=LoopFacts(), metadata=INLINE)
     inverse: InverseFacts = InverseFacts()
     skeleton: SkeletonFacts | None = None
+    load: Load = Load()
     tolerances: ContractTolerances
     description_sha256: str = ""
     languages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

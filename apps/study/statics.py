@@ -26,7 +26,6 @@ from .results import StudyResult
 from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
-GRAVITY = (0.0, 0.0, -9.81)
 _PRESTRESSED = 1e-6
 """Maximum squared component of a strut in a unit internal force. Above this value, equilibrium does
 not determine the force in a strut."""
@@ -93,7 +92,11 @@ class StaticLoads(StudyResult):
 
 
 def gravity_forces(
-    robot: Robot, q: ArrayLike, masses: Sequence[PointMass], *, gravity: ArrayLike = GRAVITY
+    robot: Robot,
+    q: ArrayLike,
+    masses: Sequence[PointMass] | None = None,
+    *,
+    gravity: ArrayLike | None = None,
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
@@ -103,8 +106,9 @@ def gravity_forces(
     Args:
         robot: The robot.
         q: (..., n) coordinates.
-        masses: The masses.
-        gravity: (3,) gravitational acceleration in the base frame [m/s^2].
+        masses: The masses, by default the masses of the robot file.
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2], by default the vector of
+            the robot file, or (0, 0, -9.81).
 
     Returns:
         (..., n) torques [N m] and forces [N]. The result is NaN if the loops do not close, or if
@@ -112,20 +116,24 @@ def gravity_forces(
 
     Raises:
         OutOfReachError: The loops of a single configuration do not close.
-        InputValueError: A mass is invalid, or the actuators cannot hold the weights at a single
-            configuration.
+        InputValueError: A mass is invalid, there are no masses, or the actuators cannot hold the
+            weights at a single configuration.
     """
     check_type("gravity_forces: robot", robot, Robot)
+    if masses is None and not robot.manifest.load.masses:
+        raise InputValueError(
+            f"{robot.name}.gravity_forces: the robot file has no [[masses]]; pass masses="
+        )
     return -_Solved("gravity_forces", robot, q, masses, None, gravity).actuator_forces()
 
 
 def static_loads(
     robot: Robot,
     q: ArrayLike,
-    masses: Sequence[PointMass] = (),
+    masses: Sequence[PointMass] | None = None,
     *,
     wrench: ArrayLike | None = None,
-    gravity: ArrayLike = GRAVITY,
+    gravity: ArrayLike | None = None,
 ) -> StaticLoads:
     """Return the loads of all joints, struts and closures of a robot at rest.
 
@@ -135,9 +143,10 @@ def static_loads(
     Args:
         robot: The robot.
         q: (..., n) coordinates.
-        masses: The masses.
+        masses: The masses, by default the masses of the robot file, if any.
         wrench: (..., 6) force and torque on the tool at the tip, in base axes [N, N m].
-        gravity: (3,) gravitational acceleration in the base frame [m/s^2].
+        gravity: (3,) gravitational acceleration in the base frame [m/s^2], by default the vector of
+            the robot file, or (0, 0, -9.81).
 
     Returns:
         The loads, or NaN if the loops do not close or equilibrium does not determine the loads.
@@ -161,10 +170,14 @@ class _Solved:
         caller: str,
         robot: Robot,
         q: ArrayLike,
-        masses: Sequence[PointMass],
+        masses: Sequence[PointMass] | None,
         wrench: ArrayLike | None,
-        gravity: ArrayLike,
+        gravity: ArrayLike | None,
     ) -> None:
+        load = robot.manifest.load
+        masses = (
+            [PointMass(m.link, m.mass, m.at) for m in load.masses] if masses is None else masses
+        )
         self.robot, self.caller = robot, f"{robot.name}.{caller}"
         bodies = skeleton(robot)
         q = real(f"{caller}: q", q)
@@ -180,7 +193,8 @@ class _Solved:
         w = np.broadcast_to(w, (*self.shape, 6)).reshape(-1, 6)
         self.closed = np.asarray(np.isfinite(poses).all((1, 2, 3)) & np.isfinite(w).all(-1))
         self.equations = Equilibrium(robot, bodies, poses[self.closed])
-        acceleration = finite(f"{caller}: gravity", gravity, (3,))
+        acceleration = load.gravity if gravity is None else gravity
+        acceleration = finite(f"{caller}: gravity", acceleration, (3,))
         for mass in masses:
             _check_mass(caller, bodies, mass)
         self.applied = self.equations.weights(masses, acceleration)

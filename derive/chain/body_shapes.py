@@ -284,7 +284,7 @@ class _Shapes:
         self._part(self.rigid.span(strut, from_end=True), strut, "piston", (-piston, 0.0))
 
     def _part(self, span: Span, strut: Strut, kind: str, along: tuple[float, float]) -> None:
-        name = strut.name if kind == "rod" else f"{strut.name}_{kind}"
+        name = strut.sections[kind == "piston"]
         k = len(self.bodies)
         self.bodies.append(TreeBody(name, -1, np.eye(4), span=span))
         self.root.append(k)

@@ -166,6 +166,8 @@ def _in_chain(
 
 
 def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Frame]) -> Described:
+    if robot.load:
+        raise DescriptionError("masses refer to the whole robot from its base")
     start, end = frames[base], frames[tip]
     up = _path(robot.joints, start.body, robot.base_frame)
     joints = (*outwards(up, start.body), *(joint for joint in robot.joints if joint not in up))

@@ -29,6 +29,7 @@ from .toml_file import Keys, dotted, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
 CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
+OTHER_FIELDS = ("closure", "nominal", "masses", "gravity")
 FRAME_FIELDS = ("body", "xyz", "rpy")
 HELD_FIELDS = (*FRAME_FIELDS, "assumed")
 ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing", "assumed")
@@ -84,7 +85,7 @@ class MechanismFile(RobotFile):
         Raises:
             DescriptionError: The file is invalid.
         """
-        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, "closure", "nominal"))
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS, *OTHER_FIELDS))
         name = self.robot_name()
         self.declare_units()
         self.declare_parameters()
@@ -104,6 +105,7 @@ class MechanismFile(RobotFile):
         loop_joints: tuple[Closure | Strut, ...] = (*closures, *struts)
         try:
             return Mechanism(
+        load = self.load()
                 name=name,
                 joints=joints,
                 actuated=self._actuated(kinds, drives),
@@ -129,6 +131,7 @@ class MechanismFile(RobotFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     # --- the tree of the joints ---
+                load=load,
 
     def _tree(self, base_frame: str) -> tuple[Joint, ...]:
         self._taken["link", base_frame] = ("base",)

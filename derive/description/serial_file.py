@@ -100,7 +100,7 @@ class RobotFile(CoordinateFile):
         tool, tool_frame = self._frame("tool", "ee")
         joints = self._joints()
         couplings, motors = self.couplings(joints)
-        load = self._load()
+        load = self.load()
         transmissions = tuple(map(self._transmission, self._each("transmissions")))
         parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
@@ -146,7 +146,7 @@ class RobotFile(CoordinateFile):
                 raise
             self.fail((*keys, "gain"), f"an invertible drive model ({error})", shown=None)
 
-    def _load(self) -> Load | None:
+    def load(self) -> Load | None:
         """Reads the link masses, and the gravity vector in the base frame."""
         masses = tuple(map(self._mass, self._each("masses")))
         if "gravity" in self.table and not masses and "springs" not in self.table:
@@ -179,6 +179,8 @@ class RobotFile(CoordinateFile):
         if "mass" not in table:
             self.fail((*keys, "mass"), "a mass in kilograms")
         mass = self.number((*keys, "mass"), "mass")
+        if self.at_defaults(mass) < 0:
+            self.fail((*keys, "mass"), "a mass of at least 0")
         return PointMass(self.name((*keys, "link")), mass, self.vector((*keys, "at"), "length"))
 
     def _frame(self, which: str, default: str) -> tuple[Placement, str]:

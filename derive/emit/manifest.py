@@ -20,6 +20,7 @@ from chasles.contract import (
     FunctionInfo,
     GeometryParameter,
     InverseFacts,
+    LinkMass,
     LoopFacts,
     Manifest,
     PlacedTip,
@@ -88,6 +89,7 @@ def manifest(
         loops=_loops(hybrid) if hybrid else _coupling(derivation),
         inverse=_inverse(derivation),
         skeleton=skeleton_facts(derivation.skeleton),
+        load=_load(derivation),
         tolerances=ContractTolerances(DEAD_POINT),
         description_sha256=sha256(description_text(robot)),
         languages={language: tuple(sorted(texts)) for language, texts in sorted(files.items())},
@@ -115,10 +117,14 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 
 def description_text(robot: Described) -> str:
-    """Returns the description as text, with load, transmissions, springs and couplings if any."""
-    load, springs = (robot.load, robot.springs) if isinstance(robot, SerialRobot) else (None, None)
-    own = (robot.couplings, robot.motors) if isinstance(robot, SerialRobot) else ()
-    parts = (robot, *(part for part in (load, robot.transmissions, springs, *own) if part))
+    """Returns the description as text, with the fields that its ``repr`` omits if they have values.
+
+    The text of robots without these fields does not change when fields are added.
+    """
+    own: tuple[object, ...] = ()
+    if isinstance(robot, SerialRobot):
+        own = (robot.springs, robot.couplings, robot.motors)
+    parts = (robot, *(part for part in (robot.load, robot.transmissions, *own) if part))
     return " ".join(map(repr, parts))
 
 
@@ -145,6 +151,19 @@ def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
         CleanedNumber(n.at, n.field, written(n.found), sp.sstr(n.taken)) for n in cleaning.numbers
     )
     return contract.Cleaning(cleaning.position, cleaning.orientation, tuple(numbers))
+
+
+def _load(derivation: Derivation) -> contract.Load:
+    """Returns the masses and the gravity as numbers."""
+    load = derivation.robot.load
+    if load is None:
+        return contract.Load()
+
+    def number(entry: sp.Expr) -> float:
+        return float(derivation.terms.value(entry))
+
+    masses = (LinkMass(m.link, number(m.mass), tuple(map(number, m.at))) for m in load.masses)
+    return contract.Load(tuple(masses), tuple(map(number, load.gravity)))
 
 
 def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:

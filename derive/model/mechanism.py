@@ -19,6 +19,7 @@ from .exact import exact
 from .names import check_choice, check_name, check_robot_name, check_unique
 from .robot import (
     Joint,
+    Load,
     Parameter,
     Placement,
     SerialRobot,
@@ -114,6 +115,11 @@ class Strut:
 
 @dataclass(frozen=True)
 class Drive:
+    @property
+    def sections(self) -> tuple[str, ...]:
+        """Names of the bodies of the strut: the rod, or barrel and piston of a cylinder."""
+        return (f"{self.name}_barrel", f"{self.name}_piston") if self.is_cylinder else (self.name,)
+
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
     If a drive is not actuated, the joint moves the motor, and the motor angle is a passive
@@ -198,6 +204,7 @@ class Mechanism:
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             resulting tool displacement are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
+        load: The masses of links and of strut sections, or None.
         omitted: Names of coordinates without a reference value in the description; the middle of
             their limits is used.
 
@@ -228,6 +235,7 @@ class Mechanism:
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
     omitted: tuple[str, ...] = field(default=(), repr=False, compare=False)
+    load: Load | None = field(default=None, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -245,6 +253,7 @@ class Mechanism:
         known = {*self.members, *(drive.name for drive in self.drives)}
         self._check_known("actuated", self.actuated, known)
         self._check_known("drive", [drive.joint for drive in self.drives], set(self.members))
+        self._check_load()
         check_unique("actuated coordinate", [c.moves for c in self.coordinates])
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
@@ -430,12 +439,25 @@ class Mechanism:
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
         placements = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
+    def _check_load(self) -> None:
+        if self.load is None:
+            return
+        sections = [name for strut in self.struts for name in strut.sections]
+        self.load.check_links(self.name, [*self.bodies[1:], *sections])
+        for mass in self.load.masses:
+            if mass.link in sections and any(mass.at[:2]):
+                raise DescriptionError(
+                    f"robot {self.name!r}: the mass of strut section {mass.link!r} must be on the "
+                    "z axis of the section"
+                )
+
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise DescriptionError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
+        used |= self.load.symbols if self.load else set()
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ and ``after`` are products of elementary motions. All numbers are exact; lengths
 angles in radians.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import get_args
@@ -179,6 +179,26 @@ class Load:
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", exact_vector(self.gravity))
 
+    @property
+    def symbols(self) -> set[sp.Symbol]:
+        """The parameters in masses and positions."""
+        return {
+            symbol for m in self.masses for part in (m.mass, *m.at) for symbol in part.free_symbols
+        }
+
+    def check_links(self, robot: str, links: Collection[str]) -> None:
+        """Checks that each mass is on a link.
+
+        Raises:
+            DescriptionError: A mass is on an unknown link.
+        """
+        for mass in self.masses:
+            if mass.link not in links:
+                raise DescriptionError(
+                    f"robot {robot!r} has a mass on {mass.link!r}: expected one of the links "
+                    f"{', '.join(links)}"
+                )
+
 
 @dataclass(frozen=True)
 class Transmission:
@@ -315,7 +335,8 @@ class SerialRobot:
     def __post_init__(self) -> None:
         check_robot_name(self.name)
         self._check_symbols()
-        self._check_load()
+        if self.load:
+            self.load.check_links(self.name, self.link_names)
         check_unique("joint", [joint.name for joint in self.joints])
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
@@ -356,22 +377,13 @@ class SerialRobot:
         placements += [part for joint in self.joints for part in (joint.before, joint.after)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for joint in self.joints for symbol in joint.pitch.free_symbols}
-        for mass in self.load.masses if self.load else ():
-            used |= {symbol for part in (mass.mass, *mass.at) for symbol in part.free_symbols}
+        used |= self.load.symbols if self.load else set()
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise DescriptionError(
                 f"robot {self.name!r} uses {', '.join(unknown)}: expected symbols of its "
                 "parameters (Parameter(name, value).symbol)"
             )
-
-    def _check_load(self) -> None:
-        for mass in self.load.masses if self.load else ():
-            if mass.link not in self.link_names:
-                raise DescriptionError(
-                    f"robot {self.name!r} has a mass on {mass.link!r}: expected one of the links "
-                    f"{', '.join(self.link_names)}"
-                )
 
     def _check_springs(self) -> None:
         rows = self.springs.rows if self.springs else ()

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from chasles.contract import ActuatedVariable
+from chasles.contract import ActuatedVariable, Load
 from chasles.derive.derivation import Derivation
 from chasles.derive.emit.manifest import skeleton_facts
 from chasles.derive.model.mechanism import Mechanism
@@ -41,6 +41,7 @@ def described_skeleton(robot):
         upper=np.full(len(robot.coordinates), np.inf),
         manifest=SimpleNamespace(
             skeleton=facts,
+            load=Load(),
             loops=SimpleNamespace(actuated_in_z=[ActuatedVariable(k, ratio) for k, ratio in moved]),
         ),
     )

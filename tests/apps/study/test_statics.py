@@ -8,12 +8,15 @@ import pytest
 
 import chasles
 from chasles.contract import Body, Span
+from chasles.derive import DescriptionError, read_text
 from chasles.drawing import skeleton
 from chasles.errors import InputValueError, OutOfReachError, ShapeError
 from chasles.study import PointMass, StaticLoads, gravity_forces, static_loads
+from tests.support.compiling import compiled
+from tests.support.derivations import description
 from tests.support.generators.convertible_arms import convertible_arm
 from tests.support.oracles.mujoco_statics import mujoco_loads, random_masses
-from tests.support.pages import run
+from tests.support.pages import examples, run
 from tests.support.robot_stand_in import RobotStandIn
 from tests.support.skeletons import described_skeleton
 
@@ -87,6 +90,7 @@ class Changed(RobotStandIn):
         facts, loops = self.robot.manifest.skeleton, self.robot.manifest.loops
         self.manifest = SimpleNamespace(
             skeleton=replace(facts, bodies=tuple(change(facts.bodies))),
+            load=self.robot.manifest.load,
             loops=replace(loops, actuated_in_z=loops.actuated_in_z[skipped:]),
         )
 
@@ -112,6 +116,81 @@ def test_weight_that_no_actuator_holds_is_refused_and_nan_in_a_batch():
     with pytest.raises(InputValueError, match=r"not in equilibrium: the load moves .*z"):
         gravity_forces(robot, robot.q_reference, weight)
     assert np.isnan(gravity_forces(robot, robot.q_reference[None], weight)).all()
+
+
+PENDULUM = """
+name = "pendulum"
+convention = "urdf"
+gravity = [0, 0, -5]
+joints = [{ name = "swing", axis = [0, 1, 0] }]
+masses = [{ link = "link1", mass = 2, at = [0.5, 0, 0] }]
+"""
+BOOM = """
+name = "boom"
+convention = "urdf"
+actuated = ["jack"]
+[parameters]
+m = { value = 40, unit = "kg" }
+[[joints]]
+name = "boom"
+link = "boom"
+axis = [0, 1, 0]
+[[cylinders]]
+name = "jack"
+retracted = 0.6
+limits = [0, 0.4]
+a = { body = "0", xyz = [0.2, 0, -0.3] }
+b = { body = "boom", xyz = [0.8, 0, 0.1] }
+[[masses]]
+link = "boom"
+mass = "m"
+at = [1.5, 0, 0.2]
+[[masses]]
+link = "jack_piston"
+mass = 3
+at = [0, 0, -0.1]
+[reference]
+boom = -0.35
+"""
+
+
+def test_masses_of_the_robot_file_are_the_default(tmp_path):
+    arm = compiled(read_text(PENDULUM), tmp_path / "arm", ["fk"], ["c"])
+    # The x axis points down as the joint angle grows.
+    angles = np.array([[0.0], [0.4]])
+    wanted = 2 * 5 * 0.5 * np.cos(angles)
+    np.testing.assert_allclose(gravity_forces(arm, angles), wanted, rtol=1e-14)
+    np.testing.assert_allclose(gravity_forces(arm, angles, gravity=[0, 0, -10]), 2 * wanted)
+    boom = compiled(read_text(BOOM), tmp_path / "boom", None, ["c"])
+    q = boom.random_q(4, rng=1)
+    found = static_loads(boom, q, wrench=[0, 0, -100.0, 0, 0, 0])
+    masses = [PointMass("boom", 40.0, [1.5, 0, 0.2]), PointMass("jack_piston", 3.0, [0, 0, -0.1])]
+    for k in range(len(q)):
+        theirs = mujoco_loads(boom, q[k], masses, [0, 0, -100.0, 0, 0, 0], [0, 0, -9.81])
+        np.testing.assert_allclose(found.actuator_forces[k], theirs.actuators, rtol=RIGHT)
+        np.testing.assert_allclose(found.strut_forces[k], theirs.struts, rtol=RIGHT)
+    without = static_loads(boom, q, [], wrench=[0, 0, -100.0, 0, 0, 0])
+    gravity = gravity_forces(boom, q)
+    np.testing.assert_allclose(without.actuator_forces - gravity, found.actuator_forces)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('link = "jack_piston"', 'link = "jack"', "one of the links boom, jack_barrel, jack_pis"),
+        ("at = [0, 0, -0.1]", "at = [0.1, 0, 0]", "'jack_piston' must be on the z axis"),
+        ("mass = 3", "mass = -3", r"masses\[2\]\.mass: expected a mass of at least 0, found -3"),
+    ],
+)
+def test_wrong_masses_in_a_robot_file_are_refused(old, new, expected):
+    with pytest.raises(DescriptionError, match=expected):
+        read_text(BOOM.replace(old, new))
+
+
+def test_missing_masses_are_refused():
+    robot = chasles.load("four_bar")
+    with pytest.raises(InputValueError, match=r"no \[\[masses\]\]; pass masses="):
+        gravity_forces(robot, robot.q_reference)
 
 
 def test_open_loop_raises_or_is_nan_in_a_batch():
@@ -156,4 +235,9 @@ def test_static_loads_page_examples_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = run("how-to/static-loads.md")
     assert names["loads"].struts["boom_cylinder"] > 0
-    assert names["masses"] == [PointMass("link1", 2.5, [-0.5, 0.0, 0.0])]
+    (masses,) = examples("how-to/static-loads.md", "toml")
+    head, joints, rest = description("excavator").read_text().partition("[[joints]]")
+    load = read_text("".join((head, masses, joints, rest))).load
+    assert [(m.link, m.mass, [*map(float, m.at)]) for m in load.masses] == [
+        (m.link, m.mass, [*map(float, m.at)]) for m in (names["masses"][0], names["masses"][3])
+    ]
