@@ -23,13 +23,14 @@ from ..model.placements import Placement, Vector, align_z, inverse
 from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
 from .assumptions import assumption
+from .jointed_struts import FREEDOMS, Ends, JointedStrut, is_jointed, jointed
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .suggestions import hint
 from .toml_file import Keys, dotted, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
-CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
 OTHER_FIELDS = ("closure", "nominal", "masses", "gravity")
+CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
 FRAME_FIELDS = ("body", "xyz", "rpy")
 HELD_FIELDS = (*FRAME_FIELDS, "assumed")
 ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing", "assumed")
@@ -93,19 +94,25 @@ class MechanismFile(RobotFile):
         joints = self._tree(base_frame)
         bodies = (base_frame, *(joint.link for joint in joints))
         closures = tuple(self._closure(keys, bodies) for keys in self._each("closures"))
-        rods = tuple(self._rod(keys, bodies) for keys in self._each("rods"))
-        cylinders = tuple(self._cylinder(keys, bodies) for keys in self._each("cylinders"))
-        struts = (*rods, *cylinders)
+        rods = [self._rod(keys, bodies) for keys in self._each("rods")]
+        cylinders = [self._cylinder(keys, bodies) for keys in self._each("cylinders")]
+        members = (*rods, *cylinders)
+        struts = tuple(member for member in members if isinstance(member, Strut))
+        chains = [member for member in members if isinstance(member, JointedStrut)]
+        joints += tuple(joint for chain in chains for joint in chain.joints)
+        closures += tuple(chain.closure for chain in chains)
         kinds = _moving(joints, struts)
         drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
         tool_body, tool, tool_frame = self._tool(bodies)
         transmissions = tuple(map(self._transmission, self._each("transmissions")))
+        load = self.load()
         parameters = tuple(self.parameter(name) for name in self.symbols)
         reference = self._reference(kinds, struts, drives)
+        middles = [pair for chain in chains for pair in chain.reference]
+        omitted = tuple(pair for pair in middles if pair[0] not in dict(reference))
         loop_joints: tuple[Closure | Strut, ...] = (*closures, *struts)
         try:
             return Mechanism(
-        load = self.load()
                 name=name,
                 joints=joints,
                 actuated=self._actuated(kinds, drives),
@@ -119,11 +126,13 @@ class MechanismFile(RobotFile):
                 tool=tool,
                 base_frame=base_frame,
                 tool_frame=tool_frame,
-                reference=reference,
+                reference=(*reference, *omitted),
                 closure=self.option(("closure",), CLOSURE_MODES, "exact"),
                 parameters=parameters,
                 notes=assumption(parameters, joints, loop_joints, drives),
                 transmissions=transmissions,
+                load=load,
+                omitted=tuple(name for name, _ in omitted),
             )
         except DescriptionError as error:
             if error.file:
@@ -131,7 +140,6 @@ class MechanismFile(RobotFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     # --- the tree of the joints ---
-                load=load,
 
     def _tree(self, base_frame: str) -> tuple[Joint, ...]:
         self._taken["link", base_frame] = ("base",)
@@ -186,35 +194,55 @@ class MechanismFile(RobotFile):
         kind: ClosureKind = self.option((*keys, "kind"), get_args(ClosureKind), "")
         return Closure(self._new((*keys, "name")), kind, *self._frames(keys, bodies))
 
-    def _rod(self, keys: Keys, bodies: Sequence[str]) -> Strut:
+    def _rod(self, keys: Keys, bodies: Sequence[str]) -> Strut | JointedStrut:
         self.check_fields(keys, self.table_at(keys), ROD_FIELDS)
         length = self.number((*keys, "length"), "length")
         if not self.at_defaults(length) > 0:
             self.fail((*keys, "length"), "a length above 0")
         assumed = self.assumed(keys, ("length",))
-        return replace(self._strut(keys, bodies, length), assumed=assumed)
+        return self._ended(keys, replace(self._strut(keys, bodies, length), assumed=assumed))
 
-    def _cylinder(self, keys: Keys, bodies: Sequence[str]) -> Strut:
+    def _cylinder(self, keys: Keys, bodies: Sequence[str]) -> Strut | JointedStrut:
         self.check_fields(keys, self.table_at(keys), CYLINDER_FIELDS)
         length = self.number((*keys, "retracted"), "length")
         limits = self.limits((*keys, "limits"), "prismatic")
         if limits[0] is not None and not self.at_defaults(length) + limits[0] > 0:
             self.fail((*keys, "limits", 0), "a limit that keeps the cylinder length above 0")
         strut = self._strut(keys, bodies, length, is_cylinder=True)
-        return replace(strut, limits=limits, assumed=self.assumed(keys, ("retracted", "limits")))
+        assumed = self.assumed(keys, ("retracted", "limits"))
+        return self._ended(keys, replace(strut, limits=limits, assumed=assumed))
 
     def _strut(
         self, keys: Keys, bodies: Sequence[str], length: sp.Expr, is_cylinder: bool = False
     ) -> Strut:
         name = self._new((*keys, "name"))
-        ends: EndKind = self.option((*keys, "ends"), get_args(EndKind), "pin")
+        pair = self._ends(keys)
+        ends: EndKind = "pin" if is_jointed(pair) or pair == ("pin", "pin") else "ball"
         if ends == "ball" and self.at((*keys, "swing")) is not None:
             self.fail(
-                (*keys, "swing"), "no swing: a member on ball joints has no unique swing angle"
+                (*keys, "swing"),
+                "no swing: a member with a ball and no pin has no unique swing angle",
             )
         swing = self._new((*keys, "swing"), f"{name}_swing") if ends == "pin" else ""
         a, b = self._frames(keys, bodies)
-        return Strut(name, a, b, length, is_cylinder, ends, swing)
+        has_universal = ends == "ball" and "universal" in pair
+        return Strut(name, a, b, length, is_cylinder, ends, swing, has_universal=has_universal)
+
+    def _ended(self, keys: Keys, strut: Strut) -> Strut | JointedStrut:
+        """Returns the strut, or the joints that replace a strut with these ends."""
+        ends = self._ends(keys)
+        return jointed(strut, ends) if is_jointed(ends) else strut
+
+    def _ends(self, keys: Keys) -> Ends:
+        """Reads the kinds of joints at both ends, from one word or a list of two."""
+        keys = (*keys, "ends")
+        value = self.at(keys)
+        if not isinstance(value, list):
+            kind = self.option(keys, FREEDOMS, "pin")
+            return kind, kind
+        self._check_list(keys, 2, "kinds of joints, at a and at b")
+        a, b = (self.option((*keys, k), FREEDOMS, "") for k in (0, 1))
+        return a, b
 
     def _frames(self, keys: Keys, bodies: Sequence[str]) -> tuple[Frame, Frame]:
         a, b = self._frame_on_body((*keys, "a"), bodies), self._frame_on_body((*keys, "b"), bodies)

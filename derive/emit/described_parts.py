@@ -83,7 +83,8 @@ def _loop_joint(mechanism: Mechanism, loop_joint: Closure | Strut, k: int) -> It
         yield from ("", "[[cylinders]]", name, f"retracted = {place}", *_limits(loop_joint))
     else:
         yield from ("", "[[rods]]", name, f"length = {place}")
-    yield f'ends = "{loop_joint.ends}"'
+    is_pair = loop_joint.has_universal
+    yield 'ends = ["universal", "ball"]' if is_pair else f'ends = "{loop_joint.ends}"'
     if loop_joint.ends == "pin":
         yield f"swing = {json.dumps(loop_joint.swing_name)}"
     yield from ends

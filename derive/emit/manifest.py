@@ -121,9 +121,11 @@ def description_text(robot: Described) -> str:
 
     The text of robots without these fields does not change when fields are added.
     """
-    own: tuple[object, ...] = ()
+    own: tuple[object, ...]
     if isinstance(robot, SerialRobot):
         own = (robot.springs, robot.couplings, robot.motors)
+    else:
+        own = (tuple(strut.name for strut in robot.struts if strut.has_universal),)
     parts = (robot, *(part for part in (robot.load, robot.transmissions, *own) if part))
     return " ".join(map(repr, parts))
 

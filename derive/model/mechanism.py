@@ -84,6 +84,8 @@ class Strut:
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
         ends: Kind of the joints at both ends: pins or balls.
+        has_universal: Whether one of the balls is a universal joint, so that the strut does not
+            spin about its own axis.
         swing: Name of the strut's passive angle, measured on the body at the first end.
         limits: Lowest and highest value of a cylinder's coordinate (meter).
         assumed: Fields whose values the source of the description does not state: ``length`` or
@@ -99,6 +101,7 @@ class Strut:
     swing: str = ""
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
     assumed: tuple[str, ...] = ()
+    has_universal: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         check_name("strut", self.name)
@@ -112,14 +115,14 @@ class Strut:
         """Name of the passive angle."""
         return self.swing or f"{self.name}_swing"
 
-
-@dataclass(frozen=True)
-class Drive:
     @property
     def sections(self) -> tuple[str, ...]:
         """Names of the bodies of the strut: the rod, or barrel and piston of a cylinder."""
         return (f"{self.name}_barrel", f"{self.name}_piston") if self.is_cylinder else (self.name,)
 
+
+@dataclass(frozen=True)
+class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
     If a drive is not actuated, the joint moves the motor, and the motor angle is a passive
@@ -201,10 +204,10 @@ class Mechanism:
             if the robot is not calibrated.
         springs: Passive joints with springs in the description, and their values at rest (radian
             or meter). The mobility analysis ignores the springs.
+        load: The masses of links and of strut sections, or None.
         cleaning: The values of the description that were replaced by exact values. Bounds of the
             resulting tool displacement are added when the loops are solved.
         as_written: The robot with the values as written, if some were replaced by exact values.
-        load: The masses of links and of strut sections, or None.
         omitted: Names of coordinates without a reference value in the description; the middle of
             their limits is used.
 
@@ -232,10 +235,10 @@ class Mechanism:
     closure: ClosureMode = "exact"
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
     springs: tuple[tuple[str, sp.Expr], ...] = field(default=(), repr=False, kw_only=True)
+    load: Load | None = field(default=None, repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
     omitted: tuple[str, ...] = field(default=(), repr=False, compare=False)
-    load: Load | None = field(default=None, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -250,10 +253,10 @@ class Mechanism:
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         self._check_bodies()
         self._check_symbols()
+        self._check_load()
         known = {*self.members, *(drive.name for drive in self.drives)}
         self._check_known("actuated", self.actuated, known)
         self._check_known("drive", [drive.joint for drive in self.drives], set(self.members))
-        self._check_load()
         check_unique("actuated coordinate", [c.moves for c in self.coordinates])
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
@@ -436,9 +439,6 @@ class Mechanism:
                     f"robot {self.name!r}: {role} {name!r} is not one of {there}"
                 )
 
-    def _check_symbols(self) -> None:
-        known = {parameter.symbol for parameter in self.parameters}
-        placements = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
     def _check_load(self) -> None:
         if self.load is None:
             return
@@ -451,13 +451,16 @@ class Mechanism:
                     "z axis of the section"
                 )
 
+    def _check_symbols(self) -> None:
+        known = {parameter.symbol for parameter in self.parameters}
+        placements = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
+        used |= self.load.symbols if self.load else set()
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise DescriptionError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
-        used |= self.load.symbols if self.load else set()
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:

@@ -130,7 +130,7 @@ def _struts(page: LoopPage) -> str:
     columns: list[Column] = [
         ("member", [escape(strut.name) for strut in struts]),
         ("length", [_length(page, strut) for strut in struts]),
-        ("ends", [strut.ends + "s" for strut in struts]),
+        ("ends", [_ends(strut) for strut in struts]),
     ]
     if any(strut.ends == "pin" for strut in struts):
         columns.append(("angle", [_angle(page, strut) for strut in struts]))
@@ -143,6 +143,10 @@ def _struts(page: LoopPage) -> str:
     begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
     table = tabular(columns, repeated=1, apart="from")
     return sentence(f"{begin} {' and '.join(kinds)}:", table)
+
+
+def _ends(strut: Strut) -> str:
+    return "universal joint and ball" if strut.has_universal else f"{strut.ends}s"
 
 
 def _angle(page: LoopPage, strut: Strut) -> str:

@@ -174,4 +174,4 @@ def _freedom(loop_joint: Closure | Strut, order: int) -> int:
     if isinstance(loop_joint, Closure):
         return 1 if loop_joint.kind == "ball" and order == PLANAR else FREEDOM[loop_joint.kind]
     end = FREEDOM[loop_joint.ends] if order == SPATIAL else 1
-    return 2 * end + loop_joint.is_cylinder
+    return 2 * end + loop_joint.is_cylinder - loop_joint.has_universal

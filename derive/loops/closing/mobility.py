@@ -193,7 +193,7 @@ def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobil
         order=counts.order,
         loop_freedoms=counts.loop_freedoms,
         loop_orders=counts.loop_orders,
-        idle=sum(strut.ends == "ball" for strut in mechanism.struts),
+        idle=sum(s.ends == "ball" and not s.has_universal for s in mechanism.struts),
         coordinates=z,
         rank=loops.rank() + swings,
         # In the least-squares sense, each passive variable has one equation.

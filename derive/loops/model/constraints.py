@@ -406,7 +406,8 @@ class _Spatial:
         if isinstance(loop_joint, Strut) and loop_joint.ends == "pin":
             raise DescriptionError(
                 f"robot {self.mechanism.name!r}: the ends of {loop_joint.name!r} are pins, but its "
-                "loop is not planar; use ball ends, or replace it by a joint and a closure"
+                'loop is not planar; use ends = "ball" or ["pin", "ball"], or replace it by a '
+                "joint and a closure"
             )
         (A, p_a), (B, p_b) = (
             self._pose(self.loop.to_a, loop_joint.a),

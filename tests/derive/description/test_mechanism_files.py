@@ -217,7 +217,7 @@ WRONG = [
         "cylinders[1].limits[1]",
         "a limit that keeps the cylinder length above 0",
     ),
-    (48, 'swing = "s"', "cylinders[1].swing", "no swing: a member on ball joints"),
+    (48, 'swing = "s"', "cylinders[1].swing", "no swing: a member with a ball"),
     (54, 'name = "jack"', "drives[1].name", "a name other than that of cylinders[1]"),
     (55, 'joint = "stay"', "drives[1].joint", "one of turn, slide, hinge, jack"),
     (56, "radius = 5", "drives[1].radius", "no radius: turn is revolute"),
