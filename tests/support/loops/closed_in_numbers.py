@@ -103,9 +103,8 @@ class Model:
                 length = self.length[loop_joint.name] + self.values(q, u).get(loop_joint.name, 0.0)
                 parts.append([np.linalg.norm(B[:3, 3] - A[:3, 3]) - length])
             else:
-                assert loop_joint.kind == "pin"
                 apart = np.linalg.inv(A) @ B
-                parts.append([*apart[:3, 3], *apart[:2, 2]])
+                parts.append([*apart[:3, 3], *apart[: {"pin": 2, "ball": 0}[loop_joint.kind], 2]])
         return np.concatenate(parts)
 
     def jacobian(self, q, u, step=1e-6):

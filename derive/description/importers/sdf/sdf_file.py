@@ -16,7 +16,7 @@ from lxml import etree
 
 from ....model.errors import DescriptionError
 from ....model.kinds import JointKind
-from ....model.mechanism import Closure, ClosureKind, Described, Frame, Mechanism
+from ....model.mechanism import Closure, ClosureKind, Described, Frame, Mechanism, Strut
 from ....model.placements import Placement, Rotation, Vector, align_z
 from ....model.robot import Coupling, Joint, SerialRobot
 from ....model.tolerances import EVALUATION_DIGITS, UNLIMITED
@@ -31,6 +31,7 @@ from ..mjcf.mjcf_model import length
 from ..robot_xml import parsed
 from ..tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .sdf_frames import MODEL, WORLD, SdfFrames, merged, origin_of
+from .universal_joints import split_universal_joints
 
 KINDS: Mapping[str, JointKind] = {
     "revolute": "revolute",
@@ -62,6 +63,7 @@ class SdfFile:
         root = parsed(file, text, "sdf")
         models = [*root.findall("model"), *root.findall("world/model")]
         model = models[0] if models else root
+        split_universal_joints(model)
         self.frames = SdfFrames(file, model)
         self.fail = self.frames.fail
         for element in root.iter("include"):
@@ -73,7 +75,7 @@ class SdfFile:
         self.tree_joints: dict[str, etree._Element] = {}
         """The joints of the tree by their child link."""
         self.closing: list[etree._Element] = []
-        for joint in sorted(self.joints.values(), key=self._is_passive):
+        for joint in sorted(self.joints.values(), key=self._order):
             parent, child = self._ends(joint)
             if child in self.tree_joints or parent == child or child in self._above(parent):
                 self.closing.append(joint)
@@ -102,6 +104,10 @@ class SdfFile:
         while found[-1] in self.tree_joints:
             found.append(self._ends(self.tree_joints[found[-1]])[0])
         return found
+
+    def _order(self, joint: etree._Element) -> tuple[bool, bool]:
+        """Returns the sort key of a joint: ball joints are the last joints of the tree."""
+        return self._is_passive(joint), joint.get("type") == "ball"
 
     @staticmethod
     def _is_passive(joint: etree._Element) -> bool:
@@ -133,7 +139,7 @@ class SdfFile:
         if kind == "ball":
             return "ball"
         if kind not in KINDS:
-            self.fail(joint, "type", kind, f"one of {', '.join(CLOSURES)}")
+            self.fail(joint, "type", kind, f"one of {', '.join(CLOSURES)}, universal")
         if kind == "fixed":
             return "fixed"
         return "follower" if self._leader(joint) else "moving"
@@ -213,20 +219,28 @@ class SdfFile:
         base, tip = identifier(ends.base), identifier(ends.tip)
         root = self.tree.root_of(ends.base)
         tree = [j for link in self.tree.outwards(root) for j in self.tree.below[link]]
-        words = {
-            "follower": "in a robot with loops no joint follows another",
-            "ball": "ball joints only close loops",
-        }
         for joint in tree:
-            if joint.kind in words:
-                raise DescriptionError(f"joint {joint.name!r}: {words[joint.kind]}")
+            if joint.kind == "follower":
+                raise DescriptionError(
+                    f"joint {joint.name!r}: in a robot with loops no joint follows another"
+                )
+        balls = [joint for joint in tree if joint.kind == "ball"]
+        rods = tuple(map(self._rod, balls))
+        on_rods = {link for joint in balls for link in self.tree.rigid(joint.child)}
+        tree = [joint for joint in tree if joint.child not in on_rods]
+        ended = {rod.name for rod in rods}
         moving = [joint for joint in tree if joint.kind == "moving"]
         driven = [j for j in moving if not self._is_passive(self.joints[j.name])]
         robot = Mechanism(
             name=name,
             joints=tuple(joint for each in tree for joint in self._joints(each)),
             actuated=tuple(identifier(joint.name) for joint in driven),
-            closures=tuple(self._closure(joint) for joint in self.closing),
+            closures=tuple(
+                self._closure(joint)
+                for joint in self.closing
+                if identifier(str(joint.get("name"))) not in ended
+            ),
+            struts=rods,
             tool_body=tip,
             title=str(self.frames.model.get("name")),
             source=self._source(ends),
@@ -305,6 +319,30 @@ class SdfFile:
             for link in self._ends(joint)
         )
         return Closure(identifier(name), CLOSURES[kind], a, b)
+
+    def _rod(self, joint: TreeJoint) -> Strut:
+        """Returns a link between two ball joints as a rod with the name of the second joint.
+
+        Raises:
+            DescriptionError: The link of the first ball joint has other joints.
+        """
+        links = {*self.tree.rigid(joint.child)}
+        closing = [each for each in self.closing if links & {*self._ends(each)}]
+        types = [each.get("type") for each in closing]
+        if types != ["ball"] or self.tree.moved(joint.child):
+            raise DescriptionError(
+                f"joint {joint.name!r}: ball joints only close loops or carry a rod with a second "
+                f"ball joint; make {joint.child!r} the child of another joint, too"
+            )
+        second = str(closing[0].get("name"))
+        (other,) = (link for link in self._ends(closing[0]) if link not in links)
+        a, b = (
+            Frame(identifier(link), self.frames.relative(link, name))
+            for link, name in ((joint.parent, joint.name), (other, second))
+        )
+        xyz, _ = origin_of(self.frames.relative(joint.name, second))
+        far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
+        return Strut(identifier(second), a, b, far, ends="ball")
 
     def _axis(self, joint: etree._Element) -> Vector:
         xyz = joint.find("axis/xyz")

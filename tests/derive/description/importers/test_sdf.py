@@ -1,5 +1,6 @@
 """SDF import: the same robots in SDF and in robot files have the same poses."""
 
+import json
 import random
 
 import numpy as np
@@ -9,6 +10,7 @@ from chasles.derive import DescriptionError, Mechanism, derive, read, read_text
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.random_trees import RandomTree
 from tests.support.generators.sdf_files import VARIANTS, sdf_of
+from tests.support.loops.closed_in_numbers import Model
 from tests.support.tolerances import ORACLE
 
 TREES = 3
@@ -97,6 +99,83 @@ def test_loops_close_by_joints_that_share_a_child(tmp_path):
     fk, wanted = fk_of(found), fk_of(read_text(FOUR_BAR_TOML))
     for a in (-0.3, 0.0, 0.4):
         np.testing.assert_allclose(fk([a]), wanted([a]), atol=ORACLE, rtol=0)
+
+
+PASSIVE = "<limit><effort>0</effort></limit>"
+"""Limits of a joint without an actuator."""
+CRANK = f"""{HEAD}
+<link name="crank"/><link name="rail"><pose>0.3 0 0 0 0 0</pose></link>
+<link name="rocker"><pose>0.3 0 0 0 0 0</pose></link><link name="rod"/>
+<joint name="turn" type="revolute"><parent>world</parent><child>crank</child>
+  <axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="near" type="%s"><parent>crank</parent><child>rod</child>
+  <pose relative_to="__model__">0.06 0 0 0 0 0</pose>%s</joint>
+<joint name="slide" type="%s"><parent>world</parent><child>rail</child>
+  <axis><xyz>3 4 0</xyz>{PASSIVE}</axis></joint>
+<joint name="tilt" type="revolute"><parent>rail</parent><child>rocker</child>
+  <axis><xyz>1 0 0</xyz>{PASSIVE}</axis></joint>
+<joint name="far" type="%s"><parent>rocker</parent><child>rod</child>
+  <pose relative_to="__model__">0.3 0 0.1 0 0 0</pose>%s</joint>
+</model></sdf>"""
+CRANK_TOML = """
+name = "m"
+convention = "urdf"
+units = { length = "m", angle = "deg" }
+actuated = ["turn"]
+base = { name = "world" }
+tool = { name = "rocker", body = "rocker" }
+joints = [
+  { name = "turn", parent = "world", link = "crank", axis = [0, 0, 1] },
+  { name = "slide", parent = "world", type = "%s", xyz = [0.3, 0, 0], axis = [3, 4, 0] },
+  { name = "tilt", parent = "link2", link = "rocker", axis = [1, 0, 0] },
+]
+[[rods]]
+name = "rod"
+length = 0.26
+ends = %s
+a = { body = "crank", xyz = [0.06, 0, 0], rpy = %s }
+b = { body = "rocker", xyz = [0, 0, 0.1] }
+[reference]
+%s
+"""
+UPRIGHT, ACROSS = (f"<xyz>{xyz}</xyz>{PASSIVE}" for xyz in ("0 0 1", "0 1 0"))
+ENDS = {
+    ("pin", "ball"): (
+        ("revolute", f"<axis>{ACROSS}</axis>", "ball", ""),
+        ("prismatic", "[-90, 0, 0]", "rod_swing = -22.6"),
+    ),
+    ("universal", "universal"): (
+        (
+            *("universal", f"<axis>{UPRIGHT}</axis><axis2>{ACROSS}</axis2>"),
+            *("universal", f"<axis>{UPRIGHT}</axis><axis2>{ACROSS}</axis2>"),
+        ),
+        ("prismatic", "[0, 0, 0]", "rod_tilt = -22.6\nrod_far_tilt = 22.6"),
+    ),
+    ("universal", "ball"): (
+        ("universal", f"<axis>{UPRIGHT}</axis><axis2>{ACROSS}</axis2>", "ball", ""),
+        ("fixed", "[0, 0, 0]", ""),
+    ),
+    ("ball", "ball"): (("ball", "", "ball", ""), ("fixed", "[0, 0, 0]", "")),
+}
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_rods_with_two_kinds_of_joints_move_as_in_the_robot_file(tmp_path, ends):
+    sdf, (rail, rpy, reference) = ENDS[ends]
+    found = Model(read(file_of(tmp_path, CRANK % (*sdf[:2], rail, *sdf[2:])), tip="rocker"))
+    wanted = Model(read_text(CRANK_TOML % (rail, json.dumps(ends), rpy, reference)))
+    assert found.mechanism.actuated == ("turn",)
+    for turn in (-0.2, 0.1):
+        tips = [m.tip([turn], m.followed([turn])[0]) for m in (found, wanted)]
+        np.testing.assert_allclose(tips[0], tips[1], atol=1e-10, rtol=0)
+
+
+def test_ball_joint_that_carries_a_link_with_a_pin_is_an_error(tmp_path):
+    text = (CRANK % ("ball", "", "fixed", "revolute", f"<axis>{ACROSS}</axis>")).replace(
+        "<parent>rocker</parent><child>rod</child>", "<parent>rod</parent><child>rocker</child>"
+    )
+    with pytest.raises(DescriptionError, match="make 'rod' the child of another joint, too"):
+        read(file_of(tmp_path, text), tip="rocker")
 
 
 def test_mimic_frames_and_pose_of_the_model(tmp_path):
