@@ -113,6 +113,13 @@ class MjcfFile:
         }
         tree = [joint for joint in self.bodies.joints if joint.child in connected]
         self.loops.check_laws(tree, is_in_a_tree=True)
+        ball = next((joint for joint in tree if joint.kind == "ball"), None)
+        if ball is not None:
+            raise DescriptionError(
+                f"joint {ball.name!r} is a ball joint; in a loop, a body on a ball joint must be a "
+                f"rod, whose other end has one <connect> and no joint. Place {ball.child!r} on the "
+                "body at its other end, and replace the ball joint by a <connect>"
+            )
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
         found = Mechanism(
             name=name,

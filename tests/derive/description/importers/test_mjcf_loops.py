@@ -167,4 +167,6 @@ def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )
-    assert "joint 'ball0' is a ball joint" in wrong(path, text, tip="tool")
+    expected = "replace the ball joint by a <connect>"
+    assert (said := wrong(path, text, tip="tool")).endswith(f"{expected})"), said
+    assert "joint 'ball0' is a ball joint; in a loop" in said
