@@ -29,12 +29,12 @@ DIGITS = 17
 _PLACES = 16
 """Decimal places of the lengths in a table (meter)."""
 _LONGEST = 40
-"""Longer decimals are rounded."""
+"""Maximum number of digits of a decimal that is not rounded."""
 _SAME = sp.Rational(1, 10**16)
 """Maximum change of a number by the parser [m, rad or 1], below the rounding error of doubles."""
 _EXACT = Context(prec=200)
 _PLAIN = 6
-"""Decimals with more leading zeros are written with an exponent."""
+"""Maximum number of leading zeros of a decimal without an exponent."""
 
 
 def digits_for(size: float) -> int:

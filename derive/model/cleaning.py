@@ -1,4 +1,4 @@
-"""Numbers of a file that were replaced by exact values, and the resulting pose error."""
+"""Numbers of a file that were replaced by exact values, and the effect on the pose."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from .tolerances import LARGE_CLEANING, NOISE
 CleanedUnit = Literal["m", "rad", "1"]
 _UPWARDS = Context(prec=2, rounding=ROUND_CEILING)
 _PLACES = 6
-"""Above this number of leading zeros, small numbers are written with an exponent."""
+"""Maximum number of leading zeros of a number without an exponent."""
 
 
 @dataclass(frozen=True)
 class CleanedNumber:
-    """A value of a description that was replaced by an exact value.
+    """A number of a description that was replaced by an exact value.
 
     Attributes:
-        at: Name of the joint or parameter with the value, or "base" or "tool".
-        field: Name of the field or component, such as alpha, x or roll, or "" for a parameter.
-        found: The value as written (meter, radian or 1), exact.
+        at: Name of the joint or parameter, or "base" or "tool".
+        field: Name of the field or component, such as alpha, x or roll. Empty for a parameter.
+        found: The exact value of the written number (meter, radian or 1).
         taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.
     """
@@ -41,15 +41,15 @@ class CleanedNumber:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """All cleaned values of a description, and the combined effect on the tool pose.
+    """All cleaned numbers of a description, and their effect on the tool pose.
 
     Attributes:
-        numbers: The cleaned values, in order from the base.
-        position: Upper bound of the distance (meter) between the tool positions for the written and
-            the used values, at any joint values within the limits.
-        orientation: Upper bound of the angle (radian) between the tool's orientations.
-        samples: For a robot with loops, the number of random configurations from which both bounds
-            are computed. 0 if the bounds hold at all configurations.
+        numbers: The cleaned numbers in order from the base.
+        position: Upper bound of the distance (meter) between the tool positions with written and
+            with used numbers, within the joint limits.
+        orientation: Upper bound of the angle (radian) between the tool orientations.
+        samples: For a robot with loops, the number of random configurations behind the bounds. It
+            is 0 if the bounds hold everywhere.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
@@ -59,14 +59,14 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """The bounds as text; an angle of zero is omitted."""
+        """The bounds as text. An angle of zero is omitted."""
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
         drawn = f" at {self.samples} random configurations" if self.samples else ""
         return f"{rounded_up(self.position)} m{turned}{drawn}"
 
     @property
     def line(self) -> str:
-        """The number of cleaned values, with the bounds; empty if no value was cleaned."""
+        """States how many numbers were cleaned, with the bounds. Empty if there are none."""
         count = len(self.numbers)
         if not count:
             return ""
@@ -74,7 +74,7 @@ class Cleaning:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The values that changed by more than rounding noise, printed with all digits."""
+        """The numbers that changed by more than rounding errors, with all digits."""
         rounded: dict[tuple[sp.Expr, sp.Expr], list[CleanedNumber]] = {}
         for number in self.numbers:
             if abs(number.change) > NOISE:
@@ -86,7 +86,7 @@ class Cleaning:
 
     @property
     def warning(self) -> str:
-        """Describes the change if it moves the tool by more than ``LARGE_CLEANING``."""
+        """States the change if it moves the tool by more than ``LARGE_CLEANING``."""
         if self.position <= LARGE_CLEANING:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
@@ -97,7 +97,7 @@ class Cleaning:
 
 
 def places(numbers: Iterable[CleanedNumber]) -> str:
-    """Lists fields with their joints or frames, such as ``alpha, theta of joint2; x of tool``."""
+    """Lists fields and their joints or frames, such as ``alpha, theta of joint2; x of tool``."""
     fields: dict[str, list[str]] = {}
     for number in numbers:
         fields.setdefault(number.at, []).append(number.field)
@@ -107,12 +107,12 @@ def places(numbers: Iterable[CleanedNumber]) -> str:
 
 
 def rounded_up(bound: float) -> str:
-    """Rounds a bound to two digits, upwards."""
+    """Rounds a bound up to two digits."""
     return f"{float(_UPWARDS.create_decimal(repr(bound))):.2g}"
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Returns the number of decimal places of a finite decimal, or None for other numbers."""
+    """Returns the number of decimal places of a finite decimal. None for other numbers."""
     if not value.is_Rational:
         return None
     places, rest = 0, value.q
@@ -125,7 +125,7 @@ def decimal_places(value: sp.Expr) -> int | None:
 
 
 def written(value: sp.Expr) -> str:
-    """Formats a number as in files: all decimal places, or a rational number of degrees."""
+    """Formats a number as in a file, with all decimal places or as a rational number of degrees."""
     places = decimal_places(value)
     if places is not None:
         digits = str(value.p * 10**places // value.q)

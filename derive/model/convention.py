@@ -1,9 +1,8 @@
-"""A modeling convention as an object: joint fields, placements and printed form.
+"""A modeling convention: fields of a joint, placements and printed form.
 
-A robot file uses the fields, the compiler uses the placements, and the article prints one table
-column per field. The conventions of chasles are listed in
-:data:`chasles.derive.description.conventions.CONVENTIONS`. Custom conventions are objects of the
-same class.
+Robot files contain the fields. The placements follow from them. The article prints a table with one
+column per field. :data:`chasles.derive.description.conventions.CONVENTIONS` lists the conventions
+of chasles. A custom convention is another object of the same class.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +21,7 @@ from .placements import Placement, Rotation, Translation, Vector, filled
 FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
 """A scalar (meter or radian), or a vector of lengths, angles, or a direction (unitless)."""
 Placements = tuple[Placement, Placement]
-"""The placements before and after a joint's motion, see :class:`chasles.derive.Joint`."""
+"""The placements before and after the motion of a joint, see :class:`chasles.derive.Joint`."""
 Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
 """Vector components with :data:`~chasles.derive.model.tolerances.EVALUATION_DIGITS` digits."""
 _SCALARS = ("length", "angle")
@@ -31,17 +30,17 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Field:
-    """A field that describes a joint.
+    """A field of a convention.
 
     Attributes:
         name: Name in robot files.
         kind: Kind of the value, which determines its unit.
-        headings: LaTeX of the vector components in table headings; a scalar uses its name.
-        default: Value if a file omits the field, or None for zero.
-        needed_to: Meaning of a field that moving joints require, for the error message; empty for
+        headings: LaTeX of the vector components in table headings. A scalar uses its name.
+        default: Value of an omitted field. None stands for zero.
+        needed_to: Meaning of a field that moving joints require, for the error message. Empty for
             optional fields.
-        is_of_motion: Whether the field describes the joint's motion. Fixed joints ignore the fields
-            that describe a motion.
+        is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore such
+            fields.
     """
 
     name: str
@@ -58,7 +57,10 @@ class Field:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the scalars in the field: the name of the field, or ``<name>_x`` and so on."""
+        """Names of the scalars in the field.
+
+        They are the name of the field, or ``<name>_x`` and so on.
+        """
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
@@ -71,10 +73,10 @@ class Field:
 
 @dataclass(frozen=True)
 class AxisLine:
-    """The axis of a joint, expressed in a frame whose z axis is the previous joint axis.
+    """The axis of a joint. The z axis of its frame is the previous joint axis.
 
     Attributes:
-        direction: The unit direction vector.
+        direction: The unit vector of its direction.
         point: A point on the axis (meter).
     """
 
@@ -84,12 +86,12 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Fitted:
-    """An axis in the fields of a convention, relative to a frame on the previous axis.
+    """The fields of a convention for an axis, relative to a frame on the previous axis.
 
     Attributes:
         turn: Rotation about the previous axis (radian).
         shift: Translation along the previous axis (meter).
-        values: Values of the fields by name; other fields are zero.
+        values: Values of the fields by name. Other fields are zero.
     """
 
     turn: sp.Expr
@@ -101,28 +103,25 @@ class Fitted:
 class Convention:
     """A convention that describes a joint and its child link.
 
-    A convention is callable, ``before, after = dh("revolute", a="0.3", d="d1")``. The call converts
-    field values into the placements of a :class:`chasles.derive.Joint`.
+    A convention can be called: ``before, after = dh("revolute", a="0.3", d="d1")``. The call
+    returns the placements of a :class:`chasles.derive.Joint` for field values.
 
     Attributes:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
-        place: Function that converts the joint's kind and all fields, keyed by name, to the
-            placements.
-        source: Publication in which the convention is defined.
-        words: The convention's name in a sentence of the article. Without a ``transform``, a phrase
-            that lists the fields.
-        transform: The link transform as a product of elementary motions in the field symbols,
-            without the joint's motion; empty if no such product exists.
-        turning: Field to which a revolute joint adds its variable; the value is empty if there is
-            no such field.
-        sliding: Field to which a prismatic joint adds its variable; the value is empty if there is
-            no such field.
-        second_part: First field of the second table, if a single table is too wide.
-        numbers: Function that returns, for a joint kind, the elementary motions whose values a
-            calibration corrects. If None, the link transform is used.
-        fit: Function that returns the fields for a joint's axis relative to the previous axis. The
-            function returns None if the convention cannot represent the axis.
+        place: Function that returns the placements for the kind of a joint and all fields by name.
+        source: Publication that defines the convention.
+        words: Name of the convention in a sentence of the article. Without a ``transform``, a
+            phrase with the fields.
+        transform: The link transform, as a product of motions in the symbols of the fields. It does
+            not contain the joint motion. Empty if there is no such product.
+        turning: Field to which a revolute joint adds its variable, or "".
+        sliding: Field to which a prismatic joint adds its variable, or "".
+        second_part: First field of the second table. A single table may be too wide.
+        numbers: Function that returns the motions whose values a calibration corrects, for a kind
+            of joint. By default, these are the motions of the link transform.
+        fit: Function that returns the fields for the axis of a joint relative to the previous axis.
+            None if the convention cannot represent the axis.
     """
 
     name: str
@@ -138,20 +137,20 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """Returns the name, because the repr of a robot is hashed and must contain no address."""
+        """Returns the name. The repr of a robot is hashed, so it must not contain an address."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:
-        """Returns the placements before and after a joint's motion about or along z.
+        """Returns the placements before and after the motion of a joint along its z axis.
 
         Args:
             kind: Kind of the joint.
-            given: Exact values of fields by name (meter, radian or 1); other fields use their
-                defaults.
+            given: Exact values of fields by name (meter, radian or 1). Other fields have their
+                default values.
 
         Raises:
-            DescriptionError: A name is not a field, a value is not exact, or a direction is zero or
-                contains a parameter.
+            DescriptionError: There is no such field, a value is not exact, or a direction is zero
+                or contains a parameter.
         """
         unknown = given.keys() - {field.name for field in self.fields}
         if unknown:
@@ -163,7 +162,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Returns the scalars of the printed table with their names; vectors are split."""
+        """Returns the scalars of the printed table with their names."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]
@@ -173,9 +172,9 @@ class Convention:
 
     @property
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
-        """Columns of a printed table: the field, the name of the scalar, and its LaTeX.
+        """Columns of a printed table as tuples (field, name of the scalar, LaTeX).
 
-        The columns have the order of the link transform, or of the fields if there is no transform.
+        Their order is the order of the link transform, or of the fields if there is none.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))
@@ -188,7 +187,7 @@ class Convention:
         )
 
     def variable(self, kind: JointKind) -> str:
-        """Returns the field to which a joint adds its variable; empty if there is none."""
+        """Returns the field to which a joint adds its variable, or ""."""
         return {"fixed": "", "prismatic": self.sliding}.get(kind, self.turning)
 
 
@@ -203,22 +202,22 @@ def of_transform(
     sliding: str = "",
     fit: Callable[[AxisLine], Fitted | None] | None = None,
 ) -> Convention:
-    """Returns a convention whose link transform is a product of elementary motions in its fields.
+    """Returns a convention with a product of motions as its link transform.
 
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product, with symbols that have the names of the fields.
-        source: Publication in which the convention is defined.
+        transform: The product. Its symbols have the names of the fields.
+        source: Publication that defines the convention.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
-        sliding: Field to which a prismatic joint adds its variable. Without this field, a prismatic
-            joint slides along the z axis of a revolute joint.
+        sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint
+            slides along the z axis of a revolute joint.
         fit: See :class:`Convention`.
 
     Raises:
-        DescriptionError: The variable of a joint is not a rotation about z or a translation with a
-            z component.
+        DescriptionError: The variable of a joint is neither a rotation about z nor a translation
+            along z.
     """
     place = partial(_placed, transform, turning, sliding)
     convention = Convention(
@@ -230,10 +229,10 @@ def of_transform(
 
 
 def motions_before(transform: Placement, variable: str) -> int:
-    """Returns the number of motions in a link transform before the motion of the joint itself.
+    """Returns the number of motions in a link transform before the joint motion.
 
-    The joint motion comes after the factor with the joint variable, and after adjacent rotations
-    about z and translations along z, which commute with the motion.
+    The joint motion comes after the motion with the joint variable. Later rotations about z and
+    translations along z also come before the joint motion, because they commute with this motion.
     """
     indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not indices or not _is_along_z(transform[indices[0]], variable):
@@ -256,7 +255,7 @@ def _placed(
 
 
 def _arguments(motion: Rotation | Translation) -> tuple[sp.Expr, ...]:
-    """Returns the symbols of an elementary motion in the order of its axes."""
+    """Returns the symbols of a motion in the order of its axes."""
     if isinstance(motion, Rotation):
         return (motion.angle,)
     return tuple(component for component in motion.vector if component != 0)

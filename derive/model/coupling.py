@@ -1,4 +1,4 @@
-"""Couplings: joint coordinates as a linear map of motor coordinates, theta = C q + c."""
+"""Couplings, which map motor coordinates to joint coordinates: theta = C q + c."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ MotorKind = Literal["revolute", "prismatic"]
 
 @dataclass(frozen=True)
 class Motor:
-    """An actuated coordinate that is not a joint, but moves joints through couplings.
+    """An actuated coordinate that is not a joint. It moves joints through couplings.
 
     Attributes:
         name: Unique name among joints and motors.
         kind: ``revolute`` or ``prismatic``.
         limits: Lowest and highest value (radian or meter), or None if unbounded.
-        assumed: Names of the fields that the source of the description does not state.
+        assumed: Names of the fields that the source does not state.
     """
 
     name: str
@@ -49,15 +49,14 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate is a motor, or a joint with a separate coordinate. A joint may occur in its own
-    coupling. A joint in its own coupling has a separate coordinate, to which the coupling adds
-    other coordinates. A leader may itself be a coupled joint without a separate coordinate; the
-    equation of this joint is then inserted.
+    A coordinate is a motor, or a joint with its own coordinate. A joint in its own coupling has its
+    own coordinate, to which the coupling adds others. A coordinate may also be another coupled
+    joint, whose equation is then inserted.
 
     Attributes:
         joint: Name of the joint.
-        ratios: The joint motion per unit of each coordinate or leader, keyed by name. A joint
-            without nonzero ratios is constant.
+        ratios: The joint motion per unit of each coordinate, by name. A joint without nonzero
+            ratios is constant.
         offset: Value of the joint if all coordinates are 0 (radian or meter).
     """
 
@@ -73,12 +72,12 @@ class Coupling:
 
     @property
     def has_own(self) -> bool:
-        """Whether the joint has a separate coordinate."""
+        """Whether the joint has its own coordinate."""
         return self.joint in dict(self.ratios)
 
 
 Row = tuple[Mapping[str, sp.Expr], sp.Expr]
-"""The ratios of a joint, keyed by coordinate, and the offset of the joint."""
+"""The ratios of a joint by coordinate, and its offset."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +85,9 @@ class LinearMap:
     """The map theta = C q + c from the coordinates to the joints.
 
     Attributes:
-        coordinates: Names of the coordinates, in the order of q.
-        C: The ratios (joints, coordinates).
-        c: The offsets (joints, 1).
+        coordinates: Names of the coordinates in the order of q.
+        C: The ratios, shape (joints, coordinates).
+        c: The offsets, shape (joints, 1).
     """
 
     coordinates: tuple[str, ...]
@@ -97,18 +96,17 @@ class LinearMap:
 
     def at(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
         """Returns theta = C q + c."""
-        # A sum over all columns would give long expressions, which SymPy would then simplify
-        # slowly.
+        # A sum over all columns would give long expressions, which SymPy simplifies slowly.
         return tuple(
             sp.Add(*(r * s for r, s in zip(self.C.row(j), q, strict=True) if r != 0), self.c[j])
             for j in range(self.C.rows)
         )
 
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
-        """Returns L, where q = L (theta - c), and the joints on which L depends.
+        """Returns L with q = L (theta - c), and the joints on which L depends.
 
-        L has one column for each independent joint; these joints are the first independent joints
-        from the base.
+        L has one column for each independent joint. These joints are the first ones from the base
+        that are independent.
         """
         _, pivots = self.C.T.rref()
         return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)
@@ -117,16 +115,16 @@ class LinearMap:
 def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMap:
     """Returns the map from the coordinates to the moving joints.
 
-    The coordinates are in the order of the joints; each motor takes the place of the first joint
-    that it moves.
+    The coordinates have the order of the joints. A motor is at the place of the first joint that it
+    moves.
 
     Args:
         joints: Names of the moving joints, in order from the base.
         couplings: The equations of the coupled joints.
 
     Raises:
-        DescriptionError: A coupling has no moving joint, leaders form a cycle, or the joints do not
-            determine the coordinates.
+        DescriptionError: A coupling has no moving joint, couplings form a cycle, or the joints do
+            not determine the coordinates.
     """
     rules = {rule.joint: rule for rule in couplings}
     check_unique("coupling of joint", [rule.joint for rule in couplings])
@@ -155,7 +153,7 @@ def linear_map(joints: Sequence[str], couplings: Sequence[Coupling]) -> LinearMa
 
 
 def _row(name: str, rules: Mapping[str, Coupling], path: tuple[str, ...]) -> Row:
-    """Returns the equation of a joint in coordinates; ``path`` lists dependent joints."""
+    """Returns the equation of a joint in coordinates. ``path`` lists dependent joints."""
     if name in path:
         circle = " follows ".join((*path[path.index(name) :], name))
         raise DescriptionError(f"couplings form a cycle: {circle}")

@@ -1,8 +1,8 @@
-"""Exact numbers: text from a file is converted to a SymPy expression and never executed.
+"""Exact numbers. Text from a file is converted to a SymPy expression and never executed.
 
 The reader traverses the Python syntax tree of the text. The reader accepts numbers, ``pi``,
-parameters, the four operations, small powers and a few functions. Any other syntax raises an error;
-the message quotes the syntax.
+parameters, the four operations, small powers and a few functions. Other syntax raises an error that
+quotes it.
 """
 
 import ast
@@ -24,14 +24,15 @@ from .values import NoValue, Values
 
 LONGEST_TEXT = 200
 MAX_NESTED = 8
-"""Maximum nesting of functions and powers; each level doubles SymPy's work."""
+"""Maximum nesting of functions and powers. Each level doubles the work of SymPy."""
 MAX_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
 """Maximum number of digits before the decimal point; ``1e999999999`` has more digits."""
 SMALLEST_MAGNITUDE = 400
-"""Maximum number of decimal places; exporters write ``1.2246467991473532e-16`` and smaller."""
+"""Maximum number of decimal places. Some programs write ``1.2246467991473532e-16`` and smaller
+numbers."""
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
     "sqrt": (root, 1),
     "sin": (sp.sin, 1),
@@ -56,7 +57,7 @@ RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
 class NotExact(DescriptionError):
-    """Error for text or a value that is not an exact real number; the caller adds file and line."""
+    """Error for a value that is not an exact real number. The caller adds file and line."""
 
 
 def read(
@@ -69,15 +70,15 @@ def read(
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
         names: The parameters that the text may contain.
-        angle_unit: The angle unit (in radian) for arguments of sin, cos, tan and for results of
-            atan, atan2.
+        angle_unit: The unit (radian) of the arguments of sin, cos, tan and of the results of atan,
+            atan2.
 
     Returns:
         A SymPy expression of Rationals, pi and the named symbols.
 
     Raises:
-        NotExact: The value has a wrong type, is not finite, not real or too large, or has unknown
-            syntax.
+        NotExact: The value has a wrong type, unknown syntax, or is not finite, not real or too
+            large.
     """
     if isinstance(value, bool):
         raise NotExact("a truth value is not an exact number")
@@ -95,7 +96,7 @@ def read(
 
 
 def exact(value: object) -> sp.Expr:
-    """Converts a Python value (expression, int, Fraction, Decimal or text) to an exact number.
+    """Converts a Python value to an exact number.
 
     Raises:
         NotExact: The value is a float or has a wrong type.
@@ -122,16 +123,16 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:
-    """Snaps an angle (radian) to a multiple of pi/12 within ``ANGLE_SNAP``."""
+    """Rounds an angle (radian) to a multiple of pi/12 if it is within ``ANGLE_SNAP``."""
     twelfths = round(float(value) * 12 / math.pi)
     multiple = sp.pi * sp.Rational(twelfths, 12)
     return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
 
 
 def is_zero(expression: sp.Expr) -> bool:
-    """Whether a constant without parameters is zero at 40-digit precision.
+    """Whether an expression is zero. A constant without parameters is evaluated with 40 digits.
 
-    An expression with parameters counts as zero only if SymPy has reduced it to 0.
+    An expression with parameters is zero only if SymPy has reduced it to 0.
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
@@ -139,7 +140,7 @@ def is_zero(expression: sp.Expr) -> bool:
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """Returns the expression if it is finite and real and, as a constant, not too large.
+    """Returns an expression, after a test that it is finite, real and not too large.
 
     Raises:
         NotExact: The expression is infinite, complex or too large.
@@ -176,7 +177,7 @@ def _number(text: str) -> sp.Rational:
 
 
 class _Reader:
-    """Reader of one text, with its parameters and angle unit."""
+    """Reads one text with its parameters and its angle unit."""
 
     def __init__(self, text: str, names: Mapping[str, sp.Symbol], angle_unit: sp.Expr) -> None:
         self.text = text.strip()
@@ -227,7 +228,7 @@ class _Reader:
         raise NotExact(f"{written!r} is not understood; expected {KNOWN}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
-        # Reads the digits from the text, because Python would round the constant to a float.
+        # Reads the digits from the text, because Python would round the number.
         written = ast.get_source_segment(self.text, node) or ""
         if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
             raise NotExact(f"{written!r} is not a decimal number")

@@ -1,24 +1,24 @@
-"""Variable geometry of a serial robot: all values that a calibration may correct.
+"""The geometry of a serial robot as variables that a calibration may correct.
 
-The pose of the tool is a product of elementary motions in the coordinates q and the parameters p:
+The pose of the tool is a product of motions in the coordinates q and the parameters p:
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The named parameters of the description come first; a named parameter changes every value that
-contains it. The parameters of a joint are the fields of its convention, except directions, and the
-corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B
-and E correct the base frame and the tool frame. All corrections are 0 in the nominal robot. The
-axis and tool corrections are a complete and minimal model of any chain: 4 parameters per revolute
-joint, 2 per prismatic joint, and 6 for the tool. The value of a joint follows from its coordinate q
-and the torque tau:
+The named parameters of the description come first. Each of them changes all values that contain it.
+The parameters of a joint are its convention fields without directions, and the corrections of its
+axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B and E correct the
+base frame and the tool frame. All corrections are 0 in the nominal robot. The corrections of axes
+and tool are a complete and minimal model of any chain. There are 4 parameters per revolute joint, 2
+per prismatic joint, and 6 for the tool. The value of a joint follows from the coordinate q and the
+torque tau:
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
-The sine and cosine waves model eccentric encoders and gears; prismatic joints have no waves. If the
-robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,
-and the joint deflects like a spring. The deflection itself changes the torque by a product of two
-small values, which is neglected. Fixed joints have no parameters, because the parameters of the
-next joint, or of the tool, have the same effect.
+The sine and cosine waves model eccentric encoders and gears. Prismatic joints have no waves. If the
+robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
+The joint then deflects like a spring. The deflection also changes the torque. This effect of second
+order is neglected. Fixed joints have no parameters, because the parameters of the next joint or the
+tool have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -48,11 +48,12 @@ Part = Literal[
     "base",
     "tool",
 ]
-"""Groups of parameters: named parameters of the description; values and coordinate offset of a
-joint; corrections of its axis; gain and waves of its drive; ratios of its coupling; its compliance
-under gravity; end positions and strut lengths of loops; corrections of the base and tool frames."""
+"""Groups of parameters. They are the named parameters, the values and the coordinate offset of a
+joint, the corrections of its axis, the gain and waves of its drive, the ratios of its coupling,
+its compliance, the end positions and strut lengths of loops, and the corrections of the base and
+tool frames."""
 _PARAMETER = "_parameter"
-"""Suffix of a named parameter if its name is already used by a group or a different parameter."""
+"""Suffix of a named parameter whose name is already used."""
 _UNIT_OF_KIND = {"length": "m", "angle": "rad"}
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
@@ -76,17 +77,17 @@ _WAVES = (
 
 @dataclass(frozen=True)
 class GeometryParameter:
-    """A geometric parameter, an input of the parametric functions.
+    """A geometric parameter, which is an input of the parametric functions.
 
     Attributes:
-        name: Unique name that consists of a joint, "base" or "tool" and of the quantity, such as
-            ``elbow_alpha``.
+        name: Unique name, such as ``elbow_alpha``. It contains a joint, "base" or "tool", and a
+            quantity.
         symbol: The symbol in the equations.
         value: The nominal value (meter, radian or 1).
-        unit: "m", "rad", "1" for a gain, or "m/rad" and the like for a ratio.
+        unit: "m", "rad", "1" for a gain, or for example "m/rad" for a ratio.
         joint: The joint, "base" or "tool".
         part: The group of the parameter.
-        meaning: Meaning of the parameter, in a few words.
+        meaning: Meaning in a few words.
     """
 
     name: str
@@ -105,8 +106,8 @@ class Geometry:
     Attributes:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
-        motions: The pose of the tool in the base frame, as elementary motions in q, p and torques.
-        torques: A symbol for the gravity torque on each coordinate, or () for rigid joints.
+        motions: The pose of the tool in the base frame, as motions in q, p and the torques.
+        torques: A symbol for the gravity torque on each coordinate. Empty for rigid joints.
     """
 
     q: tuple[sp.Symbol, ...]
@@ -147,7 +148,7 @@ class Parameters:
         """Starts without parameters.
 
         Args:
-            robot: The description, whose named parameters have constant values.
+            robot: The description. Its named parameters have constant values.
         """
         self.parameters: list[GeometryParameter] = []
         self._nominal = {parameter.symbol: parameter.value for parameter in robot.parameters}
@@ -169,9 +170,9 @@ class Parameters:
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
     ) -> sp.Expr:
-        """Creates a parameter of a joint, the base or the tool, and returns the varied value.
+        """Creates a parameter and returns the value that it changes.
 
-        If the value contains a named parameter, a change of this parameter also changes the value.
+        If the value contains a named parameter, it also depends on this parameter.
         """
         nominal = value.xreplace(self._nominal)
         symbol = self._added(f"{joint}_{name}", unit, joint, meaning, nominal, part)
@@ -190,11 +191,11 @@ class Parameters:
         return symbol
 
     def at_value(self, value: sp.Expr) -> sp.Expr:
-        """Substitutes the symbols p of the robot's named parameters into an expression."""
+        """Replaces the named parameters in an expression by symbols p."""
         return value.xreplace(self._varied)
 
     def at_values(self, placement: Placement) -> Placement:
-        """Substitutes the symbols p of the robot's named parameters into a placement."""
+        """Replaces the named parameters in a placement by symbols p."""
         return tuple(
             Rotation(motion.axis, self.at_value(motion.angle))
             if isinstance(motion, Rotation)
@@ -203,7 +204,7 @@ class Parameters:
         )
 
     def corrected(self, joint: str, part: Part) -> Placement:
-        """Returns a small correction with six parameters: T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Returns a correction with six parameters: T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
         x, y, z, roll, pitch, yaw = (
             self.new(joint, name, unit, f"correction: {meaning}", part=part)
             for name, unit, meaning in _CORRECTION
@@ -213,11 +214,11 @@ class Parameters:
         )
 
     def placed(self, joint: Joint, tilts: str = "xy") -> Placements:
-        """Returns the placements of a moving joint, with a symbol for each value of the joint.
+        """Returns the placements of a moving joint with a symbol for each value.
 
         Args:
             joint: The joint.
-            tilts: The axes of the joint frame about which the joint axis may tilt.
+            tilts: The axes about which the joint axis may tilt.
         """
         before, after = joint.before, joint.after
         if joint.convention:
@@ -233,7 +234,7 @@ class Parameters:
         return before + off, inverse(off) + after
 
     def _axis(self, joint: Joint, tilts: str) -> Placement:
-        """Returns the correction of a joint's axis; a prismatic axis has no shifts."""
+        """Returns the correction of a joint axis. A prismatic axis has no shifts."""
 
         def new(name: str, unit: str, meaning: str) -> sp.Expr:
             return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
@@ -264,7 +265,7 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """Returns each moving joint's value in terms of q and p, couplings included."""
+    """Returns the value of each moving joint as a function of q and p."""
     driven_q = [
         driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
@@ -284,7 +285,7 @@ def _values(
 def _coupled(
     robot: SerialRobot, made: Parameters, driven_q: Sequence[sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Returns the joint values, with a parameter for each ratio of a coupled joint."""
+    """Returns the joint values with a parameter for each ratio of a coupling."""
     own, C = robot.linear_map, robot.linear_map.C.as_mutable()
     for j, joint in enumerate(robot.moving):
         if not robot.is_coupled(joint.name):
@@ -298,7 +299,7 @@ def _coupled(
 
 
 def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
-    """Returns the drive's output for a joint or motor, without direction and offset."""
+    """Returns the output of the drive of a joint or motor, without direction and offset."""
     value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
         amplitude = made.new(joint.name, name, "rad", words, sp.S.Zero, _DRIVE)
@@ -307,13 +308,13 @@ def driven(joint: Joint | Coordinate | Motor, coordinate: sp.Symbol, made: Param
 
 
 def _compliance(joint: Joint | Motor, made: Parameters) -> sp.Expr:
-    """Returns the symbol of a compliance: rotation per torque, or translation per force."""
+    """Returns the symbol of a compliance (rotation per torque, or translation per force)."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 
 
 def moved(joint: Joint, value: sp.Expr, made: Parameters) -> Placement:
-    """Returns the motion of a joint along or about the z axis of its frame."""
+    """Returns the motion of a joint along the z axis of its frame."""
     if joint.kind == "prismatic":
         return translation(sp.S.Zero, sp.S.Zero, value)
     if joint.kind == "helical":

@@ -1,9 +1,8 @@
-"""A robot with loops as plain data: a tree of joints, closures, struts and drives.
+"""A robot with loops as plain data: joints, closures, struts and drives.
 
-Each body has the name of the joint that carries it; the base is also a body. The joints form a
-tree. Every closure and every strut connects two bodies and thus closes a loop. The main chain is
-the path of joints from the base to the body that carries the tool. The main chain is a serial robot
-whose coordinates the loops determine.
+Each body has the name of its joint. The base is a body too. The joints form a tree. Each closure or
+strut connects two bodies and closes a loop. The main chain is the path of joints from the base to
+the body with the tool. It is a serial robot whose coordinates follow from the loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,7 +29,7 @@ from .robot import (
 )
 
 ClosureMode = Literal["exact", "least squares"]
-"""The kind of loop closure: exact, or in the least-squares sense for overconstrained loops."""
+"""How a loop closes: exactly, or in the least-squares sense if it is overconstrained."""
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
 DriveKind = Literal["gear", "rack", "belt", "chain"]
@@ -40,9 +39,9 @@ FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
 
 @dataclass(frozen=True)
 class Frame:
-    """A body-fixed frame: the name of the body and the pose of the frame in the body's frame.
+    """A frame on a body: the name of the body, and the pose relative to the body frame.
 
-    ``assumed`` is true if the source of the description does not state the pose.
+    ``assumed`` is True if the source does not state the pose.
     """
 
     body: str
@@ -52,7 +51,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Closure:
-    """A joint that closes a loop between two frames on two bodies.
+    """A joint that closes a loop between two bodies.
 
     Attributes:
         name: Unique name among joints, closures and struts.
@@ -77,19 +76,18 @@ class Strut:
     """A straight member between two bodies: a rod of constant length, or a cylinder.
 
     Attributes:
-        name: Unique name among joints, closures and struts; also the name of a cylinder's
-            coordinate.
+        name: Unique name among joints, closures and struts. It is also the name of the coordinate
+            of a cylinder.
         a: The frame at the first end.
         b: The frame at the second end.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
-        ends: Kind of the joints at both ends: pins or balls.
-        has_universal: Whether one of the balls is a universal joint, so that the strut does not
-            spin about its own axis.
-        swing: Name of the strut's passive angle, measured on the body at the first end.
-        limits: Lowest and highest value of a cylinder's coordinate (meter).
-        assumed: Fields whose values the source of the description does not state: ``length`` or
-            ``limits``.
+        ends: Kind of both end joints: pins or balls.
+        has_universal: Whether one of the balls is a universal joint. The strut then does not spin
+            about its own axis.
+        swing: Name of the passive angle of the strut. It is measured on the body at the first end.
+        limits: Lowest and highest coordinate of a cylinder (meter).
+        assumed: Fields that the source does not state: ``length`` or ``limits``.
     """
 
     name: str
@@ -125,15 +123,17 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    If a drive is not actuated, the joint moves the motor, and the motor angle is a passive
-    coordinate. For example, two motors may move one slide; the second motor is then not actuated.
+    If a drive is not actuated, the joint moves the motor. The motor angle is then a passive
+    coordinate. For example, two motors may move the same slide. The second motor is then not
+    actuated.
 
     Attributes:
-        name: Name of the motor's coordinate.
-        joint: The joint or cylinder that the motor moves.
-        ratio: Displacement of the joint per radian of the motor: a radius (meter) or a ratio (1).
+        name: Name of the motor coordinate.
+        joint: The joint or cylinder that moves.
+        ratio: Displacement of the joint per radian of the motor, which is a radius (meter) or a
+            ratio (1).
         kind: The transmission between motor and joint.
-        assumed: Whether the source of the description does not state the ratio.
+        assumed: Whether the source does not state the ratio.
     """
 
     name: str
@@ -150,7 +150,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """An actuated coordinate, an element of ``q``.
+    """An actuated coordinate in ``q``.
 
     Attributes:
         name: Name of the joint, cylinder or motor.
@@ -158,7 +158,7 @@ class Coordinate:
         limits: Lowest and highest value (radian or meter), or None if unbounded.
         moves: The joint or cylinder that the coordinate moves.
         ratio: Displacement of the joint or cylinder per unit of the coordinate.
-        assumed: Whether the limits are assumed because the source does not state them.
+        assumed: Whether the source does not state the limits.
     """
 
     name: str
@@ -179,8 +179,8 @@ class Mechanism:
     """A robot with loops, or with motors that drive joints through gears.
 
     Attributes:
-        name: A C identifier; the prefix of all generated names.
-        joints: The joint tree; each joint's ``parent`` is the body that carries it.
+        name: A C identifier. All generated names start with it.
+        joints: The joint tree. The ``parent`` of a joint is the body that carries it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
@@ -188,28 +188,26 @@ class Mechanism:
         tool_body: The body that carries the tool.
         title: The name of the robot in sentences.
         source: Source of the dimensions.
-        base: The base body's frame in the base frame.
-        tool: The tool frame in its body's frame.
-        base_frame: Name of the base frame, and of the base body.
+        base: The frame of the base body in the base frame.
+        tool: The tool frame in the frame of its body.
+        base_frame: Name of the base frame and the base body.
         tool_frame: Name of the tool frame.
-        parameters: The named lengths and angles that the placements use.
-        reference: Coordinate and joint values of the configuration that selects the branch of each
-            loop. For a cylinder, and for a joint whose limits exclude zero, the default is the
-            middle of the limits. For all other joints, the default is zero. Values of passive
-            joints may be approximate.
-        notes: Changes and assumptions made when the description was read.
+        parameters: The named lengths and angles of the placements.
+        reference: Coordinates and joint values that select the branch of each loop. The default is
+            the middle of the limits for a cylinder, and for a joint whose limits exclude zero. For
+            other joints, the default is zero. Values of passive joints may be approximate.
+        notes: Changes and assumptions of the reader.
         transmissions: The transmission errors of coordinates with imperfect drives.
-        closure: Whether loops with slightly misaligned pins are closed in the least-squares sense.
-        nominal: The nominal design of a calibrated robot, with the same joints and struts, or None
-            if the robot is not calibrated.
-        springs: Passive joints with springs in the description, and their values at rest (radian
-            or meter). The mobility analysis ignores the springs.
+        closure: Whether loops with slightly misaligned pins close in the least-squares sense.
+        nominal: The nominal design of a calibrated robot, or None. It has the same joints and
+            struts.
+        springs: Passive joints with springs, and their values at rest (radian or meter). The
+            springs do not count for the mobility.
         load: The masses of links and of strut sections, or None.
-        cleaning: The values of the description that were replaced by exact values. Bounds of the
-            resulting tool displacement are added when the loops are solved.
-        as_written: The robot with the values as written, if some were replaced by exact values.
-        omitted: Names of coordinates without a reference value in the description; the middle of
-            their limits is used.
+        cleaning: The numbers that were replaced by exact values. Bounds of the tool displacement
+            are added when the loops are solved.
+        as_written: The robot with the written numbers, if some were replaced by exact values.
+        omitted: Names of coordinates without a reference value. The middle of their limits is used.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -270,12 +268,12 @@ class Mechanism:
 
     @property
     def loop_joints(self) -> tuple[Closure | Strut, ...]:
-        """Closures and struts; each of them closes a loop."""
+        """The closures and struts. Each of them closes a loop."""
         return (*self.closures, *self.struts)
 
     @property
     def placed(self) -> Iterator[tuple[str, Placement]]:
-        """The placement of each joint and of each closure or strut frame, with its body."""
+        """The body and the placement of each joint, closure frame and strut frame."""
         for joint in self.joints:
             yield joint.parent, joint.before
         for loop_joint in self.loop_joints:
@@ -284,7 +282,7 @@ class Mechanism:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The names of all bodies, the base first."""
+        """The names of all bodies. The base comes first."""
         return (self.base_frame, *(joint.link for joint in self.joints))
 
     @cached_property
@@ -294,13 +292,13 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Moving joints and cylinders by name; a coordinate may move each of them."""
+        """Moving joints and cylinders by name. A coordinate may move each of them."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The actuated coordinates, in the order of ``q``."""
+        """The actuated coordinates in the order of ``q``."""
         drives = {drive.name: drive for drive in self.drives}
         found = []
         for name in self.actuated:
@@ -324,7 +322,7 @@ class Mechanism:
 
     @cached_property
     def main_chain(self) -> SerialRobot:
-        """The path from the base to the tool as a serial robot; its q is theta."""
+        """The path from the base to the tool as a serial robot. Its coordinates are theta."""
         return SerialRobot(
             name=self.name,
             joints=tuple(replace(joint, parent="") for joint in self.path_to(self.tool_body)),
@@ -341,7 +339,7 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swing angles that are neither actuated nor in the main chain.
 
-        Drives that are not actuated come last.
+        Passive drives come last.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -352,29 +350,29 @@ class Mechanism:
 
     @cached_property
     def followers(self) -> Mapping[str, Drive]:
-        """The drives that are not actuated, keyed by name."""
+        """The passive drives by name."""
         return {drive.name: drive for drive in self.drives if drive.name not in self.actuated}
 
     @property
     def swings(self) -> tuple[str, ...]:
-        """Names of the swing angles of all struts that have a swing angle."""
+        """Names of all swing angles."""
         return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
     def tool_mounting(self) -> Frame:
-        """The tool frame on the body that carries it."""
+        """The tool frame on its body."""
         return Frame(self.tool_body, self.tool)
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """All constant placements: base, joints, closures, struts and tool."""
+        """All constant placements of base, joints, closures, struts and tool."""
         of_joints = [part for joint in self.joints for part in (joint.before, joint.after)]
         of_loop_joints = [frame.placement for c in self.loop_joints for frame in (c.a, c.b)]
         return (self.base, *of_joints, *of_loop_joints, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Names of the main chain's links."""
+        """Names of the links of the main chain."""
         return self.main_chain.link_names
 
     @property
@@ -386,10 +384,9 @@ class Mechanism:
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
-        """Yields default reference values in the middle of the limits.
+        """Yields the reference values in the middle of the limits.
 
-        Defaults in the middle of the limits exist only for cylinders, and for joints whose limits
-        exclude zero.
+        They exist for cylinders, and for joints whose limits exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}
@@ -464,7 +461,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
-    """Returns the kind of a joint or strut and its bodies, without dimensions."""
+    """Returns the kind and the bodies of a joint or strut, without dimensions."""
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):
@@ -474,4 +471,4 @@ def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
 
 
 Described = SerialRobot | Mechanism
-"""The description of a file: a serial robot, or a robot with loops."""
+"""The description in a file: a serial robot, or a robot with loops."""

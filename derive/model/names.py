@@ -1,4 +1,4 @@
-"""Checks of names and choices in descriptions."""
+"""Checks names and choices in descriptions."""
 
 import re
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from .errors import DescriptionError
 
 OWN_PREFIX = "chasles_"
-"""Prefix of the C files that are shared by all robots."""
+"""Prefix of the C files that all robots share."""
 
 
 def check_unique(what: str, names: Sequence[str]) -> None:
@@ -25,9 +25,9 @@ def check_name(what: str, name: object) -> None:
 
 
 def check_robot_name(name: object) -> None:
-    """Raises DescriptionError if a name cannot be the prefix of generated names.
+    """Raises an error if a name cannot be the prefix of generated names.
 
-    CasADi does not allow two consecutive underscores, and an underscore follows the prefix.
+    CasADi does not allow two underscores in succession, and an underscore follows the prefix.
     """
     check_name("robot", name)
     if "__" in f"{name}_":

@@ -1,7 +1,7 @@
-"""Constant poses as products of elementary motions, in exact numbers.
+"""Constant poses as products of motions, in exact numbers.
 
 Lengths are in meters, angles in radians. Each motion is expressed in the frame that results from
-the motions to its left. A placement therefore has the same order as the product of the matrices.
+the motions to its left. A placement thus has the order of a matrix product.
 """
 
 from collections.abc import Mapping
@@ -72,23 +72,23 @@ class Translation:
 
 
 Placement = tuple[Rotation | Translation, ...]
-"""A constant pose as elementary motions from left to right."""
+"""A constant pose as a sequence of motions from left to right."""
 
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
-    """Returns the rotation about one axis (radian); the result is empty if the angle is zero."""
+    """Returns the rotation about an axis (radian). Empty if the angle is zero."""
     turn = Rotation(axis, angle)
     return () if turn.is_identity else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
-    """Returns the translation along the three axes (meter); empty if the vector is zero."""
+    """Returns a translation (meter). Empty if it is zero."""
     shift = Translation((x, y, z))
     return () if shift.is_identity else (shift,)
 
 
 def filled(placement: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    """Returns a placement with values for symbols, without motions that become zero."""
+    """Returns a placement with values for symbols. Zero motions are removed."""
     motions = (motion.at(values) for motion in placement)
     return tuple(motion for motion in motions if not motion.is_identity)
 
@@ -112,7 +112,7 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 def align_z(axis: Vector) -> Placement:
     """Returns rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
 
-    If the component ratios have many digits, the angles are rounded to ``AXIS_DIGITS`` digits.
+    Angles of a direction with long numbers are rounded to ``AXIS_DIGITS`` digits.
 
     Raises:
         DescriptionError: The direction is zero or contains a parameter.
@@ -129,7 +129,10 @@ def align_z(axis: Vector) -> Placement:
 
 
 def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the angles of a direction that is not along z; exact if the exact form is short."""
+    """Returns the angles of a direction that is not along z.
+
+    They are exact if the direction is short.
+    """
     x, y, z = axis
     if not all(component.is_Rational for component in axis) or _is_short(axis):
         azimuth, tilt = angle_of(x, -y), angle_of(root(x**2 + y**2), z)
@@ -143,21 +146,21 @@ def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _is_short(axis: Vector) -> bool:
-    """Whether the components of a rational direction are proportional to small integers."""
+    """Whether the components of a direction are proportional to small integers."""
     x, y, z = axis
     whole = [component * sp.ilcm(x.q, y.q, z.q) for component in axis]
     return bool(max(map(abs, whole)) <= SHORT_PROPORTION * sp.igcd(*whole))
 
 
 def _twelfths(angle: sp.Expr) -> sp.Expr:
-    """Returns the angle as an exact multiple of pi/12 if it equals such a multiple."""
+    """Returns an angle as an exact multiple of pi/12 if it is one."""
     twelfths = (12 * angle / sp.pi).evalf(EVALUATION_DIGITS)
     nearest = sp.Integer(round(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else angle
 
 
 def inverse(placement: Placement) -> Placement:
-    """Returns the inverse pose: the inverse of each motion, in reverse order."""
+    """Returns the inverse pose."""
     return tuple(
         Rotation(motion.axis, -motion.angle)
         if isinstance(motion, Rotation)

@@ -1,6 +1,6 @@
-"""Formats a number with its noun."""
+"""Adds a noun to a number."""
 
 
 def counted(count: int, noun: str) -> str:
-    """Returns a number with its noun, for example ``1 slot`` or ``2 slots``."""
+    """Returns a number with a noun, for example ``1 slot`` or ``2 slots``."""
     return f"{count} {noun}{'s' if count != 1 else ''}"

@@ -1,4 +1,4 @@
-"""Robots whose spring joints keep their values at rest."""
+"""Robots whose springs are rigid."""
 
 from dataclasses import replace
 
@@ -10,9 +10,9 @@ from .mechanism import Mechanism
 def springs_at_rest(robot: Mechanism) -> Mechanism:
     """Returns a robot whose passive joints with springs are rigid.
 
-    In MJCF models, passive joints with springs have a stiffness and no actuator. The fixed joints
-    keep the values at which the springs exert no torque. Loops with stiff springs, such as the leaf
-    springs of a leg, are therefore solved for the unloaded springs.
+    In an MJCF model, these joints have a stiffness and no actuator. The rigid joints keep the
+    values at which the springs exert no torque. The loops of stiff springs, such as leaf springs of
+    a leg, are therefore solved without spring forces.
 
     Args:
         robot: A robot with loops.

@@ -1,13 +1,12 @@
-"""A robot as plain data: joints with constant placements, limits, frames and parameters.
+"""A robot as plain data: joints, limits, frames and parameters.
 
-Every convention and file format is converted to joints with constant placements. The pose of link i
-in link i-1 follows from the joint coordinate q:
+All conventions and file formats are converted to joints with constant placements. The pose of link
+i in link i-1 follows from the joint coordinate q:
 
     T_prev_link = before * motion(q) * after.
 
-Here ``motion`` is a rotation about or a translation along the z axis of the joint frame. ``before``
-and ``after`` are products of elementary motions. All numbers are exact; lengths are in meters and
-angles in radians.
+The ``motion`` is along or about the z axis of the joint frame. ``before`` and ``after`` are
+products of elementary motions. All numbers are exact. Lengths are in meters and angles in radians.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -51,7 +50,7 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 class Parameter:
     """A named length, angle or ratio with its default value (meter, radian, 1).
 
-    ``assumed`` is true if the source of the description does not state the value.
+    ``assumed`` is True if the source does not state the value.
     """
 
     name: str
@@ -67,30 +66,29 @@ class Parameter:
 
     @property
     def symbol(self) -> sp.Symbol:
-        """The symbol that represents the parameter in every equation."""
+        """The symbol of the parameter in all equations."""
         return sp.Symbol(self.name, real=True)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and the link that it carries.
+    """A joint and its link.
 
     Attributes:
         name: Unique name.
         kind: Revolute, prismatic, helical or fixed.
-        before: The joint's frame in the previous link's frame.
-        after: The link's frame in the joint's frame after its motion.
-        link: Name of the link's frame.
-        parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
+        before: The frame of the joint in the frame of the previous link.
+        after: The frame of the link in the frame of the moved joint.
+        link: Name of the link frame.
+        parent: Name of the body that carries the joint in a robot with loops. Empty in a serial
             robot.
         limits: Lowest and highest value of the coordinate (radian or meter), or None if unbounded.
         pitch: Translation of a helical joint per radian (meter).
-        direction: 1, or -1 if the joint moves opposite to its coordinate.
-        convention: The convention of the description, or None if the description has plain
-            placements.
-        given: Values of the convention's fields in the description, with vectors by component, for
-            the printed table.
-        assumed: Names of the fields that the source of the description does not state.
+        direction: 1, or -1 if the joint moves against its coordinate.
+        convention: The convention of the description, or None if it has plain placements.
+        given: Values of the convention fields for the printed table. Vectors are split into
+            components.
+        assumed: Names of the fields that the source does not state.
     """
 
     name: str
@@ -120,10 +118,10 @@ class Joint:
         return "m" if self.kind == "prismatic" else "rad"
 
     def fixed_at(self, value: sp.Expr) -> "Joint":
-        """Returns a fixed joint in place of a revolute or prismatic joint.
+        """Returns a fixed joint instead of a revolute or prismatic joint.
 
         Args:
-            value: Displacement along or about the z axis (radian or meter).
+            value: Displacement along the z axis (radian or meter).
         """
         along = Translation((sp.S.Zero, sp.S.Zero, value))
         motion = Rotation("z", value) if self.kind == "revolute" else along
@@ -132,10 +130,10 @@ class Joint:
 
 
 def joints_to_root(joint_of: Mapping[str, Joint], body: str) -> list[Joint]:
-    """Returns the joints between a body and the root of its tree, the outermost joint first.
+    """Returns the joints from a body to the root of its tree.
 
     Args:
-        joint_of: The joint that carries each body; the root has none.
+        joint_of: The joint of each body. The root has none.
         body: Name of the body.
     """
     found: list[Joint] = []
@@ -152,7 +150,7 @@ class PointMass:
     Attributes:
         link: Name of the link.
         mass: The mass (kilogram).
-        at: Position of the mass in the link's frame (meter).
+        at: Position of the mass in the link frame (meter).
     """
 
     link: str
@@ -166,10 +164,10 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Load:
-    """The masses whose weight deflects a robot's joints.
+    """The masses whose weight deflects the joints of a robot.
 
     Attributes:
-        masses: The masses of the links, including a payload.
+        masses: The masses of the links, with a payload.
         gravity: Gravitational acceleration in the base frame (m/s^2).
     """
 
@@ -202,13 +200,13 @@ class Load:
 
 @dataclass(frozen=True)
 class Transmission:
-    """The transmission error between a controller's reading and the true coordinate.
+    """The transmission error between the reading of a controller and the true coordinate.
 
-    The true coordinate q follows from the reading r of a controller:
+    The true coordinate q follows from the reading r:
 
         q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
-    The waves model eccentric encoders and gears; prismatic coordinates have no waves.
+    The waves model eccentric encoders and gears. Prismatic coordinates have no waves.
 
     Attributes:
         coordinate: Name of the coordinate.
@@ -216,7 +214,7 @@ class Transmission:
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
-        DescriptionError: The amplitudes of the waves are so large that q may not increase with r.
+        DescriptionError: The waves are so large that q does not always increase with r.
     """
 
     coordinate: str
@@ -237,17 +235,17 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Spring:
-    """The compliance of a coordinate's joint, with the link mass whose weight deflects the joint.
+    """The compliance of a joint, and the mass whose weight deflects it.
 
-    Joint axis and link refer to the nominal arm at zero coordinates, in the base frame.
+    The axis and the mass refer to the nominal robot at zero, in the base frame.
 
     Attributes:
         coordinate: Name of the coordinate.
         compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
-        axis: Direction of the joint's axis.
+        axis: Direction of the joint axis.
         point: A point on the axis (meter).
-        mass: Mass that the joint carries (kilogram).
-        center: Center of mass of the link (meter).
+        mass: Mass that deflects the joint (kilogram).
+        center: Center of this mass (meter).
     """
 
     coordinate: str
@@ -266,16 +264,17 @@ class Spring:
 
 @dataclass(frozen=True)
 class Springs:
-    """The joint springs of an arm, which deflect under gravity.
+    """The springs in the joints of an arm, which deflect under gravity.
 
-    At controller readings r, the true coordinate k is the drive output at r plus a deflection:
+    At controller readings r, the true coordinate k is the output of the drive plus a deflection:
 
         compliance_k tau_k(r).
 
-    Here tau_k is the gravity torque on joint k, computed for the axes and links of the springs.
+    Here, tau_k is the gravity torque on joint k. It is computed for the axes and masses of the
+    springs.
 
     Attributes:
-        rows: One spring per coordinate, in coordinate order.
+        rows: One spring per coordinate, in the order of the coordinates.
         gravity: Gravitational acceleration in the base frame (m/s^2).
     """
 
@@ -291,28 +290,28 @@ class SerialRobot:
     """A serial chain from a base frame to a tool frame.
 
     Attributes:
-        name: A C identifier; the prefix of all generated names.
+        name: A C identifier. All generated names start with it.
         joints: The joints in order from the base.
-        title: The robot's name in articles and messages.
-        source: Publication or data sheet that states the dimensions.
-        base: The chain's first frame in the base frame.
-        tool: The tool frame in the last link's frame.
+        title: Name of the robot in articles and messages.
+        source: Publication or data sheet with the dimensions.
+        base: The first frame of the chain in the base frame.
+        tool: The tool frame in the frame of the last link.
         base_frame: Name of the base frame in ``T_<base>_<tool>``.
         tool_frame: Name of the tool frame.
-        parameters: The named lengths and angles that the placements use.
-        notes: Changes and assumptions made when the description was read, such as snapped angles.
-        cleaning: The values that were replaced by exact values; they do not affect equality of
+        parameters: The named lengths and angles of the placements.
+        notes: Changes and assumptions of the reader, such as rounded angles.
+        cleaning: The numbers that were replaced by exact values. They do not affect the equality of
             robots.
         load: The masses whose weight deflects the joints, or None for rigid joints.
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid
             joints.
-        couplings: The equations of coupled joints. Every other joint has a separate coordinate.
-        motors: The motors, and the separate coordinates of coupled joints with their limits.
+        couplings: The equations of coupled joints. All other joints have their own coordinates.
+        motors: The motors, and the coordinates of coupled joints with their limits.
 
     Raises:
-        DescriptionError: Two names are equal, a symbol is not a parameter, the joints do not
-            determine the coordinates, or no joint moves.
+        DescriptionError: Names are equal, a symbol is not a parameter, the joints do not determine
+            the coordinates, or no joint moves.
     """
 
     name: str
@@ -347,7 +346,7 @@ class SerialRobot:
         self._check_springs()
 
     def _check_motors(self) -> None:
-        """Checks that the coordinates of the couplings are motors or joints."""
+        """Checks that the coordinates of couplings are motors or joints."""
         if not self.couplings and not self.motors:
             return
         check_unique("motor", [motor.name for motor in self.motors])
@@ -397,7 +396,7 @@ class SerialRobot:
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The moving joints, including coupled joints, in order from the base."""
+        """The moving joints with the coupled joints, in order from the base."""
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
@@ -407,7 +406,7 @@ class SerialRobot:
 
     @property
     def coordinates(self) -> "tuple[Joint | Motor, ...]":
-        """The joints and motors whose values are the elements of ``q``, in order."""
+        """The joints and motors of the elements of ``q``."""
         if not self.couplings:
             return self.moving
         joints = {joint.name: joint for joint in self.moving}
@@ -430,7 +429,7 @@ class SerialRobot:
         return linear_map([joint.name for joint in self.moving], self.couplings)
 
     def is_coupled(self, joint: str) -> bool:
-        """Whether any joint is also moved by the coordinate of another joint."""
+        """Whether a joint depends on the coordinate of another joint."""
         return any(rule.joint == joint for rule in self.couplings)
 
     def coupling_of(self, joint: str) -> Coupling:
@@ -441,16 +440,16 @@ class SerialRobot:
 
     @property
     def uncoupled(self) -> "SerialRobot":
-        """The chain whose coordinates are its joints."""
+        """The chain with its joints as coordinates."""
         return replace(self, couplings=(), motors=(), transmissions=(), springs=None)
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Name of each joint's link; the default names are ``link1`` and so on."""
+        """Names of the links. The default names are ``link1`` and so on."""
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """Returns the motions of all moving joints at q, with couplings and directions."""
+        """Returns the motions of all moving joints at q."""
         theta = self.linear_map.at(q) if self.couplings else q
         return tuple(
             joint.direction * value for joint, value in zip(self.moving, theta, strict=True)

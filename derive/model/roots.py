@@ -1,7 +1,7 @@
-"""Roots and angles of numbers: exact for short numbers, decimal for long numbers.
+"""Roots and angles of numbers. They are exact for short numbers, and decimals for long numbers.
 
-A long decimal number is itself rounded, so its exact root is no better than a decimal root. For an
-exact root, SymPy would factor the number, which may take a long time or fail.
+A long number is already rounded, so its exact root is no better than a decimal. For an exact root,
+SymPy would also factor the number, which may take long or fail.
 """
 
 from collections.abc import Mapping
@@ -12,20 +12,19 @@ from .tolerances import WORKING_DIGITS
 from .values import Values
 
 LONGEST_EXACT = 10**15
-"""Maximum numerator and denominator of a short fraction; both have about as many digits as a
-double.
+"""Maximum numerator and denominator of a short fraction.
 
-SymPy can always factor the square of a number with a short square root.
+They have about as many digits as a double. SymPy can always factor the square of a short root.
 """
 
 
 def is_short(expression: sp.Expr) -> bool:
-    """Whether an expression is a fraction of small integers, see ``LONGEST_EXACT``."""
+    """Whether an expression is a fraction of integers up to ``LONGEST_EXACT``."""
     return bool(expression.is_Rational and max(abs(expression.p), expression.q) <= LONGEST_EXACT)
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Returns a power with a rational exponent; roots of long numbers become decimals.
+    """Returns a power with a rational exponent. Roots of long numbers become decimals.
 
     Raises:
         NoValue: The root of a long number is not real.
@@ -35,12 +34,12 @@ def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def root(square: sp.Expr) -> sp.Expr:
-    """Returns the square root of an expression; roots of long numbers become decimals."""
+    """Returns the square root of an expression. Roots of long numbers become decimals."""
     return power(square, sp.Rational(1, 2))
 
 
 def drawn_out(expression: sp.Expr) -> sp.Expr:
-    """Extracts square factors from roots: sqrt(4 a + 4 b) becomes 2 sqrt(a + b)."""
+    """Takes square factors out of roots: sqrt(4 a + 4 b) becomes 2 sqrt(a + b)."""
     return expression.replace(_is_root_of_sum, _drawn_out)
 
 
@@ -55,10 +54,10 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """Returns atan2(y, x), as a decimal number if the square of y or x is a long number.
+    """Returns atan2(y, x). It is a decimal if y or x has a long square.
 
-    The result is also a decimal if SymPy would need a long time to find the signs of sines and
-    cosines, or would return a complex logarithm.
+    It is also a decimal if SymPy would take long to find signs, or would return a complex
+    logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
     if y.free_symbols | x.free_symbols or y == 0 or x == 0:
@@ -70,7 +69,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Substitutes numbers for symbols, with the roots and angles of this module.
+    """Replaces symbols by numbers. Roots and angles follow the rules of this module.
 
     Raises:
         NoValue: A root of a long number is not real.

@@ -1,4 +1,4 @@
-"""Sizes of expressions, counted without expansion of the expressions."""
+"""Sizes of expressions, counted without expanding them."""
 
 import math
 from collections.abc import Mapping
@@ -12,11 +12,11 @@ _NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
 
 
 def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
-    """Returns an upper bound of the number of terms after expansion, limited to ``MANY``.
+    """Returns an upper bound of the number of terms after expansion. It is limited to ``MANY``.
 
     Args:
         expression: An expression.
-        known: The term counts of symbols that stand for sums.
+        known: The number of terms of symbols that stand for sums.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)
@@ -32,7 +32,7 @@ def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
 
 
 def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
-    """Returns the number of symbols and numbers in an expression, limited to ``MANY``.
+    """Returns the number of symbols and numbers in an expression. It is limited to ``MANY``.
 
     Args:
         expression: An expression.

@@ -1,7 +1,7 @@
-"""All tolerances of the compiler with name, value, unit and reason, grouped by folder.
+"""The tolerances of the compiler, with units and reasons, grouped by folder.
 
-Lengths are relative to the robot's characteristic length unless a unit is given. Constants with
-different purposes (a step count, a page size) are defined in the modules that use them.
+Lengths without a stated unit are relative to the characteristic length of the robot. Other
+constants, such as numbers of steps, are defined in the modules that use them.
 """
 
 import sympy as sp
@@ -9,492 +9,432 @@ import sympy as sp
 # --- all folders: high-precision numbers ---
 
 EVALUATION_DIGITS = 40
-"""Decimal digits of evaluated constants: more than twice the 16 digits of a double, so that
-rounding does not affect comparisons with integers and multiples of pi."""
+"""Decimal digits of evaluated constants. A double has 16, so rounding does not affect
+comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
-"""Decimal digits of intermediate results in constant expressions. Chains of named constants lose a
-few digits. With the additional digits, all 40 digits of a constant are correct."""
+"""Decimal digits of intermediate results in constant expressions. Chains of named constants lose
+a few digits. With additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Number of correct decimal digits of a constant with many operations; rounding and cancellation
-may change the last eight of the 40 digits."""
+"""Number of correct decimal digits of a long constant. Its operations may change the last eight
+of the 40 digits."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Up to this difference (no unit), a constant near 1 equals an integer."""
+"""Maximum difference between an integer and a constant near 1 that counts as this integer (no
+unit)."""
 
 MAX_WAVES = 0.05
-"""Maximum amplitude of a drive's waves (radian), relative to its gain. Up to this value, three
-Newton steps invert the drive equation up to rounding error. Real drives stay below 0.001."""
+"""Maximum amplitude of the waves of a drive (radian), relative to its gain. For such waves,
+three Newton steps invert the drive equation up to rounding errors. Real drives stay below 0.001."""
 MAX_SAG = 0.05
-"""Maximum derivative of a joint's deflection with respect to the coordinates. Each fixed-point step
-reduces the error by this factor, so twelve steps invert the spring equation up to rounding
-error."""
+"""Maximum derivative of a joint deflection with respect to the coordinates. Each fixed-point
+step reduces the error by this factor. Twelve steps invert the spring equation up to rounding
+errors."""
 
 # --- description: rounding in files ---
 
 NOISE = 1e-9
-"""Maximum difference between a file value and a short decimal that counts as noise. The difference
-is relative to the longest length of the robot or the largest component of a direction; angles are
-in radians. Exporters round poses to nine or more places; 1e-9 rad moves a tool at 1 m by 1 nm."""
+"""Maximum noise of a number in a file, which is its difference from a short decimal. It is relative
+to the longest length of the robot, or to the largest component of a direction. For angles, it is in
+radians. Other programs round poses to nine or more places. An angle of 1e-9 rad moves a tool at 1 m
+by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Above this tool position change (meter) caused by noise removal, a warning is printed; the value
-exceeds the repeatability of an arm."""
+"""Maximum tool displacement (meter) by noise removal without a warning. The value exceeds the
+repeatability of an arm."""
 NOISE_GAP = 1000
-"""Minimum ratio (no unit) of a decimal's last place to a difference that counts as noise. The ratio
-1000 means that three zeros or nines follow the last place, as in one of 500 random numbers."""
+"""Minimum ratio (no unit) of the last place of a decimal to its noise. For 1000, three zeros or
+nines follow the last place. One in 500 random numbers has them."""
 CONTINUOUS_MODEL = 0.02
-"""Minimum displacement of an axis (relative to the arm's length, or radian) for a parameter change
-of norm 1. Below this value, a parameter changes at least fifty times as much as the axis: an
-assembly error of 1 mrad needs a parameter change of 50 mrad. If axes are 6 mrad from parallel, as
-in a factory calibration, parameters along the common normal displace the axis by less than 1e-4."""
+"""Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the
+arm length). Below this value, a parameter changes at least fifty times as much as the axis. An
+assembly error of 1 mrad then needs a change of 50 mrad. In a factory calibration, axes are 6
+mrad from parallel. Parameters along the common normal then displace the axis by less than 1e-4."""
 DOUBLE = 1e-15
-"""Maximum relative difference (no unit) between a decimal number and its conversion to double
-precision: 15 digits. One number in 10^7 is as close to a single-precision number by chance."""
+"""Maximum relative difference (no unit) between a decimal and its double. It corresponds to 15
+digits. By chance, one number in 10^7 is as close to a single-precision number."""
 SINGLE = 2.0**-23
-"""Maximum relative rounding error of a single-precision number (no unit): one unit in the last
-place, for a computation that rounds twice."""
+"""Maximum relative rounding error of a single-precision number (no unit). It is one unit in the
+last place, because a computation may round twice."""
 ANGLE_SNAP = NOISE
-"""Difference (radian) within which an angle in a file snaps to a multiple of pi/12, regardless of
-the number of written digits."""
+"""Maximum difference (radian) between an angle in a file and the multiple of pi/12 that replaces
+it, for any number of digits."""
 CHANCE = 0.01
-"""Maximum probability that an angle matches a multiple of the snapping angle by chance: the ratio
-of the last decimal place to the snapping angle. Thus 1.57 counts as a right angle, but 0.79 does
-not count as 45 degrees."""
+"""Maximum probability that an angle matches a multiple of an angle step by chance. It is the
+ratio of the last decimal place to the step. For example, 1.57 counts as a right angle, but 0.79
+does not count as 45 degrees."""
 LONGEST_LENGTH = 20.0
-"""Above this length (meter), the unit must be stated. Links of arms are shorter than 10 m, and an
-arm in millimeters has a link longer than 20 units."""
+"""Maximum length (meter) without a stated unit. Links of arms are shorter than 10 m. In
+millimeters, an arm has a link above 20."""
 SHORTEST_ARM = 1e-3
-"""Below this size (meter), an arm is implausible; desktop arms are about 0.1 m long."""
+"""Minimum plausible size of an arm (meter). Desktop arms are about 0.1 m long."""
 LARGEST_ANGLE = 6.5
-"""Above this angle (radian), the unit must be stated; a rounded full turn is 6.2832 or 6.3."""
+"""Maximum angle (radian) without a stated unit. A rounded full turn is 6.2832 or 6.3."""
 MAX_TURNED = 45.0
-"""Above this joint limit (radian; seven turns), the value may be in degrees."""
+"""Maximum plausible joint limit (radian), which is seven turns. A larger limit may be in
+degrees."""
 UNLIMITED = 10_000
-"""Above this width of a joint range (radian or meter), a joint counts as unlimited. Exporters write
-1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
+"""Maximum width of a limited joint range (radian or meter). A wider joint counts as unlimited. Some
+programs write 1e4 to 1e16 in required fields. No axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
-"""Number of decimal digits for axis angles without a short exact form. The error of 1e-25 rad is
-far below the rounding of a double. Decimal numbers avoid roots of long fractions, which SymPy would
-factorize."""
+"""Decimal digits of axis angles without a short exact form. The error of 1e-25 rad is far below
+the rounding error of a double. Decimals avoid roots of long fractions, which SymPy would factor."""
 SHORT_PROPORTION = 1000
-"""Largest integer ratio of the components of a direction with a short exact form."""
+"""Largest integer in the ratios of a direction that has a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Components of a unit vector or quaternion below this value (no unit) have no usable direction,
-because rounding in double precision gives 1e-16. At gimbal lock, roll and yaw share an axis."""
+"""Maximum component of a unit vector or quaternion without a usable direction (no unit). Rounding
+errors are 1e-16. At gimbal lock, roll and yaw share an axis."""
 COMPILED_DECIMALS = 14
-"""Decimal places (meter, radian) of values computed by a program. Rounding errors are 1e-16 for one
-or two meters, and no file author writes more than 13 decimal places."""
+"""Decimal places (meter, radian) of numbers that a program computed. Rounding errors are 1e-16
+for one or two meters, and no author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Difference (radian) between an angle that a program computes and the angle in a file: a few
+"""Maximum difference (radian) between a computed angle and the angle in a file. It is a few
 rounding errors of an angle near pi."""
 CALIBRATED_TOOL = 0.05
-"""Maximum tool displacement caused by a factory calibration at zero coordinates: meter, and norm of
-the difference of rotation matrices. Calibrations move the tool by millimeters. A calibration for
-the wrong robot type moves the tool by 80 mm or more."""
+"""Maximum effect of a factory calibration on the tool at zero. It bounds the distance (meter)
+and the norm of the difference of the rotation matrices. Calibrations move the tool by
+millimeters. A calibration for another type of robot moves the tool by 80 mm or more."""
 LENGTH_SCALING = 1e-10
-"""Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
-file's lengths. With 15-digit numbers, rounding gives about 1e-14. The deviation of a wrong
-expression is about as large as the expression."""
+"""Maximum deviation from a linear or constant function of the lengths in a file (m or rad, for
+lengths near 1 m). For numbers with 15 digits, rounding errors are about 1e-14. The deviation of
+a wrong expression is about as large as the expression itself."""
 
 # --- numbers that count as integers ---
 
 MEANT = 1e-100
-"""Below this magnitude (no unit), a nonzero constant is not replaced by 0. Rounding of numbers near
-1 gives at least 1e-40, so a constant of 1e-150 must come from the file itself."""
+"""Maximum nonzero constant (no unit) that cannot be a rounding error, so that it is not replaced by
+0. Rounding errors of numbers near 1 are at least 1e-40, so a constant of 1e-150 must be in the
+file."""
 UNIT_VECTOR = 1e-12
-"""Maximum difference between a unit vector's squared length and 1 (no unit): rounding gives about
-1e-15. An exact vector must have length 1 exactly."""
+"""Maximum difference between 1 and the squared length of a unit vector (no unit). Rounding
+errors are about 1e-15. An exact vector must have exactly the length 1."""
 
 # --- loops: closures, ranks, branches ---
 
 BRANCHES_APART = 1e-6
-"""Below this distance difference, two branches are equally near to the reference.
-
-The distance is the root of a sum of squares, in radian or relative to the mechanism size. Rounding
-in double precision gives about 1e-8 near a dead point; references are written with three digits.
-"""
+"""Maximum difference of the distances from the reference for which two branches are equally near. A
+distance is the root of a sum of squares, in radian or relative to the size. Near a dead point,
+rounding errors are about 1e-8. References are written with three digits."""
 OFF_BRANCH = 1e-6
-"""Above this closure error of a joint (relative to the size, or radian), a branch does not exist.
-
-Near a dead point, rounding errors in double precision become about 1e-8. The closure error of an
-incompatible joint is about as large as the links.
-"""
+"""Maximum closure error of a joint on an existing branch (radian, or relative to the size). Near a
+dead point, rounding errors grow to about 1e-8. The error of a joint that does not fit is about
+as large as the links."""
 LOOPS_AGREE = 1e-6
-"""Maximum loop residual (relative, or direction cosine) for a set of fixed joint values.
-
-If the main chain has more joints than degrees of freedom, consistent joint values give residuals of
-1e-8 near a dead point. Inconsistent joint values, set by hand, give far larger residuals.
-"""
+"""Maximum loop residual (relative, or a cosine) for a set of fixed joint values. If the main chain
+has redundant joints, consistent values give residuals of 1e-8 near a dead point. Inconsistent
+values, set by hand, give far larger residuals."""
 OFF_AXIS = 1e-12
-"""Above this squared distance (square meter), a point at the reference is not on an axis."""
+"""Maximum squared distance at the reference of a point on an axis (square meter)."""
 ZERO_COMPONENT = 1e-25
-"""Vector components below this value are zero (no unit, or meter between points).
-
-Components are evaluated at 40-digit precision, so 15 digits remain for rounding errors. A component
-below this value counts as a rounding error of 0.
-"""
+"""Maximum vector component that counts as zero (no unit, or meter between points). Components are
+evaluated with 40 digits, so 15 digits remain for rounding errors."""
 CLOSED_LOOP = 1e-12
-"""Below this residual (meter, or sine of an angle), a loop is closed in double precision."""
+"""Maximum residual of a closed loop in double precision (meter, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""If sin^2 of a transmission angle at the reference is below this value, another ring of pins is
-solved first. Two degrees from a dead point, a length error of a tenth of a millimeter moves joints
-by milliradians."""
+"""Minimum sin^2 of the transmission angle of a ring of pins at the reference. Otherwise, another
+ring is solved first. Two degrees from a dead point, a length error of 0.1 mm moves joints by
+milliradians."""
 CLEAR_LEG = 0.25
-"""If sin^2 of a leg's transmission angle at the reference is below this value, a leg farther from
-its dead point solves the joint. The bound corresponds to an angle of 30 degrees."""
+"""Minimum sin^2 of the transmission angle of a leg at the reference. Otherwise, another leg solves
+the joint. The value corresponds to an angle of 30 degrees."""
 VANISHED = 1e-12
-"""Below this length (relative to the longest vector), a vector may be exactly zero. Rounding gives
-1e-16; a false positive only triggers the exact test."""
+"""Maximum length of a vector that may be exactly zero, relative to the longest vector. Rounding
+errors are 1e-16. A false alarm only triggers the exact test."""
 FOUND_LOOP = 1e-10
-"""Above this residual (meter, or sine of an angle), a CasADi implicit function has failed. The last
-step of the iteration is 1e-14. Redundant equations are solved in the least-squares sense."""
+"""Maximum residual of an implicit function of CasADi that has converged (meter, or sine of an
+angle). The last step of Newton's method is 1e-14. Redundant equations are solved in the
+least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values below this fraction of the largest singular value are zero (no unit).
-
-The value is far above the rounding error of a Jacobian at a closed configuration (1e-15), and far
-below the smallest singular value away from singularities (1e-3).
-"""
+"""Singular values below this fraction of the largest one are zero (no unit). The value is far above
+rounding errors of a Jacobian (1e-15). It is far below the smallest singular value away from
+singularities (1e-3)."""
 REPEATED_EQUATION = 1e-4
-"""Bound for singular values of redundant equations near closure, relative to the largest.
-
-At a residual of 1e-12, a configuration may be 1e-6 away from closure, and redundant equations still
-seem to be independent.
-"""
+"""Bound for singular values of redundant equations in nearly closed loops, relative to the largest
+one. At a residual of 1e-12, a configuration may be 1e-6 from closure. Redundant equations then seem
+to be independent."""
 STILL_JOINT = 1e-6
-"""Below this motion (radian, or relative to the size), a joint cannot move in its closed loops.
-
-The values of a moving joint differ more between random closed configurations.
-"""
+"""Maximum motion of a joint that cannot move in its closed loops (radian, or relative to the size).
+The values of a moving joint differ more between random configurations."""
 REPEATED_AS_BUILT = 0.02
-"""Bound for singular values in robots as built, whose tilted axes make redundant equations seem
-independent. The bound is ten times the value observed for axes 2 mrad out of parallel."""
+"""Bound for singular values of redundant equations in real robots. Tilted axes make these
+equations seem independent. The bound is ten times the value for axes that are 2 mrad out of
+parallel."""
 WORTHWHILE_STEP = 0.9
-"""A Newton step is shortened if more than this fraction of the residual remains."""
+"""Maximum fraction of the residual that remains after a full Newton step. Otherwise, the step is
+shortened."""
 SAMPLED_RANGE = 0.3
-"""Distance of random configurations from the reference (radian, or relative to the size).
-
-The distance is large enough to move away from a singular reference, and small enough that Newton's
-method closes the loops.
-"""
+"""Distance of random configurations from the reference (radian, or relative to the size). At this
+distance, configurations are away from a singular reference, and Newton's method still closes the
+loops."""
 NEIGHBOURHOOD = 0.02
 """Distance of closed configurations near the reference (radian, or relative to the size).
 
-At larger distances, Newton's method may find a different assembly mode with different degrees of
-freedom. The distance is large enough to detect singular values that vanish at the reference (4e-4
-if they grow quadratically).
+At larger distances, Newton's method may find another assembly mode with other degrees of freedom.
+At this distance, singular values that vanish at the reference are detected. They are 4e-4 if they
+grow quadratically.
 """
 NUMERICALLY_CLOSED = 1e-7
-"""Up to this closure error (relative to the size, or radian), a loop counts as closed in a
-numerical search. A search with finite differences ends about 1e-10 from closure. At a dead point,
-the closure error grows quadratically with the motion, so angles are then accurate to 3e-4 rad."""
+"""Maximum closure error (radian, or relative to the size) of a closed loop in a numerical
+search. A search with finite differences ends about 1e-10 from closure. At a dead point, the
+closure error grows quadratically with the motion. Angles are then accurate to 3e-4 rad."""
 DIFFERENCE_STEP = 1e-6
-"""Step of central differences in a numerical search (radian, or relative to the size). The square
-of the step, and the rounding error of a double relative to the step, are both below 1e-9."""
+"""Step of central differences in a numerical search (radian, or relative to the size). Two
+errors are below 1e-9: the square of the step, and the rounding error of a double divided by the
+step."""
 WORTHWHILE_GAIN = 1e-5
-"""Minimum relative decrease of the squared closure error (no unit) per minimization step."""
+"""Minimum relative decrease of the squared closure error (no unit) per step of a minimization."""
 CLOSING_GAIN = 3e-3
-"""Minimum relative decrease of the squared closure error (no unit) per iteration of a search for
-closed loops. With a smaller decrease, three quarters of the squared closure error would remain
-after eighty iterations, but a closed loop needs a decrease by fourteen orders of magnitude."""
+"""Minimum relative decrease of the squared closure error (no unit) per step of a search for
+closed loops. With smaller decreases, three quarters of the error would remain after eighty
+steps. A closed loop needs a decrease by fourteen orders of magnitude."""
 SAME_POINT = 1e-9
-"""Below this distance (meter; no unit for directions), two points of a drawing coincide.
-
-Loops closed in double precision have errors of 1e-12; the eye resolves 1e-4 of a robot's size.
-"""
+"""Maximum distance between two points of a drawing that coincide (meter; no unit for directions).
+Closed loops have errors of 1e-12. The eye resolves 1e-4 of the size of a robot."""
 MOVED_REFERENCE = 0.3
-"""Minimum reported difference (radian, or relative) between the description and the closed
-reference.
-
-Values estimated by eye are about 10 degrees off; a different assembly mode is usually farther away.
-"""
+"""Minimum reported difference (radian, or relative) between a description and its closed reference.
+Estimated values are about 10 degrees off. Another assembly mode is usually farther away."""
 PIN_ACROSS = 0.1
-"""A pin counts as perpendicular to its strut up to this cosine of their angle.
-
-In robots as built, this cosine is a few hundredths. A frame that only locates the point of an end
-may have any orientation.
-"""
+"""Maximum cosine of the angle between a pin and its strut that count as perpendicular. For real
+robots, the cosine is a few hundredths. A frame that is only a point may have any orientation."""
 SAME_VIEW = 1e-6
-"""Up to this angle (radian), directions of a solved configuration count as parallel in a drawing.
-
-A configuration that closes overconstrained loops is accurate to about 1e-7.
-"""
+"""Maximum angle (radian) between parallel directions in a drawing. Closed overconstrained loops are
+accurate to about 1e-7."""
 LAYOUT_TIE = 1e-5
-"""Values up to this distance below a half are rounded up (in units of 0.1 mm).
-
-The last digits of these values differ between machines, but the bytes of a drawing must not differ.
-"""
+"""Maximum distance below a half of values that are rounded up (in units of 0.1 mm). Their last
+digits differ between machines, but a drawing must have the same bytes."""
 DRAWN_AS_ONE = 1e-6
-"""Below this distance, two points of a body are drawn as one point, relative to the robot's size.
-
-This is a hundredth of the smallest visible distance; placements have rounding errors of 1e-15.
-"""
+"""Maximum distance between two points of a body that are drawn as one point (relative to the size).
+The value is a hundredth of the smallest visible distance. Placements have rounding errors of
+1e-15."""
 DRAWN_DIGITS = 9
-"""Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
-
-The eye resolves four decimal places. With five more decimal places, drawings are equal on all
-machines and still resolve micrometers.
-"""
+"""Decimal places of a drawn point (relative to the size) and of a direction (no unit). The eye
+resolves four of them. With five more, drawings are the same on all machines and still resolve
+micrometers."""
 
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""Maximum first Newton correction after a path step; for a larger correction, a different path may
-be equally near."""
+"""Maximum first Newton correction after a step of a path. After a larger correction, another
+path may be equally near."""
 PATH_ON = 1e-7
-"""Maximum second Newton correction, about the square of the first correction."""
+"""Maximum second Newton correction. It is about the square of the first correction."""
 SHORTEST_PATH_STEP = 1e-9
-"""Below this step length, a path ends: its end point is singular, or at infinity."""
+"""Minimum step length. With shorter steps, a path ends at a singular pose or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""Maximum 1 - |<x, y>| of two poses x and y that count as equal. Each pose is accurate to 1e-12.
-The measure
-grows with the square of the difference."""
+"""Maximum 1 - |<x, y>| of equal poses x and y. Each pose is accurate to 1e-12. The measure is
+quadratic in the difference."""
 SINGULAR_POSE = 1e11
-"""Above this condition number, a pose counts as singular for generic rods; regular poses have about
-1e4."""
+"""Maximum condition number of a regular pose of generic rods. Regular poses have about 1e4."""
 POSE_AT_INFINITY = 1e-10
-"""Maximum |e.e| of a pose at infinity; for a rotation, e.e is never 0."""
+"""Maximum |e.e| of a pose at infinity. For a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
-"""Below this distance (meter), a centroid counts as the origin."""
+"""Maximum distance (meter) of a centroid that counts as the origin."""
 RODS_SPAN = 1e-9
-"""Below this relative singular value, the rods do not vary in the corresponding direction."""
+"""Minimum relative singular value of a direction in which the rods vary."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Up to this deviation (radian, or relative to the arm's length), a closed-form structure of the
-axes counts as exact.
-
-Decimal numbers in a file are read exactly, so only rounding errors of the numerical test remain.
-"""
+"""Maximum deviation (radian, or relative to the arm length) of axes with an exact closed-form
+structure. Decimals in a file are read exactly, so only rounding errors of the numerical test
+remain."""
 MEASURED_STRUCTURE = 5e-3
-"""Up to this deviation (radian, or relative to the arm's length), a closed-form structure of the
-axes counts as intended.
-
-The value bounds the errors of a measured arm: a few millimeters per meter and a few milliradians.
-"""
+"""Maximum deviation (radian, or relative to the arm length) of axes with an intended closed-form
+structure. It bounds the errors of a measured arm, which are a few millimeters per meter and a few
+milliradians."""
 NEARLY_STRUCTURE = 3e-2
-"""Up to this deviation (radian, or relative to the arm's length), a nominal arm with a closed-form
-structure is tried. The nominal arm is used if Newton's iteration converges from its solutions to
-the solutions of the true arm, which is rare for larger deviations."""
+"""Maximum deviation (radian, or relative to the arm length) of a nominal arm that is tried. The
+nominal arm is used if Newton's method leads from its solutions to the solutions of the true arm.
+This is rare for larger deviations."""
 MIN_CONVERGED = 0.9
-"""Fraction of random configurations that must be recovered from a nominal arm. About one
-configuration in ten is near a singularity, where a small difference between the arms moves
-solutions by arbitrary amounts."""
+"""Fraction of random configurations that a nominal arm must recover. About one configuration in
+ten is near a singularity. There, a small difference between the arms moves solutions by any
+amount."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
-"""If the fraction recovered from the nearest nominal solution is between these two limits, the
-fraction recovered from all nominal solutions is also computed. For 70 arms, the second fraction was
-at most 0.03 smaller and 0.05 larger."""
+"""Limits of the fraction that the nearest nominal solution recovers. Between them, the fraction
+that all nominal solutions recover is also computed. For 70 arms, the second fraction was at most
+0.03 smaller and 0.05 larger."""
 MIN_NEARBY = 0.5
-"""Required fraction of random configurations near a nominal branch. The fraction is nearly 1 for
-suitable nominal arms, and 0 if the nominal inverse has different branches."""
+"""Fraction of random configurations near a nominal branch that must be recovered. It is nearly 1
+for suitable nominal arms, and 0 if the nominal inverse has other branches."""
 RECOVERED = 1e-6
-"""Below this distance (radian, or relative to the arm's length), the iteration has recovered a
-configuration. Away from singularities, the error after eight steps is 1e-14."""
+"""Maximum distance (radian, or relative to the arm length) of a recovered configuration. Away
+from singularities, the error after eight steps is 1e-14."""
 MAX_REFINING_STEP = 0.3
-"""Maximum change of a coordinate per Newton step (meter or radian); a larger change may lead to a
-different branch."""
+"""Maximum change of a coordinate per Newton step (meter or radian). A larger change may lead to
+another branch."""
 LOST = 1e-5
-"""Above this error (radian, or meter for arms of at least a meter), a reachable pose counts as
-missed. Smaller errors, which may result from rounding, are refined at run time."""
+"""Maximum error of a reached pose (radian, or meter for arms of at least a meter). Smaller errors
+may come from rounding, and are refined at run time."""
 JACOBIAN_RANK = 1e-9
-"""Maximum singular value of the Jacobian that counts as 0, with lengths relative to the arm."""
+"""Maximum singular value of the Jacobian that counts as zero. Lengths are relative to the arm."""
 OBLIQUE_AXES = 1e-3
-"""Minimum sine of the angle by which directions must differ from parallel or perpendicular."""
+"""Minimum sine of the angle between directions that are not parallel. It is also the minimum cosine
+of directions that are not perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Up to this distance (meter) and this sine of the angle, the tool counts as lying on its joint
-axis or in the base plane."""
+"""Maximum distance (meter) and maximum sine of the angle for a tool on its joint axis or in the
+base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
-"""Up to this smallest singular value, unit directions are linearly dependent."""
+"""Maximum smallest singular value of linearly dependent unit directions."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Up to this sine of the angle between two directions, the directions count as parallel.
-
-Parallel directions do not determine a joint angle, so an angle within reach of the other joints is
-chosen. Prismatic joints count as perpendicular to an axis up to the same cosine.
-"""
+"""Maximum sine of the angle between parallel directions. Parallel directions do not determine a
+joint angle. An angle is then chosen that the other joints can reach. For prismatic joints, the same
+value is the maximum cosine of perpendicular directions."""
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
-"""Up to this distance (meter) of a point from an axis, a rotation does not move the point.
-
-The rotation angle is then chosen for the later joints; the choice moves the point by at most twice
-this value.
-"""
+"""Maximum distance (meter) between an axis and a point that a rotation about the axis does not
+move. The rotation angle is then chosen for the later joints. This moves the point by at most
+twice this value."""
 ALIGNED_AXES = sp.Float("1e-8", 20)
-"""Two axes count as aligned if the sine of their angle is below this value.
-
-The error of the two joint angles from the orientation is the rounding error divided by this sine.
-"""
+"""Maximum sine of the angle between aligned axes. The error of both joint angles is the rounding
+error divided by this sine."""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
 """This value is added to the first component of a computed direction, and to divisors that may be
-0.
-
-The addition does not change numbers above 1e-134, the square of the value does not underflow, and
-the direction of (0, 0) becomes the angle 0 instead of 0/0.
-"""
+0. It does not change numbers above 1e-134, and its square does not underflow. The direction of (0,
+0) becomes the angle 0 instead of 0/0."""
 VECTOR_FLOOR = sp.Float("1e-140", 20)
-"""A vector that may be 0 is replaced by the sum of the vector and this multiple of a second vector.
-The sum equals the vector in double precision, unless the vector is almost 0."""
+"""This multiple of a second vector is added to a vector that may be 0. In double precision, the
+sum is the vector itself, unless it is almost 0."""
 GREATEST_NUMBER = 1e300
-"""Above this sum of input magnitudes (meter or no unit), an input counts as infinite."""
+"""Maximum sum of the magnitudes of a finite input (meter or no unit)."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
-"""This value is added to a divisor that is a sum of squares and may be 0."""
+"""This value is added to a sum of squares that is a divisor and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""The article omits numbers below this magnitude, such as a term that only prevents a division by
-zero."""
+"""Minimum magnitude of a number in the article. Smaller numbers only prevent a division by zero,
+for example."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
-"""Maximum sin^2 of half the angle between two solutions that coincide.
-
-Rounding changes this value by about 1e-16, relative to its terms. If a solution moved by 1e-8 from
-its
-singular position, later steps would not detect the singularity. An error of 4e-15 in the equation
-is harmless.
-"""
+"""Maximum sin^2 of half the angle between solutions that coincide. Rounding errors change it by
+about 1e-16, relative to its terms. If a solution were moved by 1e-8 from its singular position,
+later steps would not detect the singularity. An error of 4e-15 in the equation is harmless."""
 MIN_CONIC = sp.Rational(1, 10**20)
-"""Lower bound of the amplitude g of the second harmonic; the coefficients are near 1 and have
+"""Lower bound of the amplitude g of the second harmonic. The coefficients are near 1, with
 errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
-"""Above this value of P + Q, the resolvent is linear up to 1e-5, and its closed form loses
-digits."""
+"""Maximum P + Q for the closed form of the resolvent. Above it, the resolvent is linear up to 1e-5,
+and the closed form loses digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
-"""Maximum accepted root tau: rounding may move a root slightly out of [-1, 1]."""
+"""Maximum accepted root tau. Rounding may move a root slightly out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
-"""Maximum sin^2 of half the angle between two coinciding roots: rounding separates a double
-root."""
+"""Maximum sin^2 of half the angle between roots that coincide. Rounding separates a double root."""
 EVEN_CONIC = sp.Rational(4, 10**15)
-"""Maximum coefficient p that counts as rounding; the conic is then even in x, and t = 0."""
+"""Maximum coefficient p that is a rounding error. The conic is then even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
-"""Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding."""
+"""Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding
+errors."""
 MIN_SLOPE = sp.Rational(1, 10**10)
-"""Below this slope of the cubic, rounding errors have split a triple root."""
+"""Maximum slope of the cubic at a triple root that rounding errors have split."""
 GREATEST_T = sp.Rational(3, 2)
-"""Upper bound of t after a step from a triple root; an exact t is at most 1."""
+"""Upper bound of t after a step from a triple root. An exact t is at most 1."""
 MIN_T = sp.Rational(1, 10**8)
-"""Below this value of t, alpha is too small to divide p by alpha."""
+"""Minimum t for which alpha is large enough to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
-"""Up to this sine of their angle, two rows are linearly dependent, except for rounding."""
+"""Maximum sine of the angle between linearly dependent rows."""
 FARTHEST_POINT = sp.Integer(10) ** 6
-"""Upper bound for the point X of subproblem 6; no solution exists beyond sqrt(2)."""
+"""Upper bound of the point X of subproblem 6. There is no solution beyond sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values for undamped Newton steps on two angles."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """Minimum squared ratio of singular values for undamped Newton steps on three angles. If the
-Jacobian has rank 1, rounding alone can produce smaller ratios."""
+Jacobian has rank 1, rounding errors alone can give smaller ratios."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""Most negative margin at which solutions are refined; for smaller margins, Newton's method finds
-different solutions."""
+"""Most negative margin at which solutions are refined. Below it, Newton's method finds other
+solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 """Distance (radian) of start values from the common point of solutions with equal squared lengths.
-
-From squared lengths, an angle can be computed with an error of 1e-8.
-"""
+From squared lengths, an angle can be computed with an error of 1e-8."""
 PARABOLA_STEP = sp.Rational(1, 10**5)
-"""Maximum step (radian) on the second-order parabola, a hundred times the start distance."""
+"""Maximum step (radian) on the second-order parabola. It is a hundred times the start distance."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
-"""Below this error (radian, or relative to the arm's length), all conditions are solved together.
-
-A solution step loses at most half of the digits, so a solution is accurate to about 1e-8.
-"""
+"""Maximum error (radian, or relative to the arm length) for solving all conditions together. A step
+loses at most half of the digits, so a solution is accurate to about 1e-8."""
 POSE_DAMPING = sp.Rational(1, 10**12)
-"""Minimum squared ratio of singular values for undamped pose steps; rounding errors are 1e-16."""
+"""Minimum squared ratio of singular values for undamped pose steps. Rounding errors are 1e-16."""
 DETERMINANT_TAIL = 1e-9
-"""Up to this relative size, coefficients above degree 8 of a determinant count as 0; rounding gives
-1e-15."""
+"""Maximum relative size of coefficients above degree 8 of a determinant that count as zero.
+Rounding errors are 1e-15."""
 SINGLE_SOLUTION = 1e-12
-"""Below this ratio of the second smallest to the largest singular value, the second smallest counts
-as 0.
-
-With two small singular values, the six equations do not determine a unique solution.
-"""
+"""Maximum ratio of the second smallest to the largest singular value for which the second smallest
+one counts as zero. With two small singular values, the six equations have no unique solution."""
 POOR_SEPARATION = 1e-5
-"""Below this separation of the solutions (:attr:`.Choice.separation`), other joints are fixed
-instead. Arms with six regular joints and a prismatic joint have at least 1e-4. An arm whose
-prismatic joint is parallel to two axes has 7e-7."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`). Otherwise, other joints are
+fixed. Arms with six regular joints and a prismatic joint have at least 1e-4. An arm with a
+prismatic joint parallel to two axes has 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Above this separation of the solutions (:attr:`.Choice.separation`), the general solver is
-practical.
-
-The general solver may then run at every pose of an arm that nearly has a closed-form structure. The
-separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa, the separation is at most
-2e-3, and the solver takes five times as long.
-"""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
+practical. It may then run at every pose of an arm that nearly has a closed-form structure. The
+separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa, the separation is at
+most 2e-3, and the general solver takes five times as long."""
 ASKED_MOVE = 0.05
-"""Above this median joint change (radian) between nominal and true solutions, the general solver is
-needed.
-
-Joint change above which the general solver runs at every pose, if it separates the solutions well.
-Near a wrist singularity, an arm with a large joint change has solutions that belong to no nominal
-branch. With a wrist offset of 13 mm (median joint change 0.06), one of nine tested configurations
-was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and 3.6 mrad, and smaller for
-all tested arms with errors of up to 3 mm and 3 mrad.
-"""
+"""Maximum median joint change (radian) between nominal and true solutions for which the general
+solver is not needed. If the joint change is larger and the solutions are well separated, the
+general solver runs at every pose. Near a wrist singularity, an arm with a large joint change has
+solutions outside all nominal branches. With a wrist offset of 13 mm (median 0.06), one of nine
+tested configurations was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and 3.6
+mrad. It is smaller for all tested arms with errors of up to 3 mm and 3 mrad."""
 SEPARATE = 1e-2
-"""Above this joint difference (radian), the roots of the determinant distinguish two solutions.
-
-The value is ten times the difference of two roots whose vectors may be exchanged.
-"""
+"""Minimum joint difference (radian) of two solutions that the roots of the determinant distinguish.
+The value is ten times the difference of two roots whose vectors may be exchanged."""
 NOMINAL_GUARD_DIGITS = 8
-"""Number of decimal digits that the exact evaluation of an angle may lose, for the test of right
-angles."""
+"""Number of decimal digits that the exact evaluation of an angle may lose. It is used to test
+for right angles."""
 
 # --- latex: printed digits ---
 
 PRINTED_DIGITS = 10
-"""Digits of a number without a short exact form in an article; dots mark omitted digits."""
+"""Digits of a number without a short exact form in an article. Dots mark omitted digits."""
 GIVEN_DIGITS = 17
-"""Maximum digits of a file value that an article prints in full; a double has 17."""
+"""Maximum digits of a number in a file that an article prints completely. A double has 17."""
 FEW_PRINTED_DIGITS = 6
-"""Number of printed digits if a line has no room for ``PRINTED_DIGITS``."""
+"""Digits of a printed number if a line has no room for ``PRINTED_DIGITS``."""
 
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Up to this margin (no unit), a loop counts as being at a dead point: sin^2 of a microradian."""
+"""Maximum margin of a loop at a dead point (no unit). It is sin^2 of a microradian."""
 
 # --- emit: single precision ---
 
 MAX_THRESHOLD = 1e-8
-"""Below this magnitude (any unit), a constant used only by conditions is a rounding threshold. The
-largest threshold is 4e-15 times the fourth power of twice the length of an arm in meters."""
+"""Maximum magnitude of a rounding threshold (any unit). Such a constant occurs only in conditions.
+The largest threshold is 4e-15 times the fourth power of twice the arm length in meters."""
 FLOOR_EXPONENT = 0.12
-"""Exponent that converts the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single
-precision. The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
+"""Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.
+The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""Larger constants are replaced by this value in single precision; such constants only detect
-infinite inputs."""
+"""In single precision, this value replaces larger constants. They only detect infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (meter or radian) of a solution in single precision. The limit 1e-9 of double
-precision is multiplied by the square root of the rounding-error ratio, 2^29."""
+"""Largest residual (meter or radian) of a solution in single precision. It is the limit 1e-9 of
+double precision, multiplied by the square root of 2^29, the ratio of the rounding errors."""
 REGULAR = 1e-3
-"""Errors in single precision are measured only if the smallest singular value of a Jacobian (no
-unit, or meter) and the smallest margin of a loop exceed this value. Near a singularity, the errors
-in
-single precision grow without bound."""
+"""Errors in single precision are measured away from singularities. There, the smallest singular
+value of a Jacobian (no unit, or meter) and the smallest margin of a loop exceed this value. Near
+a singularity, the errors have no bound."""
 
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Up to this value (no unit, or meter for lengths near one meter), factors of minors count as 0.
-The value is ten thousand times the rounding error of the sums in these factors."""
+"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). It
+is ten thousand times the rounding error of the sums in such factors."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
-Lengths are relative to the arm's length. Rounding is 1e-15."""
+Lengths are relative to the arm length. Rounding is 1e-15."""
 LAST_STEP = 1e-9
-"""Length of the last Newton step (radian, or relative to the arm's length) to a singular
-configuration, so that the printed digits (1e-5) are correct. If two singularities intersect, J^T y
-is small long before q is accurate."""
+"""Length of the last Newton step to a singular configuration (radian, or relative to the arm
+length). The printed digits (1e-5) are then correct. If two singularities intersect, J^T y
+becomes small long before q is accurate."""
 OTHER_CONFIGURATION = 0.02
-"""Above this distance (radian, or relative to the arm's length), configurations count as different.
+"""Minimum distance between different configurations (radian, or relative to the arm length).
 Readers notice a difference of about one degree."""
 RANK_LOST = 1e-6
-"""Below this singular value, a Jacobian of an arm with unit length is rank deficient. At drawn
-configurations, the value of a full-rank arm is above 1e-3."""
+"""Maximum smallest singular value of a rank-deficient Jacobian, for an arm with unit length. At
+drawn configurations, a regular arm has more than 1e-3."""
 
 # --- inverse: numerical solutions of a general arm ---
 
 ALMOST_REAL = 1e-3
-"""Up to this imaginary part of a half-angle tangent t, relative to 1 + |t|^2, a root is tried as
-real. Double roots are split by the square root of the rounding error, 1e-8, times their condition
-number. Newton's iteration on the pose rejects false roots."""
+"""Maximum imaginary part of a half-angle tangent t that is tried as a real root, relative to 1 +
+|t|^2. Rounding errors split a double root by 1e-8 times its condition number. Newton's method on
+the pose rejects false roots."""
 SOLVED_POSE = 1e-13
-"""Maximum pose error of a solution (no unit, or relative to the arm's length): a hundred times the
-rounding error of six matrix products."""
+"""Maximum pose error of a solution (no unit, or relative to the arm length). It is a hundred
+times the rounding error of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
-"""Above this joint difference (radian, or relative to the arm's length), two solutions differ;
-printed values differ if the difference is at least 1e-4 rad."""
+"""Minimum joint difference between two different solutions (radian, or relative to the arm
+length)."""

@@ -1,8 +1,7 @@
-"""Values of constant expressions at 60-digit precision, evaluated operation by operation.
+"""Values of constant expressions with 60 digits, evaluated operation by operation.
 
-The evaluation of SymPy itself increases the precision until a difference has nonzero digits, which
-is slow for an exact zero. This module counts a sum as zero if cancellation removes nearly all its
-digits.
+SymPy itself would increase the precision until a difference has nonzero digits. For an exact zero,
+this is slow. Here, a sum is zero if cancellation removes nearly all its digits.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,18 +15,18 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum operation count of a number that stays unnamed. Expressions of nominal dimensions have
-fewer operations; expressions of measured dimensions have hundreds."""
+"""Maximum number of operations of a number without a name. Nominal dimensions need fewer
+operations, and measured dimensions need hundreds."""
 
 
 class NoValue(DescriptionError):
-    """Error for an expression without a finite real value, such as a division by zero."""
+    """Error for an expression without a finite real value, for example a division by zero."""
 
 
 class Values:
-    """The values of symbols, with a cache of all evaluated expressions.
+    """The values of symbols, with a cache of evaluated expressions.
 
-    Zeros are exact: a cancellation error below ``ROUNDING`` times the largest term counts as 0.
+    Zeros are exact. A sum below ``ROUNDING`` times its largest term is 0.
     """
 
     def __init__(self) -> None:
@@ -74,7 +73,7 @@ class Values:
         return rule(*(self._of(argument) for argument in expression.args))
 
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
-        """Returns the value for the first condition that holds; other values may be undefined."""
+        """Returns the value for the first condition that holds. Other values may be undefined."""
         for value, condition in expression.args:
             if self._holds(condition):
                 return self._of(value)
@@ -91,7 +90,7 @@ class Values:
 
 
 def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
-    """Substitutes numbers for the symbols of an expression, and returns its value.
+    """Returns the value of an expression for numbers as its symbols.
 
     Raises:
         NoValue: The value is not finite or not real, or a symbol is unknown.
@@ -103,12 +102,12 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """Evaluates a number with many operations at 40-digit precision; a short number is unchanged.
+    """Returns a number with many operations as a decimal with 40 digits.
 
-    Products of measured rotations have very long exact forms, which are not useful.
+    Short numbers stay as they are. Products of measured rotations have very long exact forms.
 
     Args:
-        expression: Any expression; an expression with symbols is returned unchanged.
+        expression: Any expression. An expression with symbols is returned unchanged.
     """
     if expression.free_symbols or int(sp.count_ops(expression)) <= MAX_OPERATIONS:
         return expression
@@ -116,7 +115,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:
-    """Converts a value to a SymPy number with 40-digit precision, and 0 to the integer 0."""
+    """Converts a value to a SymPy number with 40 digits. Zero becomes the integer 0."""
     return sp.Float(value, EVALUATION_DIGITS) if value else sp.Integer(0)
 
 

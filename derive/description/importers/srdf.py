@@ -1,6 +1,7 @@
 """Reads the joint groups of SRDF files.
 
-Source: The SRDF specification of <group>. A group contains <chain>, <link>, <joint> and <group>.
+Source:
+    The SRDF specification of <group>. A group contains <chain>, <link>, <joint> and <group>.
 """
 
 from collections.abc import Iterator

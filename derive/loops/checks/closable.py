@@ -34,7 +34,7 @@ OMITTED = 0.01
 """Smallest reported error of the value that is assumed for an omitted actuator (radian, or
 relative to the size)."""
 LITTLE = 0.5
-"""If a larger fraction of the configurations closes, no remark is printed."""
+"""Minimum fraction of closed configurations without a remark."""
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:

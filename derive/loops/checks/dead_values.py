@@ -19,7 +19,7 @@ HALVINGS = 60
 OTHERS = 8
 """Number of values per coordinate that show whether a margin depends on the coordinate."""
 CHANGED = 1e-9
-"""If a margin changes by less, it does not depend on the coordinate."""
+"""Minimum change of a margin that depends on a coordinate."""
 
 
 @dataclass(frozen=True)

@@ -128,8 +128,8 @@ def mobility(mechanism: Mechanism) -> Mobility:
     Raises:
         LoopError: The loops do not close at the reference configuration.
 
-    Source: Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the formulas and their
-        limits.
+    Source:
+        Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the formulas and their limits.
     """
     check_type("mobility: mechanism", mechanism, Mechanism)
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})

@@ -14,8 +14,7 @@ from ..model.numeric_mechanism import NumericMechanism, length_of
 from .shown_values import shown
 
 FAR_OFF = 100.0
-"""A rod is suspect if its length differs from the median of the other lengths by a larger
-factor."""
+"""Minimum factor between the length of a suspect rod and the median of the other lengths."""
 MIN_OTHERS = 3
 """Minimum number of other lengths that define the scale of a mechanism."""
 SLIPS = (1000.0, 1 / 1000)

@@ -19,8 +19,8 @@ Reference values of passive joints are only approximate. A wrong exchange may cl
 distant configuration.
 """
 CLEARLY = 0.02
-"""A smaller distance from the reference can come from values with two digits. The unit is that
-of :data:`NEAR`."""
+"""Minimum distance from the reference that values with two digits cannot explain, in the unit of
+:data:`NEAR`."""
 PART = 0.1
 """An exchange must reduce the distance from the reference at least to this fraction."""
 

@@ -125,19 +125,18 @@ class LoopStep(ABC):
         joints: Names of the pins, slides and struts of the group.
         axes: The body in whose axes the equations are written.
         relation: The loop equation: a sum of rotated vectors that is zero.
-        turned: The angle from the axes of the body ``axes`` to the axes of the vectors in the
-            equations.
-        solved: The angles for which the step solves, as named terms.
-        margin: The margin is zero at a dead point, negative if the loop cannot be closed, and None
-            if the loop can always be closed.
-        root: The term, up to its sign, whose value is NaN if the step cannot close the loop.
-        sign: The sign of the branch; zero for a unique solution.
+        turned: The angle from the axes of the body ``axes`` to the axes of the equations.
+        solved: The solved angles, as named terms.
+        margin: The margin. It is zero at a dead point and negative if the loop cannot be closed.
+            None if the loop can always be closed.
+        root: A term, up to its sign, that is NaN if the step cannot close the loop.
+        sign: The sign of the branch, or zero for a unique solution.
         title: Name of the kind of step.
-        branches: The name of each branch, keyed by its sign. The name states on which side of the
-            mechanism's mirror line the solved bodies lie.
+        branches: The name of each branch by its sign. It states on which side of the mirror line of
+            the mechanism the solved bodies lie.
         opening: Text printed before the equations if the equations are not in the axes of a body.
-        reason: A sentence that replaces the equations if the step has no equations.
-        dead_point: Text that describes margin 0, with quantity letters in braces.
+        reason: A sentence that is printed if the step has no equations.
+        dead_point: Text that describes margin 0. Letters of quantities are in braces.
     """
 
     joints: tuple[str, ...]
@@ -161,21 +160,21 @@ class LoopStep(ABC):
 
     @property
     def remark(self) -> str:
-        """A sentence on the sign of the root, with quantity letters in braces."""
+        """A sentence on the sign of the root. Letters of quantities are in braces."""
         return ""
 
     @property
     def branch(self) -> str:
-        """Name of the branch; the value is empty if the solution is unique."""
+        """Name of the branch, or "" if the solution is unique."""
         return self.branches.get(self.sign, "")
 
     @property
     def is_choice(self) -> bool:
-        """Whether a second branch exists with the opposite sign."""
+        """Whether there is a second branch."""
         return self.sign != 0
 
     def name(self, mechanism: Mechanism) -> str:
-        """Returns the names of the closures and struts that the step closes, or of its joints."""
+        """Returns the names of the closed closures and struts, or of the joints of the step."""
         swings = {strut.swing_name: strut.name for strut in mechanism.struts}
         names = [swings.get(name, name.split(".")[0]) for name in self.joints]
         loop_joints = {loop_joint.name for loop_joint in mechanism.loop_joints}
@@ -189,5 +188,5 @@ def weighted(vector: Quantities, weights: tuple[sp.Expr, ...], factor: sp.Expr =
 
 
 def half(total: sp.Expr) -> sp.Expr:
-    """Returns half of a sum as an unexpanded product, which is printed over one fraction bar."""
+    """Returns half of a sum, which is printed as one fraction."""
     return sp.Mul(HALF, total, evaluate=False)

@@ -1,8 +1,8 @@
-"""A ring of three pins whose base is the sum of two vectors with the lengths of the arms.
+"""Solves a ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-The ring has two assembly modes, which are computed without a square root. In the parallelogram, the
-arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about
-the base D:
+The ring has two assembly modes. They need no square root. In the parallelogram, the arms stay
+parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
+D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """
@@ -31,21 +31,21 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes: the arms are parallel to two vectors whose sum is the base
-vector, or mirrored about the base."""
+"""Names of the two assembly modes. In the first one, the arms are parallel to two vectors whose
+sum is the base. In the second one, they are mirrored about the base."""
 
 
 @dataclass(frozen=True)
 class Sides:
-    """The base of a ring of three pins as a sum of two sides with the arms' lengths.
+    """The base of a ring of three pins as a sum of two sides with the lengths of the arms.
 
     Attributes:
         dyad: The ring.
         first: The side that is parallel to V in the parallelogram.
         turns: The rotations of X and Y in the parallelogram.
-        crossed: The exact rotations in the crossed mode of a rhombus, or None for unequal sides.
-            The crossed mode exchanges the two sides.
-        base: The sum of both side vectors.
+        crossed: The rotations in the crossed mode of a rhombus, or None for unequal sides. The
+            crossed mode exchanges the two sides.
+        base: The sum of both sides.
     """
 
     dyad: Dyad
@@ -57,7 +57,7 @@ class Sides:
 
 @dataclass(frozen=True, kw_only=True)
 class Parallelogram(PlanarStep):
-    """Two adjacent sides of a parallelogram, which stay parallel to the known opposite sides."""
+    """Two sides of a parallelogram, which stay parallel to the known opposite sides."""
 
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES
@@ -68,11 +68,11 @@ class Parallelogram(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins that forms a parallelogram, on either of its branches.
+        """Joins the first ring of three pins that forms a parallelogram in one of its modes.
 
         Raises:
-            DescriptionError: The parallelogram is stretched at the reference, so that both assembly
-                modes coincide.
+            DescriptionError: The parallelogram is stretched at the reference, where both modes
+                coincide.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))
@@ -90,7 +90,7 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because the solved bodies rotate together with known bodies."""
+        """Returns no equations. The solved bodies rotate together with known bodies."""
         return StepEquations()
 
 
@@ -99,7 +99,7 @@ class CrossedParallelogram(LoopStep):
     """The mirror image of a parallelogram about the base line.
 
     Attributes:
-        base: The base vector in named components.
+        base: The base vector as named components.
     """
 
     base: Complex
@@ -108,7 +108,7 @@ class CrossedParallelogram(LoopStep):
     branches: ClassVar[Mapping[int, str]] = FIGURES
 
     def equations(self) -> StepEquations:
-        """Returns the rotation from the conjugate of the base to the base."""
+        """Returns the equation for the rotation from the conjugate of the base to the base."""
         (angle,) = self.solved
         D, d = components("D"), length_of("D")
         x, y = self.base
@@ -122,7 +122,7 @@ class CrossedParallelogram(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that compares the crossed assembly mode with the parallelogram."""
+        """A sentence that compares the crossed mode with the parallelogram."""
         return (
             "The arms are the mirror images about ${D}$ of two vectors whose sum is ${D}$; the"
             " other branch is the parallelogram."
@@ -130,7 +130,6 @@ class CrossedParallelogram(LoopStep):
 
 
 def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
-    """Joins the bodies of a parallelogram in the crossed mode."""
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
@@ -147,7 +146,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """Returns the sides of the base if it is a sum of two vectors with the arms' lengths."""
+    """Returns the sides of the base, or None if it is not such a sum."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
@@ -174,10 +173,10 @@ def _figure(clusters: Clusters, sides: Sides) -> int:
 
 
 def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
-    """Returns the rotation that moves an arm to its mirror image about the base.
+    """Returns the rotation from an arm to its mirror image about the base.
 
-    With C = e^(i alpha) r V and V = v e^(i beta), e^(i psi) conj(C) = e^(i (psi - alpha - 2 beta))
-    conj(r v) / v V.
+    Let C = e^(i alpha) r V and V = v e^(i beta). Then e^(i psi) conj(C) = e^(i (psi - alpha - 2
+    beta)) conj(r v) / v V.
     """
     ((beta, v),) = arm.terms.items()
     alpha, rotor = turn
@@ -185,7 +184,7 @@ def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
 
 
 def _rate_of_mirror(D: Complex, square: sp.Expr) -> LoopRate:
-    """Returns the rate of the rotation from conj(D) to D, twice the rate of D."""
+    """Returns the rate of the rotation from conj(D) to D, which is twice the rate of D."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let

@@ -31,23 +31,23 @@ from .loop_step import (
 )
 
 TRAVELS = {1: "far", -1: "near"}
-"""Names of the branches with the larger and the smaller of two travels."""
+"""Names of the branches with the larger and the smaller travel."""
 
 
 @dataclass(frozen=True)
 class CircleAndLine:
-    """A point on a line at a given distance from a second point.
+    """A point on a line at a known distance from a second point.
 
     Attributes:
-        offset: The vector from one pin to the second pin at zero travel, in the axes of the line.
+        offset: The vector between both pins at zero travel, in the axes of the line.
         direction: Unit vector along the line.
         r: The vector between both pins on the third body.
         travel: Travel along the line (meter).
         vector: The vector from the first pin to the second pin.
-        margin: cos^2 of the angle between line and vector, which is zero at a dead point and
-            negative without an intersection.
-        root: Distance along the line from the foot of the perpendicular to the far pin, or NaN if
-            the line does not intersect the circle.
+        margin: cos^2 of the angle between line and vector. It is zero at a dead point and negative
+            without an intersection.
+        root: Distance from the foot of the perpendicular to the far pin, or NaN without an
+            intersection.
     """
 
     offset: Complex
@@ -73,11 +73,11 @@ def circle_and_line(
 
     Args:
         terms: Names of all terms.
-        offset: The vector from one pin to the second pin at zero travel.
+        offset: The vector between the pins at zero travel.
         direction: Unit vector along the slide.
-        r: The vector from one pin to the second pin on the third body.
+        r: The vector between the pins on the third body.
         sign: 1 for the larger travel, -1 for the smaller travel.
-        gate: A condition that makes the radicand negative if the arm length is invalid.
+        gate: Makes the radicand negative if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
@@ -105,7 +105,7 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """Returns a sentence that states which of two travels is used."""
+    """Returns a sentence on which of two travels is used."""
     size = "greater" if sign > 0 else "smaller"
     return f"The sign of the root selects the {size} of two travels."
 
@@ -115,9 +115,9 @@ class TwoPinsAndSlide(PlanarStep):
     """A slide whose two bodies are connected to a third body by pins.
 
     Attributes:
-        line: The line of the slide and the circle of the third body.
-        is_length: Whether the travel is the length of a cylinder between known points, so that
-            there is a single solution.
+        line: The line of the slide, and the circle of the third body.
+        is_length: Whether the travel is the length of a cylinder between known points. There is
+            then a single solution.
     """
 
     line: CircleAndLine
@@ -151,8 +151,7 @@ class TwoPinsAndSlide(PlanarStep):
         joints = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # The length of a cylinder is the positive root; the slide on any other guide has two
-        # possible travels.
+        # The length of a cylinder is the positive root. A slide on another guide has two travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:
@@ -186,7 +185,7 @@ class TwoPinsAndSlide(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations for travel t and the rotation of A to C, the pin distance."""
+        """Returns the equations for the travel t and for the rotation of A to C."""
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")
@@ -216,17 +215,17 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def branch(self) -> str:
-        """Name of the branch: the larger or smaller travel; empty if the travel is a length."""
+        """Name of the branch, or "" if the travel is a length."""
         return "" if self.is_length else self.branches[self.sign]
 
     @property
     def is_choice(self) -> bool:
-        """Whether a second branch with a different travel exists."""
+        """Whether there is a second travel."""
         return not self.is_length
 
     @property
     def remark(self) -> str:
-        """A sentence that states which of two travels is used."""
+        """A sentence on which of two travels is used."""
         return travel_remark(self.sign) if self.branch else ""
 
 

@@ -26,10 +26,10 @@ def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndTwoSlides(PlanarStep):
-    """Two consecutive slides whose outer bodies share a pin.
+    """Two slides in succession whose outer bodies share a pin.
 
     Attributes:
-        offset: The vector from the position of the pin at zero travels to the pin on the base.
+        offset: The vector from the pin at zero travels to the pin on the base.
         first: Direction of the first slide.
         second: Direction of the second slide.
         travels: Travels along the first and the second slide (meter).
@@ -87,7 +87,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travels t along A and u along B, whose sum is D."""
+        """Returns the equation for the travels t along A and u along B. Their sum is D."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

@@ -1,7 +1,6 @@
-"""Values of terms at the reference configuration; the branch signs follow from these values.
+"""Values of terms at the reference configuration, which determine the branch signs.
 
-The reference selects the branch of a loop. Only signs follow from the reference values, so double
-precision suffices.
+Double precision is sufficient for signs.
 """
 
 import cmath
@@ -22,26 +21,26 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """Branch signs: first the requested signs, then the signs at the reference.
+    """Branch signs. After the requested signs, the signs of the reference are used.
 
     Attributes:
-        requested: The signs of the first steps with two branches: 1 for the sign at the reference,
-            -1 for the opposite sign.
-        own: The branch sign at the reference, keyed by the joints or struts of a step.
-        taken: The branch signs chosen so far; 1 and -1 have the same meaning as in ``requested``.
+        requested: The signs of the first steps with two branches. 1 is the sign at the reference,
+            and -1 the opposite sign.
+        own: The sign at the reference for the joints or struts of each step.
+        taken: The signs so far, in the form of ``requested``.
     """
 
     def __init__(
         self, requested: Sequence[int] = (), own: Mapping[Joined, int] | None = None
     ) -> None:
-        """Creates a branch on which no sign is chosen yet."""
+        """Creates a branch without chosen signs."""
         self.requested, self.own = tuple(requested), own or {}
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """Returns, for each sign after the first ``taken`` signs, a branch with this sign changed.
+        """Returns a branch for each sign after the first ``taken`` signs. This sign is changed.
 
-        Each returned branch keeps all signs that precede the changed sign.
+        All signs before the changed sign are kept.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -51,43 +50,45 @@ class Branch:
         return found
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the branch sign of the next step that has two branches."""
+        """Returns the branch sign of the next step."""
         k = len(self.taken)
         self.taken.append(self.requested[k] if k < len(self.requested) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Returns the sign of the next leg's length; a leg with negative length is inverted."""
+        """Returns the sign of the length of the next leg.
+
+        A leg with negative length is inverted.
+        """
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
-        """Returns the next assembly mode of a parallelogram: 1 with parallel sides."""
+        """Returns the mode of the next parallelogram. 1 means that its sides are parallel."""
         return int(self.side(joined))
 
 
 class FreeSides(Branch):
-    """Branch signs as symbols, one per step with two branches.
+    """Branch signs as symbols. Each step with two branches has one.
 
-    A parallelogram stays in the assembly mode of the reference, because more than a sign
-    distinguishes the two modes. The length of a leg also has a fixed sign, because an inverted leg
-    is not a solution.
+    A parallelogram stays in the mode of the reference, because its modes differ in more than a
+    sign. The length of a leg has a fixed sign, because an inverted leg is not a solution.
     """
 
     def __init__(
         self, own: Mapping[Joined, int], reference: "AtReference", sign: Callable[[], sp.Expr]
     ) -> None:
-        """Creates a branch on which no sign is chosen yet.
+        """Creates a branch without chosen signs.
 
         Args:
             own: The branch signs at the reference.
-            reference: Records the branch symbols, each with the value 1.
-            sign: Returns the next branch symbol.
+            reference: Records the symbols of the branches. Their values are 1.
+            sign: Returns a new symbol for a branch.
         """
         super().__init__((), own)
         self._reference, self._sign = reference, sign
 
     def side(self, joined: Joined) -> sp.Expr:
-        """Returns the branch sign of the next step: the reference sign times a new symbol."""
+        """Returns the branch sign of the next step: the sign at the reference times a symbol."""
         symbol = self._sign()
         if symbol.is_Symbol:
             self._reference.know(symbol, 1.0)
@@ -98,18 +99,17 @@ class FreeSides(Branch):
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """Returns the assembly mode at the reference."""
+        """Returns the mode at the reference."""
         return self.own.get(joined, 1)
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
-    """Yields the results on all branches, starting with the reference branch.
+    """Yields the results on all branches. The branch of the reference comes first.
 
-    The sign of the last step varies fastest. The existence of later steps may depend on earlier
-    signs.
+    The sign of the last step varies fastest. Earlier signs may decide whether a later step exists.
 
     Args:
-        solve: Solves the loops on one branch.
+        solve: Solves the loops on a branch.
         own: The branch signs at the reference.
     """
     waiting: list[tuple[int, ...]] = [()]
@@ -121,13 +121,11 @@ def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -
 
 
 class AtReference:
-    """Numerical values of terms at the reference configuration.
+    """Numerical values of terms at the reference.
 
     Attributes:
-        size: The longest length of the mechanism (meter); lengths are compared relative to this
-            value.
-        sides: The branch sign of each step with two branches, keyed by the joints or struts of the
-            step.
+        size: The longest length of the mechanism (meter), by which lengths are divided.
+        sides: The branch sign of each step with two branches, by the joints or struts of the step.
     """
 
     def __init__(
@@ -141,11 +139,10 @@ class AtReference:
         """Sets the configuration.
 
         Args:
-            terms: Names of all terms.
+            terms: Receives the terms.
             values: Reference values of the known coordinates.
-            given: Values of joints, swing angles and cylinders near the reference configuration,
-                keyed by name.
-            joints: Names of joints that are assumed near zero if no value is given.
+            given: Values of joints, swing angles and cylinders near the reference, by name.
+            joints: Names of joints whose value is 0 by default.
             size: The longest length of the mechanism (meter).
         """
         self.size = size
@@ -158,13 +155,13 @@ class AtReference:
         self._parts = Values()
 
     def know(self, symbol: sp.Symbol, value: float) -> None:
-        """Records the value of a symbol that no term defines."""
+        """Records the value of a symbol."""
         self._known[symbol] = value
         self._values.clear()
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Returns the stated or assumed values of joints near the reference."""
+        """Returns the stated or default values of joints near the reference."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:
@@ -186,7 +183,7 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # The expression contains the root of a negative number. SymPy also evaluates complex
+            # The expression contains the root of a negative number. SymPy could evaluate complex
             # roots, but far more slowly.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan
@@ -203,7 +200,7 @@ class AtReference:
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """Returns the sum of an exact angle and the angle of a constant rotation."""
+        """Returns an angle plus the angle of a constant rotation."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:

@@ -1,8 +1,8 @@
-"""Three bodies in a ring of pins: two circles intersect in the pin that two bodies share.
+"""Solves a ring of three pins: two circles intersect in the pin between two bodies.
 
 Source:
-    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form for
-    a triangle has no acos, and avoids cancellation for thin triangles.
+    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. The closed form
+    needs no acos, and is accurate for thin triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,17 +33,17 @@ from .loop_step import (
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Two circles about the ends of D; their intersection C is relative to the first end of D.
+    """Two circles about the ends of D. Their intersection C is relative to the first end of D.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.
         W: The vector from the second end of D to the shared pin, in the axes of D.
         D: The base.
-        v: The vector C in the axes of the body that carries it.
-        w: The vector W in the axes of the body that carries it.
-        height: Twice the signed area of the triangle, positive if C is to the left of D.
-        margin: sin^2 of the transmission angle, which is zero at a dead point and negative without
-            an intersection.
+        v: The vector C in the axes of its body.
+        w: The vector W in the axes of its body.
+        height: Twice the signed area of the triangle. It is positive if C is to the left of D.
+        margin: sin^2 of the transmission angle. It is zero at a dead point and negative without an
+            intersection.
     """
 
     C: Complex
@@ -72,11 +72,11 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm that starts at the first end of the vector D.
-        w: The arm that starts at the second end of the vector D.
+        v: The arm at the first end of D.
+        w: The arm at the second end of D.
         D: The base.
         sign: 1 if C is to the left of D, -1 if C is to the right of D.
-        gate: A condition that makes the radicand negative if an arm length is invalid.
+        gate: Makes the radicand negative if an arm length is invalid.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
@@ -95,7 +95,7 @@ def two_circles(
 
 
 def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
-    """Returns 16 area^2 by Heron's formula without cancellation."""
+    """Returns 16 area^2 by Heron's formula, without cancellation."""
     varying = sorted(squares, key=terms.is_constant)
     alone, a, b = varying
     side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))
@@ -104,7 +104,7 @@ def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
 
 
 def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of v's rotation: h phi' = D'.W - (e^(i phi) v').W + w'.w."""
+    """Returns the rate of the rotation of v: h phi' = D'.W - (e^(i phi) v').W + w'.w."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -116,7 +116,7 @@ def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
 
 
 def rate_of_second(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """Returns the rate of w's rotation: h psi' = D'.C - v'.v + (e^(i psi) w').C."""
+    """Returns the rate of the rotation of w: h psi' = D'.C - v'.v + (e^(i psi) w').C."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -132,12 +132,12 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """Returns the equations of two intersecting circles with the vectors D, A for v, and B for w.
+    """Returns the equations of two intersecting circles. The vectors are D, A for v, and B for w.
 
     Args:
         triangle: The triangle.
         sign: The sign of h selects the intersection.
-        solved: The angle of A, and the angle of B if B also rotates.
+        solved: The angle of A. Also the angle of B if B rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
     d, a, b = map(length_of, "DAB")
@@ -173,7 +173,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """Returns a sentence that states which intersection of two circles is used."""
+    """Returns a sentence on which intersection of two circles is used."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"
@@ -186,7 +186,7 @@ class ThreePins(PlanarStep):
     """Three bodies in a ring of pins.
 
     Attributes:
-        triangle: The triangle of the three pins.
+        triangle: The triangle of the pins.
     """
 
     triangle: TwoCircles
@@ -234,5 +234,5 @@ class ThreePins(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the base the far pin lies."""
+        """A sentence on which side of the base the far pin lies."""
         return side_remark(self.sign)

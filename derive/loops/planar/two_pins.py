@@ -1,4 +1,4 @@
-"""Two bodies that share two pins, or a pin and a slide, and thus have a fixed relative pose."""
+"""Joins two bodies that share two pins, or a pin and a slide."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,11 +27,11 @@ from .loop_step import (
 
 @dataclass(frozen=True, kw_only=True)
 class TwoPins(PlanarStep):
-    """The rotation of a body that aligns its vector between two pins with the base's vector.
+    """The rotation that aligns the vector between two pins of a body with a vector of the base.
 
     Attributes:
-        vectors: Components of the vectors on the base (C) and on the rotated body (A), keyed by
-            letter; the value is empty if the rotation is exact.
+        vectors: Components of the vectors on the base (C) and on the rotated body (A), by letter.
+            Empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class TwoPins(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first two rigid groups that share two pins at different points."""
+        """Joins the first two rigid groups that share two different pins."""
         pins = [edge for edge in clusters.between() if isinstance(edge, PinEdge)]
         for first, second in combinations(pins, 2):
             pair = clusters.cluster(first.a), clusters.cluster(first.b)
@@ -71,7 +71,10 @@ class TwoPins(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the rotation of A to C; empty if the rotation is exact."""
+        """Returns the equations for the rotation of A to C.
+
+        There are none if the rotation is exact.
+        """
         if not self.vectors:
             return StepEquations()
         (angle,) = self.solved
@@ -83,7 +86,7 @@ def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> Ste
 
     Args:
         angle: The rotation angle.
-        vectors: Components of both vectors, keyed by letter.
+        vectors: Components of both vectors by letter.
     """
     C, A = components("C"), components("A")
     c, a = length_of("C"), length_of("A")
@@ -100,7 +103,6 @@ def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> Ste
 def _turn_between(
     clusters: Clusters, here: PhasorSum, there: PhasorSum
 ) -> tuple[Turned, tuple[sp.Symbol, ...], dict[str, Complex]]:
-    """Returns the rotation between two vectors of equal length."""
     exact = exact_turn(here, there)
     if exact is not None:
         return exact, (), {}
@@ -127,10 +129,10 @@ def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndSlide(PlanarStep):
-    """The slide travel that moves a pin of a sliding body to the pin's position on the base.
+    """The travel of a slide that moves a pin to its position on the base.
 
     Attributes:
-        offset: The vector from the pin at zero travel to the pin's position on the base.
+        offset: The vector from the pin at zero travel to its position on the base.
         direction: Unit vector along the slide.
         travel: Travel along the slide (meter).
     """
@@ -177,7 +179,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travel t, which is the component of D along B."""
+        """Returns the equation for the travel t, the component of D along B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

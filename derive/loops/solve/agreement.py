@@ -1,7 +1,7 @@
-"""Loop closure conditions on main-chain joints, for chains with redundant joints.
+"""Conditions on main-chain joints if the chain has redundant joints.
 
-The closed-form solution may not contain all main-chain joints. The remaining loop equations then
-test the values of the unused joints.
+The closed form may not contain all main-chain joints. The remaining loop equations then test the
+unused joints.
 """
 
 from collections.abc import Sequence
@@ -16,10 +16,10 @@ from .solution import Solution
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Returns the condition that all fully known loops close for at least one solution.
+    """Returns the condition that the known loops close for at least one solution.
 
     Args:
-        solutions: The solutions computed from the main chain, on different branches.
+        solutions: The solutions from the main chain on different branches.
     """
     return sp.Or(*map(_closes, solutions))
 
@@ -36,9 +36,9 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns closures and struts with known joints, unless a step with a margin closes them.
+    """Returns closures and struts with known joints that no step with a margin closes.
 
-    Cylinders are excluded, because a cylinder can have any length.
+    A cylinder is never included, because it can have any length.
     """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {
@@ -51,15 +51,15 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(loop_joint: Closure | Strut) -> set[str]:
-    """Returns the joint names of a step that solves all equations of a closure or strut."""
+    """Returns the joints of a step that solves all equations of a closure or strut."""
     if isinstance(loop_joint, Strut):
         return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
-    # For the ball joint of a rod, the step solves only the equation of the rod length.
+    # A step with the ball joint of a rod only solves the equation of the rod length.
     return set() if loop_joint.kind == "ball" else {loop_joint.name}
 
 
 def _members(loop: Loop) -> set[str]:
-    """Returns the names of all joints in the equations of a loop, and the strut's swing angle."""
+    """Returns the names of the joints in the equations of a loop."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.loop_joint, Strut):
         names |= {loop.loop_joint.swing_name} if loop.loop_joint.ends == "pin" else set()

@@ -1,9 +1,9 @@
-"""Replaces chain segments whose rotations cancel by a single translation.
+"""Replaces chain segments whose rotations cancel by a translation.
 
-If loops make the angle sum of consecutive parallel axes constant, the bodies after these axes only
-translate. The translation is a sum of planar vectors, and the loop equations eliminate solved
-angles from this sum. The resulting expressions are often short: for example, a pantograph arm moves
-its wrist along a straight line and a circle.
+If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
+translate. The translation is a sum of planar vectors. The loop equations eliminate solved angles
+from the sum. The result is often short. For example, a pantograph arm moves its wrist along a line
+and a circle.
 """
 
 from collections.abc import Sequence
@@ -31,12 +31,12 @@ def collapsed(
     Args:
         terms: Names of all terms.
         groups: The chain.
-        relations: The vector sums that are zero if the loops are closed.
+        relations: The vector sums that are zero in closed loops.
         count: Number of moving joints in the chain.
 
     Returns:
-        The chain of the tool, without the links of omitted joints. The translations (meter) have
-        joint indices ``count``, ``count + 1`` and so on.
+        The chain of the tool without omitted joints. The translations (meter) have the joint
+        indices ``count``, ``count + 1`` and so on.
     """
     translations: list[sp.Expr] = []
     found = []
@@ -55,7 +55,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """Returns the chain segments; a translation replaces at most one of the segments."""
+    """Returns the segments of a chain. A translation replaces at most one segment."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):
@@ -81,7 +81,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """Returns the sum of the link offsets, each rotated by the angle of its link."""
+    """Returns the sum of the link offsets, rotated by the angles of the links."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
@@ -99,7 +99,7 @@ def _solved_angles(terms: Terms, total: PhasorSum) -> int:
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Splits an angle into its variable part and its constant part."""
+    """Splits an angle into a variable and a constant part."""
     constant, moving = sp.expand(angle).as_independent(*angle.free_symbols, as_Add=True)
     return moving, constant
 
@@ -107,7 +107,7 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """Returns the frame after a segment, in the axes of the frame before the segment."""
+    """Returns the frame after a segment in the axes of the frame before it."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)

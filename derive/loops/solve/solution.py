@@ -23,21 +23,21 @@ from ..spatial.legs import assemble_in_space
 from ..spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
-"""Offsets from the reference (radian, or relative to the size) in the test for branches."""
+"""Offsets from the reference that test a branch (radian, or relative to the size)."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints of a mechanism that have a closed form.
+    """The joints with a closed form.
 
     Attributes:
         mechanism: The description.
-        values: Values of joints, swing angles and cylinders by name; angles may exceed a full turn.
+        values: Values of joints, swing angles and cylinders by name. Angles may exceed a full turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
         steps: The steps of the solution, in order.
-        relations: Sums of rotated vectors that are zero if the loops are closed.
-        open: Names of the undetermined joints.
-        reference: The numerical reference configuration.
+        relations: Sums of rotated vectors that are zero in closed loops.
+        open: Names of the joints that are not determined.
+        reference: The values at the reference.
     """
 
     mechanism: Mechanism
@@ -50,7 +50,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """Pairs of loop name and margin, one for each step that may fail to close its loop."""
+        """A pair (loop name, margin) for each step that may fail."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -60,7 +60,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Loops:
-    """The loops of a mechanism by kind, shared by all solutions.
+    """The loops of a mechanism by kind.
 
     Attributes:
         mechanism: The description.
@@ -84,7 +84,7 @@ def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Soluti
 
     Args:
         loops: The mechanism and its loops.
-        terms: Names of all terms.
+        terms: Receives the terms.
         q: The actuated coordinates (radian or meter).
 
     Raises:
@@ -106,13 +106,13 @@ def from_chain(
     *,
     closed: Mapping[str, float],
 ) -> Solution:
-    """Returns all joints, including actuators, as functions of the main chain.
+    """Returns all joints and actuators as functions of the main chain.
 
     Args:
         loops: The mechanism and its loops.
-        terms: Names of all terms.
+        terms: Receives the terms.
         theta: The main-chain joints (radian or meter).
-        closed: The known joint values at the reference configuration.
+        closed: The joint values at the reference.
 
     Raises:
         DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
@@ -140,7 +140,7 @@ def _begun(
 
 
 def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
-    """Returns the reference and configurations near the reference."""
+    """Returns the reference and configurations near it."""
     terms, members, size = own.reference.terms, own.mechanism.members, own.reference.size
     found = []
     for part in (0.0, *OFF_THE_REFERENCE):
@@ -158,7 +158,7 @@ def _is_length(member: Joint | Strut) -> bool:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """Returns the solution on a branch, by default on the reference branch."""
+    """Returns the solution on a branch. By default, this is the branch of the reference."""
     solution = begun
     try:
         while True:
@@ -174,7 +174,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
-    """Returns the planar linkages in which some joints are still unknown."""
+    """Returns the planar linkages with unknown joints."""
     return [
         linkage
         for linkage in loops.planar
@@ -185,19 +185,19 @@ def _left(loops: Loops, solution: Solution) -> list[Linkage]:
 def every_solution(
     loops: Loops, own: Solution, given: Sequence[str], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns the solutions on all branches, with the branch of the reference first.
+    """Returns the solutions on all branches. The branch of the reference comes first.
 
     Args:
         loops: The mechanism and its loops.
-        own: The solution on the reference's branch.
-        given: Names of the joints and cylinders with known initial values.
-        most: The maximum number of solutions.
+        own: The solution on the branch of the reference.
+        given: Names of the joints and cylinders with initial values.
+        most: Maximum number of solutions.
 
     Returns:
-        The solutions, and whether the list is complete.
+        The solutions, and whether they are complete.
     """
     known = {name: own.values[name] for name in given}
-    # Dependent joints cannot be moved one by one, so they give no test configurations.
+    # Dependent joints cannot move one by one, so they give no test configurations.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())
@@ -216,13 +216,15 @@ def every_solution(
 def with_free_sides(
     loops: Loops, own: Solution, given: Sequence[str], sign: Callable[[], sp.Expr]
 ) -> Solution:
-    """Returns the solution with a symbol for each branch sign; 1 is the reference's branch.
+    """Returns the solution with a symbol for each branch sign.
+
+    On the branch of the reference, all symbols are 1.
 
     Args:
         loops: The mechanism and its loops.
-        own: The solution on the reference's branch.
-        given: Names of the joints and cylinders with known initial values.
-        sign: Returns the next branch symbol.
+        own: The solution on the branch of the reference.
+        given: Names of the joints and cylinders with initial values.
+        sign: Returns a new symbol for a branch.
     """
     known = {name: own.values[name] for name in given}
     sides = FreeSides(own.reference.sides, own.reference, sign)
@@ -233,11 +235,11 @@ def with_free_sides(
 def _on_planar_branches(
     loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
 ) -> tuple[list[Solution], bool]:
-    """Returns up to ``most`` solutions of the planar linkages, and whether the list is complete."""
+    """Returns up to ``most`` solutions of the planar linkages, and whether they are complete."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, instead of once for each branch of the
-        # other linkages.
+        # Linkages without a common joint are solved once, and not once for each branch of the
+        # others.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -252,7 +254,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """Returns a solution extended by the joints of one more linkage."""
+    """Adds the joints of a linkage to a solution."""
     return _with_open(
         replace(
             solution,
@@ -265,7 +267,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """Returns a solution extended by the joints of the spatial loops."""
+    """Adds the joints of the spatial loops to a solution."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)
@@ -275,22 +277,19 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
 
 
 def _with_open(solution: Solution) -> Solution:
-    """Returns the solution with its list of undetermined joints."""
     wanted = [*solution.mechanism.members, *solution.mechanism.swings]
     return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
 
 
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
-    """Wraps a solved angle to a full turn about the middle of its joint's limits.
+    """Wraps a solved angle to a full turn about the middle of the joint limits.
 
     Without limits, the interval is -pi to pi. If the reference value is beyond pi, the interval is
-    centered at the nearest multiple of pi. Angles near the reference then have no jump by a full
-    turn.
+    about the nearest multiple of pi. Angles near the reference then do not jump.
 
     Args:
-        terms: Names of all terms.
-        solution: The solution that contains the value; the function adds the rate of the new name
-            to this solution.
+        terms: Receives the terms.
+        solution: The solution with the value. Receives the rate of the new name.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing angle.
     """
@@ -322,7 +321,7 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Returns the reference value of a coordinate, or the value stated for the joint it moves."""
+    """Returns the reference value of a coordinate or of its joint."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}

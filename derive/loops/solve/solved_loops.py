@@ -26,7 +26,7 @@ from .solution import (
 )
 
 MAX_BRANCHES = 128
-"""Maximum number of branches of a kinematic map: seven binary choices."""
+"""Maximum number of branches of a map. Seven steps have two branches each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +36,14 @@ class SolvedLoops(LoopModel):
     Attributes:
         loops: The loops by kind.
         forward: All joints as functions of the actuators.
-        backward: All joints as functions of the main-chain joints; the value is empty if the branch
-            is undetermined.
-        numbers: The constraints in double precision, near the reference configuration.
-        at_reference: The value of every entry of z at the closed reference configuration.
+        backward: All joints as functions of the main-chain joints. Empty if the branch is not
+            determined.
+        numbers: The constraints in double precision near the reference.
+        at_reference: The value of each entry of z at the closed reference.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
-        spare: Number of actuators beyond the degrees of freedom. Redundant actuators do not
-            determine the main chain, unless the loops close in the least-squares sense.
-        missing: Number of branches that each all-branch function omits, keyed by function name.
+        spare: Number of redundant actuators. They do not determine the main chain, unless the loops
+            close in the least-squares sense.
+        missing: Number of branches that each function omits, by function name.
     """
 
     loops: Loops
@@ -57,12 +57,12 @@ class SolvedLoops(LoopModel):
 
     @property
     def is_overdetermined(self) -> bool:
-        """Whether the actuators contradict each other, so that ``fk`` does not exist."""
+        """Whether the actuators contradict each other. There is then no ``fk``."""
         return bool(self.spare) and self.least_squares_closure is None
 
     @property
     def has_closed_form(self) -> bool:
-        """Whether all loops are solved in closed form, from the actuators and from the chain."""
+        """Whether all loops have a closed form from the actuators and from the chain."""
         return not (self.forward.open or self.backward.open)
 
     @property
@@ -72,9 +72,9 @@ class SolvedLoops(LoopModel):
 
     @property
     def may_have_inverse(self) -> bool:
-        """Whether the tool pose can have an inverse, either exact or refined from a nominal robot.
+        """Whether an inverse is possible, in closed form or refined from a nominal robot.
 
-        A design whose loops have no closed form has no inverse.
+        Loops without a closed form have no inverse, unless the robot has a nominal robot.
         """
         is_open = self.least_squares_closure is not None and not self.spare
         is_built = is_open or self.mechanism.nominal is not None
@@ -86,7 +86,7 @@ class SolvedLoops(LoopModel):
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """Returns the function with results that are NaN if the loops are open."""
+        """Returns the function with NaN as its result if the loops are open."""
         is_of_actuators = function.role.domain == "actuators"
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -96,16 +96,15 @@ class SolvedLoops(LoopModel):
         return replace(function, outputs=results)
 
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
-        """Adds NaN to expressions that depend on the configuration if the loops do not close.
+        """Makes expressions NaN if the loops do not close.
 
-        An expression that contains the square root of a solution step is NaN if the step has no
-        solution. Other steps, such as the steps for a brace next to the chain, need an extra term
-        that is 0 or NaN.
+        An expression with the square root of a step is NaN if the step has no solution. Other steps
+        need an extra term that is 0 or NaN. An example is a brace next to the chain.
 
         Args:
             entries: The entries.
-            solutions: The loop solutions on which the expressions depend. All loops of a single
-                solution must close.
+            solutions: The solutions on which the expressions depend. All loops of one solution must
+                close.
         """
         unguarded = [
             [self._unguarded_steps(entry, solution) for solution in solutions] for entry in entries
@@ -113,7 +112,7 @@ class SolvedLoops(LoopModel):
         requested = [all(steps) for steps in unguarded]
         if not any(requested):
             return tuple(entries)
-        # All entries share one NaN term, because a second square root costs more than a comparison.
+        # All entries share one NaN term, because a second square root costs more.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -131,7 +130,7 @@ class SolvedLoops(LoopModel):
         )
 
     def _unguarded_steps(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """Returns the indices of the steps whose square roots are missing from an expression."""
+        """Returns the steps whose square roots do not occur in an expression."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)
@@ -145,7 +144,7 @@ class SolvedLoops(LoopModel):
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
-        """Returns the radicand of a step, which has the margin's sign, or the margin itself."""
+        """Returns the radicand of a step or its margin. Both have the same sign."""
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
         bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
@@ -163,8 +162,8 @@ class SolvedLoops(LoopModel):
         return frozenset(own.union(*(known.get(s, ()) for s in own)))
 
     def where(self, condition: sp.Basic) -> sp.Expr:
-        """Returns an expression that is 0 if a condition holds, otherwise NaN."""
-        # If both values are constants, automatic differentiation does not divide by zero.
+        """Returns 0 if a condition holds, otherwise NaN."""
+        # If both values are constants, the derivative does not divide by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
@@ -175,7 +174,7 @@ class SolvedLoops(LoopModel):
     def driven(
         self, values: Sequence[sp.Expr], coordinates: Sequence[Coordinate] | None = None
     ) -> tuple[sp.Expr, ...]:
-        """Returns actuated coordinates, by default all, from the values of the actuated joints."""
+        """Returns actuated coordinates from the values of the actuated joints."""
         chosen = self.mechanism.coordinates if coordinates is None else coordinates
         return tuple(
             self.terms.let(value / c.ratio) for value, c in zip(values, chosen, strict=True)
@@ -183,13 +182,12 @@ class SolvedLoops(LoopModel):
 
 
 def solved_loops(model: LoopModel) -> SolvedLoops:
-    """Solves the loops of a mechanism, and closes them at the reference.
+    """Solves the loops of a mechanism and closes them at the reference.
 
     Raises:
         LoopError: The loops do not close at the reference. The message states the closure error and
             the remedies.
-        DescriptionError: Some degrees of freedom have no actuator, or some actuators depend on each
-            other.
+        DescriptionError: An actuator is missing, or actuators depend on each other.
     """
     complete = sorted_loops(model.mechanism)
     # Loops that cannot close have no closed form.
@@ -208,7 +206,7 @@ def solved_loops(model: LoopModel) -> SolvedLoops:
         described, numbers = {}, _numbers(model, overactuated_start(model.mechanism))
     elif model.least_squares_closure is not None and model.least_squares_closure.actuators:
         spare, solvable = model.least_squares_closure.actuators, complete
-    # If rounded actuator values contradict each other, they cannot all stay at the reference.
+    # Rounded values of redundant actuators cannot all stay at the reference.
     free = np.ones_like(numbers.passive) if is_overdetermined else numbers.passive
     at = described or _closed(model, numbers, free)
     value, coordinates = model.terms.value, model.mechanism.coordinates
@@ -239,17 +237,16 @@ def _numbers(model: LoopModel, at: Mapping[str, float]) -> ClosedLoops:
 
 
 def _described(model: LoopModel, forward: Solution) -> dict[str, float]:
-    """Returns the reference configuration in closed form."""
+    """Returns the reference in closed form."""
     values = named(model, forward, [variable.name for variable in model.variables])
     of = forward.reference.of
     return {v.name: of(value) for v, value in zip(model.variables, values, strict=True)}
 
 
 def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, float]:
-    """Returns the reference configuration, closed by Newton's method.
+    """Returns the reference, closed by Newton's method.
 
-    Values below the precision of the iteration are set to 0, because they differ between
-    processors.
+    Values below the precision of the iteration become 0, because they differ between processors.
     """
     try:
         w = numbers.closed(numbers.reference, free)
@@ -261,10 +258,10 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 
 
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
-    """Returns all joints as functions of the main-chain joints; empty if undetermined.
+    """Returns all joints as functions of the main-chain joints, or an empty solution.
 
-    An undetermined branch is an error, unless the loops have no closed form or describe an as-built
-    robot.
+    A branch that is not determined is an error, unless the loops have no closed form or are
+    measured.
     """
     of, terms, theta = forward.reference.of, model.terms, model.theta
     closed = {} if forward.open else {name: of(x) for name, x in forward.values.items()}
@@ -277,7 +274,7 @@ def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
 
 
 def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Returns values of joints and coupled drives; joint angles lie between -pi and pi."""
+    """Returns values of joints and coupled drives. Joint angles are between -pi and pi."""
     joints = {joint.name: joint for joint in model.mechanism.joints}
     found = []
     for name in names:
@@ -306,7 +303,7 @@ def backward_branches(h: SolvedLoops) -> list[Solution]:
 
 
 def _complete(h: SolvedLoops, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
-    """Returns the branches that determine at least the joints of the reference branch."""
+    """Returns the branches that determine all joints of the reference branch."""
     found, is_all = every_solution(h.loops, own, given, MAX_BRANCHES)
     complete = [solution for solution in found if set(solution.open) <= set(own.open)]
     if not is_all:

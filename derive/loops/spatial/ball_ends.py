@@ -1,4 +1,4 @@
-"""Ends of ball and pin closures: the joints that move each end, and axis intersections."""
+"""Ends of ball and pin closures."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -19,10 +19,10 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        path: The joints from the common body of both loop branches to the end.
+        path: The joints from the common body of both branches to this end.
         frame: The frame of the ball on the body at the end.
         target: The frame of the ball on the other body.
-        open: Indices in ``path`` of the joints with unknown values.
+        open: Indices of the unknown joints in ``path``.
     """
 
     closure: Closure
@@ -32,12 +32,12 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Returns the indices of the last unknown joints if their kinds match, otherwise ()."""
+        """Returns the indices of the last unknown joints if they have these kinds, otherwise ()."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Returns the ball position in the axes of joint k at zero; later joint values are known.
+        """Returns the ball position in the axes of joint k at zero. The later joints are known.
 
         Args:
             legs: The partially solved mechanism.
@@ -54,8 +54,8 @@ class Fork(NamedTuple):
 
     Attributes:
         center: A frame at the point, with the axes of the first joint at zero.
-        axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
-        height: Height of the second joint's origin above the intersection point, along the second
+        axes: The axes x, y and z of the first joint at zero, in the axes of the second joint.
+        height: Height of the origin of the second joint above the intersection, along the second
             axis (meter).
     """
 
@@ -65,7 +65,7 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Returns both ends of a loop with a ball closure; empty for other closures and struts."""
+    """Returns both ends of a ball closure. There are none for other closures and struts."""
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "ball":
         return ()
@@ -73,7 +73,10 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Returns two axis points at both ends of a pin closure; empty for other closures."""
+    """Returns two points of the axis at both ends of a pin closure.
+
+    There are none for other closures.
+    """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
         return ()
@@ -109,10 +112,10 @@ def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
         legs: The partially solved mechanism.
         path: The joints.
         i: Index of the first revolute joint.
-        k: Index of the second joint; the joints in between are known.
+        k: Index of the second joint. The joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # Each motion leads from the axes of a joint at value zero to the next element of the chain.
+    # Each motion leads from the axes of a joint at zero to the next joint.
     columns, origin = pose_along(
         legs.mechanism, terms, path[i + 1 : k], path[k].before, legs.known.values, path[i].after
     )

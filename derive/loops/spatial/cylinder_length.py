@@ -1,4 +1,4 @@
-"""A cylinder between two known points; the distance of the points is the cylinder length."""
+"""Solves a cylinder between two known points. Their distance is its length."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class CylinderLength(LegStep):
     """The distance between a cylinder's ends.
 
     Attributes:
-        d: The vector from the cylinder's first end to its far end.
+        d: The vector from the first end of the cylinder to its far end.
         distance: The length of d (meter).
     """
 
@@ -30,7 +30,7 @@ class CylinderLength(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for the length of a single cylinder with known ends."""
+        """Solves the length of a single cylinder with known ends."""
         if len(struts) != 1 or legs.length(struts[0]) is not None or legs.moving(struts[0]):
             return False
         (strut,) = struts

@@ -1,12 +1,12 @@
-"""A body on several guides with bearings that do not rotate, such as a bridge on two rails.
+"""A body on several guides whose bearings do not rotate, such as a bridge on two rails.
 
-A closure connects both branches of the loop. If all rotations have their reference values, the two
-frames of the closure have the same orientation. If the unknown rotations have independent axes,
-each rotation stays at its reference value. A linear equation for the points of the closure then
-gives the slide travels.
+A closure connects the two branches of a loop. If all rotations have their reference values, both
+frames of the closure have the same orientation. If the axes of the unknown rotations are
+independent, each rotation stays at its reference value. The travels of the slides then follow from
+a linear equation for the points of the closure.
 
-The solution omits a second assembly mode, in which three bearing axes are rotated by half a turn,
-because bearings are not mounted in this orientation.
+A second assembly mode is omitted. Its bearings would be rotated by half a turn, and are not mounted
+like this.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
@@ -36,7 +36,7 @@ SPACE_AXES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Guides(LoopStep):
-    """Slide travels that follow from a body's position if all bearing angles are constant."""
+    """The travels of slides if all bearing angles are constant."""
 
     title: ClassVar[str] = "guides"
     reason: ClassVar[str] = (
@@ -46,7 +46,7 @@ class Guides(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solves for the slides and bearings in the loop of a closure."""
+        """Solves the slides and bearings in the loop of a closure."""
         found = _Guided(legs, loop).values()
         if not found:
             return False
@@ -56,12 +56,12 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns no equations, because each slide travel is a sum of known slide travels."""
+        """Returns no equations. Each travel is a sum of known travels."""
         return StepEquations()
 
 
 class _Guided:
-    """The unknown joints of a loop, and its closure at the reference rotations."""
+    """The unknown joints of a loop, and the closure at the reference rotations."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms
@@ -76,7 +76,7 @@ class _Guided:
         }
 
     def values(self) -> dict[str, sp.Expr]:
-        """Returns the values of the unknown joints; empty if the closure stays open."""
+        """Returns the values of the unknown joints. Empty if the closure stays open."""
         loop_joint = self.loop.loop_joint
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
         if (
@@ -101,14 +101,14 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Returns a joint's motion direction in the frame of the body where both branches start."""
+        """Returns the direction of motion of a joint in the frame in which both branches start."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
         return named(self.terms, (joint.direction * x for x in axes[2]))
 
     def _turns_stay(self, loop_joint: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
-        """Whether the closure frames agree at the reference rotations and no rotation is free."""
+        """Whether the closure frames agree at the reference rotations, and no rotation is free."""
         along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
         free = [self._axis(joint) for joint in self.turns]
         agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[loop_joint.kind]
@@ -124,7 +124,7 @@ class _Guided:
     def _travels(
         self, loop_joint: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """Returns the slide travels that move point a to point b, or None."""
+        """Returns the travels that move point a to point b, or None."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if loop_joint.kind == "slider":
@@ -143,6 +143,6 @@ class _Guided:
         return travels if self._vanish(rest) else None
 
     def _vanish(self, entries: Sequence[sp.Expr]) -> bool:
-        """Whether expressions are always zero, tested at one generic configuration."""
+        """Whether expressions are always zero. One generic configuration is tested."""
         generic = GenericPoint(self.terms, coordinates_in(self.terms, entries))
         return all(abs(generic.value(entry)) < ZERO_COMPONENT for entry in entries)

@@ -1,8 +1,8 @@
-"""A hinge before the ball of a PRS or RRS leg: the hinge's body is a rod to the ball.
+"""Solves a hinge before the ball of a PRS or RRS leg. The body of the hinge acts like a rod.
 
-The ball has a constant distance from the nearest point of the hinge axis. If the joint before the
-hinge keeps both points in the plane of the hinge, a ball-ended leg between the two points
-determines this joint. If both points are known, the direction to the ball gives the hinge angle.
+The ball has a constant distance from a point of the hinge axis. The joint before the hinge may keep
+both points in the plane of the hinge. A ball-ended leg between the points then determines this
+joint. If both points are known, the direction to the ball gives the hinge angle.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -36,10 +36,11 @@ class HingedRod:
         closure: The closure that contains the ball.
         joint: The joint.
         target: The frame of the ball on the other body.
-        center: A frame at the axis point nearest to the ball, with the joint's axes.
-        tip: The vector from the axis to the ball at joint value zero, in the joint's axes.
-        rod: The ball-ended rod from the axis to the ball. The rod is None if the previous joint
-            moves out of the hinge's plane, because the rod length then does not close the loop.
+        center: A frame at the point of the axis that is nearest to the ball, with the axes of the
+            joint.
+        tip: The vector from the axis to the ball at zero, in the axes of the joint.
+        rod: The ball-ended rod from the axis to the ball. None if the previous joint moves out of
+            the plane of the hinge. The rod length then does not close the loop.
     """
 
     closure: Closure
@@ -56,7 +57,7 @@ class HingedRod:
         return next((hinge for hinge in found if hinge is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the hinge angle if the hinge's axis and the ball are known."""
+        """Solves the angle of the hinge. The axis and the ball must be known."""
         return HingePoints.use(legs, self)
 
 
@@ -78,7 +79,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the joint before the hinge has a parallel axis or slides normal to the hinge axis."""
+    """Whether the joint before the hinge is parallel to the hinge, or slides normal to it."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -93,11 +94,11 @@ def _is_flat(legs: Legs, end: BallEnd) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class HingePoints(LoopStep):
-    """The angle of a hinge with a body that points to a known ball.
+    """The angle of a hinge whose body points to a known ball.
 
     Attributes:
-        direction: The vector from the axis to the ball, in the joint's axes (meter).
-        tip: The vector from the axis to the ball at joint value zero.
+        direction: The vector from the axis to the ball in the axes of the joint (meter).
+        tip: The vector from the axis to the ball at zero.
     """
 
     direction: Complex
@@ -108,7 +109,7 @@ class HingePoints(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
-        """Solves for the angle; returns False if the ball or the axis is unknown."""
+        """Solves the angle. Returns False if the ball or the axis is unknown."""
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.center):
             return False
@@ -131,6 +132,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation of the rotation from the vector A to the vector C."""
+        """Returns the equation for the rotation of A to C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

@@ -1,12 +1,12 @@
-"""Spatial loops with a closed form: ball-ended legs and purely translating platforms.
+"""Solves spatial loops in closed form: ball-ended legs and translating platforms.
 
-A strut with ball ends constrains two points to a distance. If both points are known, their distance
-is the length of a cylinder. If a single joint moves one of the points, the strut determines this
-joint (a circle or a line intersects a sphere). Three struts determine the position of a platform
-with constant orientation (three spheres intersect); pairs of equal, parallel rods make the
+A strut with ball ends keeps two points at a distance. If both points are known, the distance is the
+length of a cylinder. If a single joint moves one of the points, the strut determines this joint. A
+circle or a line then intersects a sphere. Three struts determine the position of a platform with
+constant orientation, where three spheres intersect. Pairs of equal, parallel rods keep the
 orientation constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
-strut, and also determines the joint's angles. A closure between guided bodies determines the slide
-travels of these bodies.
+strut. It also determines the angles of its joint. A closure between guided bodies determines the
+travels of their slides.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -31,11 +31,11 @@ from .turning_leg import TurningLeg
 from .universal_leg import UniversalJoint
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
-"""The kinds of solution steps, in the order in which they are tried."""
+"""The kinds of steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind has
-its own solution step."""
+"""Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind
+has its own step."""
 
 
 def assemble_in_space(
@@ -46,16 +46,16 @@ def assemble_in_space(
     reference: AtReference,
     branch: Branch | None = None,
 ) -> None:
-    """Adds to the known values the joint values that the spatial loops determine.
+    """Adds the joint values that the spatial loops determine.
 
     Args:
         terms: Names of all terms.
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: Table that receives values, rates and steps.
+        known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The requested branch, or None for the branch of the reference.
+        branch: The branch. By default, the branch of the reference.
 
     Raises:
         DescriptionError: A loop does not close at the reference.
@@ -80,7 +80,7 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """Returns the joints before the ball that closes a loop, or None if no step applies."""
+    """Returns the joints before the ball of a loop, or None if no step applies."""
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 
@@ -90,17 +90,16 @@ def _use(legs: Legs, struts: Sequence[Strut]) -> bool:
 
 
 def _is_attached(legs: Legs, strut: Strut) -> bool:
-    """Whether both ends of a rod are known, so that the rod's equation is redundant."""
+    """Whether both ends of a rod are known. Its equation is then redundant."""
     return legs.length(strut) is not None and not legs.moving(strut)
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is far from its dead point, or farther than other legs for the same joint.
+    """Whether a leg is the best one for a joint, because it is far from its dead point.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
-    A rod that is almost aligned with its crank at the reference can pass its dead point in use, and
-    the joint then changes the branch. A rod perpendicular to its crank determines the joint at all
-    configurations near the reference.
+    A rod that is almost aligned with its crank can pass its dead point. The joint then changes the
+    branch. A rod perpendicular to its crank has no dead point near the reference.
 
     Args:
         legs: The partially solved mechanism.
@@ -108,8 +107,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        The result is also True if the leg determines several joints or none, or if no other leg
-        determines the same joint.
+        Also True if there is no choice, because no other leg determines the same joint.
     """
     moving = legs.moving(strut)
     rivals = [
@@ -127,7 +125,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
-    """Returns the margin of the leg's step at the reference, or -1 if the leg does not close."""
+    """Returns the margin of a leg at the reference, or -1 if the leg does not close."""
     turning = legs.reach((strut,), sliding=False)
     reach = turning or legs.reach((strut,), sliding=True)
     if reach is None:

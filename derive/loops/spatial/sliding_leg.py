@@ -1,4 +1,4 @@
-"""A ball-ended leg that determines a prismatic joint: a line intersects a sphere."""
+"""Solves a ball-ended leg that determines a prismatic joint. A line intersects a sphere."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,12 +24,13 @@ from .turning_leg import OPENING
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingLeg(LegStep):
-    """Solves for the slider travel at which the leg ends are at the distance of the leg length.
+    """The travel at which the distance of the ends is the leg length.
 
     Attributes:
-        offset: The vector from the slider end at zero travel to the other end, in the joint's axes.
-        travel: Travel along the joint's z axis (meter).
-        square: The leg's squared length.
+        offset: The vector from the end on the slider at zero travel to the other end, in the axes
+            of the joint.
+        travel: Travel along the z axis of the joint (meter).
+        square: The square of the leg length.
     """
 
     offset: Vector
@@ -43,7 +44,7 @@ class SlidingLeg(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for the prismatic joint that a single strut determines."""
+        """Solves the prismatic joint that a single strut determines."""
         reach = legs.reach(struts, sliding=True)
         if reach is None:
             return False
@@ -85,5 +86,5 @@ class SlidingLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states which of two travels is used."""
+        """A sentence on which of two travels is used."""
         return travel_remark(self.sign)

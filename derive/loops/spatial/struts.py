@@ -1,4 +1,4 @@
-"""Struts with ball ends: the known points, lengths and joints while the legs are solved."""
+"""Struts with ball ends, with the points, lengths and joints that are known so far."""
 
 import math
 from abc import abstractmethod
@@ -22,19 +22,19 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that solves the joints determined by ball-ended struts."""
+    """A step that solves joints from ball-ended struts."""
 
     @classmethod
     @abstractmethod
     def use(cls, legs: "Legs", struts: Sequence[Strut]) -> bool:
-        """Solves for the joints that struts determine, and records the step.
+        """Solves the joints that struts determine and records the step.
 
         Args:
             legs: The partially solved mechanism.
             struts: A single strut, or all unsolved struts.
 
         Returns:
-            False if the step does not apply to the struts.
+            Whether the step applies to the struts.
 
         Raises:
             DescriptionError: The loop does not close at the reference.
@@ -43,12 +43,12 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values; each solved spatial loop adds values.
+    """The known values. Each solved loop adds more.
 
     Attributes:
-        values: Values of joints, swing angles and cylinders, keyed by name.
+        values: Values of joints, swing angles and cylinders by name.
         loops: Rates of all solved angles.
-        steps: The solution steps recorded so far.
+        steps: The steps so far.
     """
 
     values: dict[str, sp.Expr]
@@ -63,9 +63,9 @@ class Reach:
     Attributes:
         strut: The strut.
         joint: The only unknown joint.
-        tip: The end of the strut on the moved body at joint value zero, in the joint's axes.
+        tip: The end of the strut on the moved body at zero, in the axes of the joint.
         target: The other end of the strut, in the axes of the joint.
-        square: The strut's squared length.
+        square: The square of the strut length.
     """
 
     strut: Strut
@@ -76,14 +76,14 @@ class Reach:
 
 
 class Legs:
-    """The struts of one mechanism and the joints that they determine.
+    """The struts of a mechanism and the joints that they determine.
 
     Attributes:
         terms: Names of all terms.
         mechanism: The description.
-        known: Table that receives values, rates and steps.
+        known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The requested branch, or None for the branch of the reference.
+        branch: The branch. None stands for the branch of the reference.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Legs:
         reference: AtReference,
         branch: Branch | None,
     ) -> None:
-        """Creates the record with the known values."""
+        """Stores the known values."""
         self.terms, self.mechanism, self.known = terms, mechanism, known
         self.reference, self.branch = reference, branch
 
@@ -106,18 +106,18 @@ class Legs:
         return [j for j in path if j.kind != "fixed" and j.name not in self.known.values]
 
     def moving(self, strut: Strut) -> list[Joint]:
-        """Returns the unknown joints before both ends of a strut."""
+        """Returns the unknown joints before the ends of a strut."""
         return [*self.unknown(strut.a), *self.unknown(strut.b)]
 
     def length(self, strut: Strut) -> sp.Expr | None:
-        """Returns a strut's length, or None for a cylinder with an unknown coordinate."""
+        """Returns the length of a strut, or None for a cylinder with an unknown coordinate."""
         if not strut.is_cylinder:
             return strut.length
         value = self.known.values.get(strut.name)
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """Returns the radicand, or -1 if a cylinder length is not positive."""
+        """Returns the radicand, or -1 if the length of a cylinder is not positive."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -130,16 +130,16 @@ class Legs:
         return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
 
     def axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
-        """Returns the direction of a joint's z axis in the base frame."""
+        """Returns the direction of the z axis of a joint in the base frame."""
         frame = Frame(joint.parent, joint.before)
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Returns the single strut that determines a single joint, or None.
+        """Returns the strut that determines a single joint, or None.
 
         Args:
-            struts: The struts; the result is None unless there is exactly one strut.
-            sliding: Whether the joint must be prismatic rather than revolute.
+            struts: The struts. If there are several, the result is None.
+            sliding: Whether the joint must be prismatic. Otherwise, it must be revolute.
         """
         if len(struts) != 1:
             return None
@@ -163,19 +163,19 @@ class Legs:
         return Reach(strut, joint, tip, target, self.terms.let(length**2))
 
     def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
-        """Returns a vector of the base frame expressed in different axes."""
+        """Returns a vector of the base frame in other axes."""
         x, y, z = (dot(self.terms, axis, vector) for axis in axes)
         return x, y, z
 
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """Returns the branch sign for which the solved joint is nearest to its reference value.
+        """Returns the branch sign with the joint nearest to its reference value.
 
         Args:
-            reach: The strut, and the joint that it determines.
-            value: Returns the value of the joint at the reference for a branch sign, or NaN if the
-                leg does not close.
+            reach: The strut and its joint.
+            value: Returns the joint value at the reference for a sign, or NaN if the leg does not
+                close.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -188,17 +188,17 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """Returns the requested branch sign, or the sign that is nearer to the reference.
+        """Returns the requested branch sign, or the sign nearer to the reference.
 
         Args:
-            distances: Distance from the reference for each branch sign (radian, or relative to the
-                mechanism size), or NaN if the loop does not close.
-            name: Name of the loop, for the error message.
-            is_length: Whether the branch sign is the sign of a leg length.
+            distances: Distance from the reference for each sign (radian, or relative to the size).
+                NaN if the loop does not close.
+            name: Name of the loop for the error message.
+            is_length: Whether the sign is the sign of a leg length.
 
         Raises:
-            DescriptionError: The loop does not close at the reference configuration, or its branch
-                is ambiguous at this configuration.
+            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
+                there.
         """
         if self.branch is not None:
             side = self.branch.length if is_length else self.branch.side

@@ -1,8 +1,8 @@
-"""A telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
+"""Solves a telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
-The foot, where the revolute axes intersect, is a fixed point. For a single hinge, the hinge axis is
-fixed. The travel of the slide determines the distance from the ball to the foot. The revolute
-joints then point the prismatic joint at the ball.
+The axes of the revolute joints intersect at a fixed point, the foot. A single hinge has a fixed
+axis instead. The travel of the slide determines the distance between the ball and the foot. The
+revolute joints then point the slide at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -37,17 +37,17 @@ from .struts import SIGNS, Legs
 
 @dataclass(frozen=True)
 class Telescope:
-    """The slide before the ball of a closure, on revolute joints that are also unknown.
+    """The slide before the ball of a closure. Its revolute joints are also unknown.
 
     Attributes:
         closure: The closure that contains the ball.
         slide: The prismatic joint.
         target: The frame of the ball on the other body.
-        foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
-        is_hinge: Whether a single hinge rotates the slide; the hinge axis is the z axis of the foot
+        foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
+        is_hinge: Whether a single hinge rotates the slide. Its axis is the z axis of the foot
             frame.
-        tip: The vector from the foot to the ball at zero travel; for a hinge, this vector is normal
-            to the hinge axis.
+        tip: The vector from the foot to the ball at zero travel. For a hinge, it is normal to the
+            hinge axis.
         direction: Direction of the slide in the axes of the foot frame.
     """
 
@@ -69,12 +69,12 @@ class Telescope:
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the slide, but not for the revolute joints, if foot and ball are known."""
+        """Solves the slide if foot and ball are known. The revolute joints stay unknown."""
         return TelescopeTravel.use(legs, self)
 
 
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide on a universal joint, or else None."""
+    """Returns the telescope with a slide on a universal joint, or None."""
     places = end.last("revolute", "revolute", "prismatic")
     fork = fork_of(legs, end.path, *places[:2]) if places else None
     if fork is None:
@@ -86,7 +86,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
-    """Returns the telescope with a slide normal to a hinge, or else None."""
+    """Returns the telescope with a slide normal to a hinge, or None."""
     places = end.last("revolute", "prismatic")
     if not places:
         return None
@@ -100,7 +100,7 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
-    """Returns the ball at zero travel, and the slide direction, in the previous joint's axes."""
+    """Returns ball (at zero travel) and slide direction in the axes of the previous joint."""
     values = {**legs.known.values, end.path[k].name: ZERO}
     between, before, after = end.path[i + 1 : k], end.path[k].before, end.path[i].after
     axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)
@@ -110,11 +110,11 @@ def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
 
 @dataclass(frozen=True, kw_only=True)
 class TelescopeTravel(LoopStep):
-    """The travel that sets the distance from the foot to the ball.
+    """The travel that gives the distance from the foot to the ball.
 
     Attributes:
         ball: The vector from the foot to the ball (meter).
-        telescope: The slide, and the position of the ball at zero travel.
+        telescope: The slide, with the ball at zero travel.
         travel: Travel along the slide (meter).
     """
 
@@ -132,7 +132,7 @@ class TelescopeTravel(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, telescope: Telescope) -> bool:
-        """Solves for the prismatic joint; returns False if the ball or the foot is unknown."""
+        """Solves the slide. Returns False if the ball or the foot is unknown."""
         if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
             return False
         terms, slide = legs.terms, telescope.slide
@@ -185,12 +185,12 @@ class TelescopeTravel(LoopStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states which of two travels is used."""
+        """A sentence on which of two travels is used."""
         return travel_remark(self.sign)
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """Returns the distance of each travel from the reference, relative to the mechanism size."""
+    """Returns the distance of each travel from the reference, divided by the size."""
     if legs.branch is not None:
         return {}
     hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)

@@ -1,4 +1,4 @@
-"""A platform of constant orientation on ball-ended struts: three spheres intersect."""
+"""Solves a platform of constant orientation on ball-ended struts. Three spheres intersect."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -35,10 +35,10 @@ CENTERS = "ABC"
 
 @dataclass(frozen=True)
 class Sphere:
-    """The sphere to which a strut constrains the platform's origin.
+    """The sphere on which a strut keeps the origin of the platform.
 
     Attributes:
-        center: The sphere's center in the base frame (meter).
+        center: The center in the base frame (meter).
         square: The squared radius.
     """
 
@@ -48,11 +48,11 @@ class Sphere:
 
 @dataclass(frozen=True, kw_only=True)
 class ThreeSpheres(LegStep):
-    """The position of a purely translating platform.
+    """The position of a platform that only translates.
 
     Attributes:
         spheres: The three spheres.
-        position: The platform's origin in the base frame (meter).
+        position: The origin of the platform in the base frame (meter).
     """
 
     spheres: tuple[Sphere, ...]
@@ -64,7 +64,7 @@ class ThreeSpheres(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for the three sliders of a platform that all struts support."""
+        """Solves the three sliders of a platform on struts."""
         path = _joints_to_tip(legs, struts)
         # Fewer struts than unknown joints do not determine the rotations of the platform.
         if path is None or len(struts) < len(path):
@@ -100,7 +100,7 @@ class ThreeSpheres(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equations for the position P with known distances from centers A, B and C."""
+        """Returns the equations for the position P, which has known distances from A, B and C."""
         A, B, C, P, n, u, v, w = map(quantity, (*CENTERS, "P", "n", "u", "v", "w"))
         alpha, beta = quantity("alpha"), quantity("beta")
         squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]
@@ -134,7 +134,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the plane through the centers the platform is."""
+        """A sentence on which side of the plane of the centers the platform is."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -145,7 +145,7 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns the sphere of each strut; empty if the platform does not only translate."""
+    """Returns the sphere of each strut. There are none if the platform can rotate."""
     path = _joints_to_tip(legs, struts)
     if path is None:
         return []
@@ -156,14 +156,14 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, path: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """Returns the reference rotations of the platform, and all known values at zero sliders."""
+    """Returns the reference rotations of the platform, and all known values for sliders at zero."""
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}
 
 
 def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
-    """Returns the joints that move the platform on which all struts end, sliders first, or None."""
+    """Returns the joints of the platform on which all struts end, or None. Sliders come first."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
@@ -178,7 +178,7 @@ def _joints_to_tip(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
 def _sphere(
     legs: Legs, strut: Strut, path: Sequence[Joint], still: Mapping[str, sp.Expr]
 ) -> Sphere:
-    """Returns the sphere to which a strut constrains the platform's origin."""
+    """Returns the sphere of a strut."""
     on_a = path[0] in legs.mechanism.path_to(strut.a.body)
     moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
     _, offset = pose_of(legs.mechanism, legs.terms, moved, still)
@@ -189,7 +189,7 @@ def _sphere(
 
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
-    """Returns the distinct spheres; parallel rods of equal length share a sphere."""
+    """Returns the different spheres. Parallel rods of equal length have the same sphere."""
     entries = [entry for sphere in spheres for entry in (*sphere.center, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
@@ -211,11 +211,11 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
 
 @dataclass(frozen=True)
 class _Meeting:
-    """The intersection of three spheres, up to the sign of the root.
+    """The intersection of three spheres. Only the sign of the root is open.
 
-    The vectors u and v point from the first center to the second and third centers, and w is u x v.
-    For the intersection point, the equations p . u = alpha and p . v = beta give n = alpha (v x w)
-    + beta (w x u). Then p = n / w^2 + sign w sqrt(h^2 / w^2), where h^2 = l^2 - n^2 / w^4 and l is
+    The vectors u and v point from the first center to the second and third center, and w is u x v.
+    At the intersection p, p . u = alpha and p . v = beta. These equations give n = alpha (v x w) +
+    beta (w x u). Then p = n / w^2 + sign w sqrt(h^2 / w^2). Here, h^2 = l^2 - n^2 / w^4, and l is
     the first radius.
     """
 
@@ -250,7 +250,7 @@ def _meeting(
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """Returns the distance of a position from the reference, relative to the mechanism size."""
+    """Returns the distance of a position from the reference, divided by the size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]
@@ -287,7 +287,7 @@ def _rate_on_spheres(
     sign: sp.Integer,
     tangent: Tangent,
 ) -> sp.Expr:
-    """Returns the rate of one coordinate of a point that stays on moving spheres."""
+    """Returns the rate of one coordinate of a point on moving spheres."""
     terms = tangent.terms
     along = named(
         terms,

@@ -1,4 +1,4 @@
-"""A ball-ended leg that determines a revolute joint: a circle intersects a sphere."""
+"""Solves a ball-ended leg that determines a revolute joint. A circle intersects a sphere."""
 
 import cmath
 import math
@@ -30,11 +30,11 @@ OPENING = "Let, with $z$ along the joint,"
 
 @dataclass(frozen=True, kw_only=True)
 class TurningLeg(LegStep):
-    """Two circles normal to the joint axis; the second circle is a section of the sphere.
+    """Two circles normal to the joint axis. The second circle is a section of the sphere.
 
     Attributes:
-        circles: The two circles in the axes of the joint; w is the projection of the leg.
-        square: The leg's squared length.
+        circles: The circles in the axes of the joint. The vector w is the projection of the leg.
+        square: The square of the leg length.
     """
 
     circles: TwoCircles
@@ -47,15 +47,14 @@ class TurningLeg(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for the revolute joint that a single strut determines."""
+        """Solves the revolute joint that a single strut determines."""
         reach = legs.reach(struts, sliding=False)
         if reach is None:
             return False
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
         if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # If the end lies on the axis, the distance between the ends does not depend on the
-            # joint.
+            # If an end is on the axis, the distance does not depend on the joint.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -69,8 +68,8 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # The margin is defined for the whole leg; the squared projection is negative if the leg
-        # does not close.
+        # The margin refers to the whole leg. If the leg does not close, its squared projection is
+        # negative.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(
@@ -87,7 +86,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the intersection of two circles, with the margin of the whole leg."""
+        """Returns the intersection of the circles with the margin of the whole leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
@@ -96,19 +95,19 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """A sentence that states on which side of the joint axis the end of the leg lies."""
+        """A sentence on which side of the joint axis the end of the leg lies."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end is on the joint axis, given its squared distance from this axis."""
-    # If the distance at the reference is nonzero, the end is not on the axis; a zero distance
+    """Whether an end is on the joint axis. Its squared distance from the axis is given."""
+    # If the distance at the reference is not zero, the end is not on the axis. A zero distance
     # requires the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """Returns the numerical angle of a leg's joint, or NaN if the leg does not close."""
+    """Returns the angle of the joint, or NaN if the leg does not close."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

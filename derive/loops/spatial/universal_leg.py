@@ -1,10 +1,10 @@
-"""Solves a rod between a universal joint and a ball: first its length, then both joint angles.
+"""Solves a rod between a universal joint and a ball: first its length, then the joint angles.
 
-The axes of the last two joints before the ball joint intersect in the center of the universal
-joint. The ball has a constant distance from the center. A ball-ended leg between center and ball
-therefore determines a joint that moves either point. If both points are known, the rod's direction
-gives both angles on two branches. On the second branch, the fork is rotated by half a turn, and the
-angle of the rod is the supplementary angle.
+The axes of the last two joints before the ball intersect in the center of the universal joint. The
+ball has a constant distance from the center. A ball-ended leg between center and ball therefore
+determines a joint that moves either point. If both points are known, the direction of the rod gives
+both angles. There are two branches. On the second branch, the fork is rotated by half a turn, and
+the rod has the supplementary angle.
 
 Source:
     Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
@@ -43,7 +43,7 @@ from .ball_ends import BallEnd, Fork, ball_ends, fork_of, pin_ends
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
-"""Names of both fork orientations for the same direction of the rod."""
+"""Names of the two orientations of the fork. The rod has the same direction."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class UniversalJoint:
         first: The joint that rotates the fork.
         second: The joint that rotates the rod on the fork.
         target: The frame of the ball on the other body.
-        axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
-        tip: The vector from the center to the ball, in the axes of the second joint at joint value
-            zero (meter).
+        axes: The axes x, y and z of the first joint at zero, in the axes of the second joint.
+        tip: The vector from the center to the ball, in the axes of the second joint at zero
+            (meter).
         rod: The ball-ended rod from the center to the ball.
     """
 
@@ -73,8 +73,8 @@ class UniversalJoint:
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
         """Returns the universal joint before the ball of a closure, or None.
 
-        A pin whose axis passes through the joint's center acts like a ball, as in a spherical
-        linkage. A second point on the pin axis then determines the direction of the pin.
+        A pin through the center of the joint acts like a ball, as in a spherical linkage. A second
+        point on the axis of the pin then determines its direction.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
@@ -82,12 +82,12 @@ class UniversalJoint:
         return next((joint for joint in found if joint is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for both angles if the ball and the center are known."""
+        """Solves both angles if the ball and the center are known."""
         return UniversalLeg.use(legs, self)
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """Returns a second point on the pin axis, or None if the axis does not contain the center."""
+    """Returns a second point on the pin axis, or None if the axis misses the center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -96,7 +96,7 @@ def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
 
 
 def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
-    """Returns the fork of the last two unknown joints, and the end in the second joint's axes."""
+    """Returns the fork of the last two unknown joints, and the end in axes of the second joint."""
     places = end.last("revolute", "revolute")
     fork = fork_of(legs, end.path, *places) if places else None
     if fork is None:
@@ -106,7 +106,7 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """Returns the last two unknown joints if their axes intersect away from the ball."""
+    """Returns the last two unknown joints if their axes intersect, but not in the ball."""
     found, terms = _fork_and_tip(legs, end), legs.terms
     if found is None:
         return None
@@ -121,12 +121,11 @@ def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
 
 @dataclass(frozen=True, kw_only=True)
 class UniversalLeg(LoopStep):
-    """The angles of a universal joint whose rod points to a known ball.
+    """The angles of a universal joint with a rod to a known ball.
 
     Attributes:
         joint: The universal joint.
-        direction: The vector from the joint's center to the ball, in the first joint's axes
-            (meter).
+        direction: The vector from the center to the ball, in the axes of the first joint (meter).
     """
 
     joint: UniversalJoint
@@ -142,7 +141,7 @@ class UniversalLeg(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
-        """Solves for both angles if the ball and the center are known."""
+        """Solves both angles if the ball and the center are known."""
         unknown = [j.name for j in (*legs.unknown(joint.target), *legs.unknown(joint.rod.a))]
         values = legs.known.values
         if unknown or joint.first.name in values or joint.second.name in values:
@@ -174,7 +173,7 @@ class UniversalLeg(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the rod's angle from D's component along the fork axis, then the fork's angle."""
+        """Returns the equations for the angle of the rod, and then for the angle of the fork."""
         A, B, C, D, E, F = (components(letter, SPACE) for letter in "ABCDEF")
         V = components("V")
         n, h, a, b = map(quantity, "nhab")
@@ -214,9 +213,9 @@ class UniversalLeg(LoopStep):
 
 
 class _Aim:
-    """The rod's direction, and intermediate results that both branches share.
+    """The direction of the rod, and intermediate results of both branches.
 
-    In the axes of the second joint, a is the first axis, b is the rod, and C is b rotated by the
+    In the axes of the second joint, a is the first axis and b is the rod. C is b, rotated by the
     second angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z -
     a_z b_z and h^2 = a_xy^2 b_xy^2 - n^2.
     """
@@ -233,7 +232,7 @@ class _Aim:
         self.h = let(sp.sqrt(self.inside))
 
     def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
-        """Returns the component of the rod normal to the second axis of the universal joint."""
+        """Returns the component of the rod normal to the second axis."""
         let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
         return (
             let(let(ax * self.n - sign * ay * self.h) / self.across),
@@ -241,13 +240,13 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """Returns the component of the rod normal to the first axis, in the axes of the fork."""
+        """Returns the component of the rod normal to the first axis in the axes of the fork."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """Returns the first and the second angle, and records the rates of both angles."""
+        """Returns both angles and records their rates."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
@@ -272,7 +271,7 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """Returns the distance of both angles from the reference (radian), or NaN."""
+        """Returns the distance of the angles from the reference (radian), or NaN."""
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):
