@@ -7,9 +7,9 @@ rotation and translation along the tool axis:
     T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
     step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)
 
-Row k of a modified (Craig) table contains a and alpha of step k-1. Its rotation and shift come from
-step k. Row k of a standard table has all four values of step k. The poses of base and tool contain
-the remaining motions.
+Row k of a modified (Craig) table contains a and alpha of step k-1. The rotation and the shift of
+row k come from step k. Row k of a standard table has all four values of step k. The poses of base
+and tool contain the remaining motions.
 """
 
 import math

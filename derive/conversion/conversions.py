@@ -42,8 +42,8 @@ class Conversion:
         format: The file format. :func:`convert` lists the formats.
         text: The robot file or the URDF.
         robot: The robot with the numbers that the text contains.
-        error: The pair (distance, angle), in meter and radian. It bounds how far the tool of the
-            written robot is from the tool of the original robot, within the joint limits.
+        error: The pair (distance, angle), in meter and radian. The pair bounds how far the tool of
+            the written robot is from the tool of the original robot, within the joint limits.
         notes: Sentences about changes, and about facts that the format cannot express.
     """
 

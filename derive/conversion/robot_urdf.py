@@ -38,7 +38,7 @@ def robot_urdf(robot: SerialRobot) -> str:
     """Returns the text of a URDF, with 17 significant digits.
 
     Args:
-        robot: The robot. Its joints have the convention `urdf` and no parameters.
+        robot: A robot whose joints have the convention `urdf` and no parameters.
 
     Raises:
         InputValueError: Mimic joints and transmissions cannot express the couplings.

@@ -26,7 +26,7 @@ from .toml_lines import table_of
 MAX_ERRORS = 100
 """Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""Units that allow numbers of any size. They replace an unknown unit."""
+"""Units that allow numbers of any size. An unknown unit is replaced by one of these units."""
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
 """Values for missing required fields."""
 

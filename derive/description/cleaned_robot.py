@@ -35,9 +35,9 @@ def cleaned(robot: Described) -> Described:
         robot: A robot with the numbers of its file.
 
     Returns:
-        The robot with exact numbers. Its field ``cleaning`` lists the changes. For a serial robot,
-        ``cleaning`` and ``notes`` also state how far the new numbers move the tool. A robot with
-        loops also keeps a copy with the numbers of its file.
+        The robot with exact numbers. The field ``cleaning`` of the robot lists the changes. For a
+        serial robot, ``cleaning`` and ``notes`` also state how far the new numbers move the tool. A
+        robot with loops also keeps a copy with the numbers of its file.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 

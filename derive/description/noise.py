@@ -4,8 +4,8 @@ Three cases are distinguished. A *noisy* number is a short decimal with stray di
 as 0.20249999999999999, or 6.1e-17 next to lengths of a meter. A *rounded angle* is a multiple of 15
 degrees that is rounded to the written decimal places, such as 1.5708. For example, 1.570796325 is
 half of the rounded pi 3.14159265. A *rounded direction* is a unit vector, such as (0.7071068,
-0.7071068, 0). Its exact components are cosines of multiples of 15 degrees, or it is a diagonal of a
-cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
+0.7071068, 0). The exact components are cosines of multiples of 15 degrees, or the direction is a
+diagonal of a cube. Exact numbers such as pi/2, sqrt(2)/2 or 0.2025 do not change.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Bounds the pose difference between two robots with the same joints.
 
-The pose of a link is ``T = before * motion(q) * after``. It is also ``T = exp([S] q) M`` with the
-screw axis S of its joint and its pose M at zero. Both forms give bounds for the translation and
+The pose of a link is ``T = before * motion(q) * after``. The same pose is ``T = exp([S] q) M`` with
+the screw axis S of the joint and the pose M at zero. Both forms give bounds for the translation and
 rotation of a link, and the smaller bound is used. The bounds of all links are added. A rotation
 bound is multiplied by the largest distance from the link to the tool. The sums hold for all joint
 values within the limits.
@@ -32,7 +32,7 @@ class _Link:
     """The motion of a link relative to the preceding link.
 
     Attributes:
-        before: Pose (4, 4) of the joint frame. Its z axis is the joint axis.
+        before: Pose (4, 4) of the joint frame, whose z axis is the joint axis.
         after: Pose (4, 4) of the link in the moved joint frame.
         turns: Whether the joint is revolute or helical.
         travel: Maximum displacement along the joint axis (meter).

@@ -76,7 +76,7 @@ def read(
             file.
         tip: The link of the tool frame. By default, the end of the longest chain, or the tool of a
             robot file.
-        group: A group of the SRDF file in the same folder. It replaces base and tip.
+        group: A group of the SRDF file in the same folder. The group replaces base and tip.
         name: Name of the robot. By default, the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
         conventions: The conventions that a robot file may use. By default, all conventions of

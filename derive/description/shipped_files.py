@@ -11,7 +11,7 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of more arms. Their code is not installed, and is derived when needed."""
+"""Folder of more arms. The code of these arms is not installed, and is derived when needed."""
 NAMED = "robot:"
 """Prefix of the names of robots in the package robot_descriptions."""
 
@@ -63,5 +63,5 @@ def _nearest(name: str, known: list[str]) -> str:
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """Returns the file of a nominal robot. It is an installed robot or in the same folder."""
+    """Returns the file of a nominal robot, which is installed or in the same folder."""
     return shipped_file(nominal) or file.parent / nominal

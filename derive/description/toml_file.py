@@ -26,7 +26,7 @@ from .suggestions import hint
 from .toml_lines import MAX_PARTS, LongKeyError, first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
-"""Path to a value in the file. It consists of table names, field names and list indices."""
+"""Path to a value in the file: table names, field names and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
 """Fields of the extended file that a file may replace, besides parameters."""
@@ -80,8 +80,9 @@ class TomlFile:
         Args:
             file: File name for error messages.
             text: TOML text.
-            extending: A file that extends this file. It replaces the name, title, source and
-                parameter values. An error in the extending file states the name of that file.
+            extending: A file that extends this file. The extending file replaces the name, title,
+                source and parameter values. An error in the extending file states the name of that
+                file.
 
         Raises:
             DescriptionError: The text is empty or not valid TOML, or the extending file has fields

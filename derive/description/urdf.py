@@ -113,8 +113,8 @@ class UrdfFile:
 
         Returns:
             The robot with the frames, joints and links of the URDF. In names, "_" replaces
-            characters that C does not allow. The field ``notes`` lists doubtful units. It also
-            states the selected tip if there are several tips.
+            characters that C does not allow. The field ``notes`` lists doubtful units. The field
+            also states the selected tip if there are several tips.
 
         Raises:
             DescriptionError: The chain does not exist, or several chains have the same length.

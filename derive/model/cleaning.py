@@ -48,8 +48,8 @@ class Cleaning:
         position: Upper bound of the distance (meter) between the tool positions with written and
             with used numbers, within the joint limits.
         orientation: Upper bound of the angle (radian) between the tool orientations.
-        samples: For a robot with loops, the number of random configurations behind the bounds. It
-            is 0 if the bounds hold everywhere.
+        samples: For a robot with loops, the number of random configurations behind the bounds. The
+            number is 0 if the bounds hold everywhere.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()

@@ -57,10 +57,7 @@ class Field:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the scalars in the field.
-
-        They are the name of the field, or ``<name>_x`` and so on.
-        """
+        """Names of the scalars in the field: the name of the field, or ``<name>_x`` and so on."""
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
@@ -113,8 +110,8 @@ class Convention:
         source: Publication that defines the convention.
         words: Name of the convention in a sentence of the article. Without a ``transform``, a
             phrase with the fields.
-        transform: The link transform, as a product of motions in the symbols of the fields. It does
-            not contain the joint motion. Empty if there is no such product.
+        transform: The link transform, as a product of motions in the symbols of the fields. The
+            product does not contain the joint motion. Empty if there is no such product.
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
         second_part: First field of the second table. A single table may be too wide.
@@ -174,7 +171,7 @@ class Convention:
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
         """Columns of a printed table as tuples (field, name of the scalar, LaTeX).
 
-        Their order is the order of the link transform, or of the fields if there is none.
+        The columns have the order of the link transform, or of the fields without a link transform.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))
@@ -207,7 +204,7 @@ def of_transform(
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product. Its symbols have the names of the fields.
+        transform: The product, whose symbols have the names of the fields.
         source: Publication that defines the convention.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.

@@ -16,7 +16,7 @@ MotorKind = Literal["revolute", "prismatic"]
 
 @dataclass(frozen=True)
 class Motor:
-    """An actuated coordinate that is not a joint. It moves joints through couplings.
+    """An actuated coordinate that is not a joint. A motor moves joints through couplings.
 
     Attributes:
         name: Unique name among joints and motors.
@@ -105,8 +105,8 @@ class LinearMap:
     def inverse(self) -> tuple[sp.ImmutableMatrix, tuple[int, ...]]:
         """Returns L with q = L (theta - c), and the joints on which L depends.
 
-        L has one column for each independent joint. These joints are the first ones from the base
-        that are independent.
+        L has one column for each independent joint. The columns belong to the first independent
+        joints from the base.
         """
         _, pivots = self.C.T.rref()
         return self.C.extract(list(pivots), list(range(self.C.cols))).inv(), tuple(pivots)

@@ -4,21 +4,21 @@ The pose of the tool is a product of motions in the coordinates q and the parame
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The named parameters of the description come first. Each of them changes all values that contain it.
-The parameters of a joint are its convention fields without directions, and the corrections of its
-axis. The axis corrections are two tilts and, for a revolute joint, two shifts. B and E correct the
-base frame and the tool frame. All corrections are 0 in the nominal robot. The corrections of axes
-and tool are a complete and minimal model of any chain. There are 4 parameters per revolute joint, 2
-per prismatic joint, and 6 for the tool. The value of a joint follows from the coordinate q and the
-torque tau:
+The named parameters of the description come first. A named parameter changes all values that
+contain the parameter. The parameters of a joint are its convention fields without directions, and
+the corrections of its axis. The axis corrections are two tilts and, for a revolute joint, two
+shifts. B and E correct the base frame and the tool frame. All corrections are 0 in the nominal
+robot. The corrections of axes and tool are a complete and minimal model of any chain. There are 4
+parameters per revolute joint, 2 per prismatic joint, and 6 for the tool. The value of a joint
+follows from the coordinate q and the torque tau:
 
     value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
 The sine and cosine waves model eccentric encoders and gears. Prismatic joints have no waves. If the
 robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
-The joint then deflects like a spring. The deflection also changes the torque. This effect of second
-order is neglected. Fixed joints have no parameters, because the parameters of the next joint or the
-tool have the same effect.
+The joint then deflects like a spring. The deflection also changes the torque. The effect of this
+change is of second order and neglected. Fixed joints have no parameters, because the parameters of
+the next joint or the tool have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -80,8 +80,8 @@ class GeometryParameter:
     """A geometric parameter, which is an input of the parametric functions.
 
     Attributes:
-        name: Unique name, such as ``elbow_alpha``. It contains a joint, "base" or "tool", and a
-            quantity.
+        name: Unique name, such as ``elbow_alpha``. The name contains a joint, "base" or "tool", and
+            a quantity.
         symbol: The symbol in the equations.
         value: The nominal value (meter, radian or 1).
         unit: "m", "rad", "1" for a gain, or for example "m/rad" for a ratio.
@@ -148,7 +148,7 @@ class Parameters:
         """Starts without parameters.
 
         Args:
-            robot: The description. Its named parameters have constant values.
+            robot: A description whose named parameters have constant values.
         """
         self.parameters: list[GeometryParameter] = []
         self._nominal = {parameter.symbol: parameter.value for parameter in robot.parameters}

@@ -2,7 +2,7 @@
 
 Each body has the name of its joint. The base is a body too. The joints form a tree. Each closure or
 strut connects two bodies and closes a loop. The main chain is the path of joints from the base to
-the body with the tool. It is a serial robot whose coordinates follow from the loops.
+the body with the tool. The main chain is a serial robot whose coordinates follow from the loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -76,8 +76,8 @@ class Strut:
     """A straight member between two bodies: a rod of constant length, or a cylinder.
 
     Attributes:
-        name: Unique name among joints, closures and struts. It is also the name of the coordinate
-            of a cylinder.
+        name: Unique name among joints, closures and struts. The coordinate of a cylinder has the
+            same name.
         a: The frame at the first end.
         b: The frame at the second end.
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
@@ -85,7 +85,7 @@ class Strut:
         ends: Kind of both end joints: pins or balls.
         has_universal: Whether one of the balls is a universal joint. The strut then does not spin
             about its own axis.
-        swing: Name of the passive angle of the strut. It is measured on the body at the first end.
+        swing: Name of the passive angle of the strut, measured on the body at the first end.
         limits: Lowest and highest coordinate of a cylinder (meter).
         assumed: Fields that the source does not state: ``length`` or ``limits``.
     """
@@ -199,8 +199,7 @@ class Mechanism:
         notes: Changes and assumptions of the reader.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins close in the least-squares sense.
-        nominal: The nominal design of a calibrated robot, or None. It has the same joints and
-            struts.
+        nominal: The nominal design of a calibrated robot, with the same joints and struts, or None.
         springs: Passive joints with springs, and their values at rest (radian or meter). The
             springs do not count for the mobility.
         load: The masses of links and of strut sections, or None.
@@ -268,7 +267,7 @@ class Mechanism:
 
     @property
     def loop_joints(self) -> tuple[Closure | Strut, ...]:
-        """The closures and struts. Each of them closes a loop."""
+        """The closures and struts, which close the loops."""
         return (*self.closures, *self.struts)
 
     @property
@@ -322,7 +321,7 @@ class Mechanism:
 
     @cached_property
     def main_chain(self) -> SerialRobot:
-        """The path from the base to the tool as a serial robot. Its coordinates are theta."""
+        """The path from the base to the tool as a serial robot with coordinates theta."""
         return SerialRobot(
             name=self.name,
             joints=tuple(replace(joint, parent="") for joint in self.path_to(self.tool_body)),
@@ -386,7 +385,7 @@ class Mechanism:
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields the reference values in the middle of the limits.
 
-        They exist for cylinders, and for joints whose limits exclude zero.
+        Such values exist for cylinders, and for joints whose limits exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}

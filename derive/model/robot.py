@@ -270,8 +270,8 @@ class Springs:
 
         compliance_k tau_k(r).
 
-    Here, tau_k is the gravity torque on joint k. It is computed for the axes and masses of the
-    springs.
+    Here, tau_k is the gravity torque on joint k. The torque is computed for the axes and masses of
+    the springs.
 
     Attributes:
         rows: One spring per coordinate, in the order of the coordinates.
@@ -300,8 +300,8 @@ class SerialRobot:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles of the placements.
         notes: Changes and assumptions of the reader, such as rounded angles.
-        cleaning: The numbers that were replaced by exact values. They do not affect the equality of
-            robots.
+        cleaning: The numbers that were replaced by exact values. The replaced numbers do not affect
+            the equality of robots.
         load: The masses whose weight deflects the joints, or None for rigid joints.
         transmissions: The transmission errors of coordinates with imperfect drives.
         springs: The springs between controller readings and true coordinates, or None for rigid

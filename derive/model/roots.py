@@ -1,4 +1,4 @@
-"""Roots and angles of numbers. They are exact for short numbers, and decimals for long numbers.
+"""Roots and angles of numbers: exact for short numbers, decimals for long numbers.
 
 A long number is already rounded, so its exact root is no better than a decimal. For an exact root,
 SymPy would also factor the number, which may take long or fail.
@@ -14,7 +14,8 @@ from .values import Values
 LONGEST_EXACT = 10**15
 """Maximum numerator and denominator of a short fraction.
 
-They have about as many digits as a double. SymPy can always factor the square of a short root.
+Both numbers have about as many digits as a double. SymPy can always factor the square of a short
+root.
 """
 
 
@@ -54,9 +55,9 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """Returns atan2(y, x). It is a decimal if y or x has a long square.
+    """Returns atan2(y, x), as a decimal if y or x has a long square.
 
-    It is also a decimal if SymPy would take long to find signs, or would return a complex
+    The result is also a decimal if SymPy would take long to find signs, or would return a complex
     logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)

@@ -15,7 +15,7 @@ WORKING_DIGITS = EVALUATION_DIGITS + 20
 """Decimal digits of intermediate results in constant expressions. Chains of named constants lose
 a few digits. With additional digits, all 40 digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Number of correct decimal digits of a long constant. Its operations may change the last eight
+"""Number of correct decimal digits of a long constant. Many operations may change the last eight
 of the 40 digits."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
 """Maximum difference between an integer and a constant near 1 that counts as this integer (no
@@ -32,10 +32,10 @@ errors."""
 # --- description: rounding in files ---
 
 NOISE = 1e-9
-"""Maximum noise of a number in a file, which is its difference from a short decimal. It is relative
-to the longest length of the robot, or to the largest component of a direction. For angles, it is in
-radians. Other programs round poses to nine or more places. An angle of 1e-9 rad moves a tool at 1 m
-by 1 nm."""
+"""Maximum noise of a number in a file, which is its difference from a short decimal. The noise
+is relative to the longest length of the robot, or to the largest component of a direction. For
+angles, the noise is in radians. Other programs round poses to nine or more places. An angle of
+1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
 """Maximum tool displacement (meter) by noise removal without a warning. The value exceeds the
 repeatability of an arm."""
@@ -48,18 +48,18 @@ arm length). Below this value, a parameter changes at least fifty times as much 
 assembly error of 1 mrad then needs a change of 50 mrad. In a factory calibration, axes are 6
 mrad from parallel. Parameters along the common normal then displace the axis by less than 1e-4."""
 DOUBLE = 1e-15
-"""Maximum relative difference (no unit) between a decimal and its double. It corresponds to 15
-digits. By chance, one number in 10^7 is as close to a single-precision number."""
+"""Maximum relative difference (no unit) between a decimal and its double. The value corresponds
+to 15 digits. By chance, one number in 10^7 is as close to a single-precision number."""
 SINGLE = 2.0**-23
-"""Maximum relative rounding error of a single-precision number (no unit). It is one unit in the
-last place, because a computation may round twice."""
+"""Maximum relative rounding error of a single-precision number (no unit). The value is one unit
+in the last place, because a computation may round twice."""
 ANGLE_SNAP = NOISE
 """Maximum difference (radian) between an angle in a file and the multiple of pi/12 that replaces
 it, for any number of digits."""
 CHANCE = 0.01
-"""Maximum probability that an angle matches a multiple of an angle step by chance. It is the
-ratio of the last decimal place to the step. For example, 1.57 counts as a right angle, but 0.79
-does not count as 45 degrees."""
+"""Maximum probability that an angle matches a multiple of an angle step by chance. The
+probability is the ratio of the last decimal place to the step. For example, 1.57 counts as a
+right angle, but 0.79 does not count as 45 degrees."""
 LONGEST_LENGTH = 20.0
 """Maximum length (meter) without a stated unit. Links of arms are shorter than 10 m. In
 millimeters, an arm has a link above 20."""
@@ -85,11 +85,11 @@ COMPILED_DECIMALS = 14
 """Decimal places (meter, radian) of numbers that a program computed. Rounding errors are 1e-16
 for one or two meters, and no author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Maximum difference (radian) between a computed angle and the angle in a file. It is a few
-rounding errors of an angle near pi."""
+"""Maximum difference (radian) between a computed angle and the angle in a file. The value is a
+few rounding errors of an angle near pi."""
 CALIBRATED_TOOL = 0.05
-"""Maximum effect of a factory calibration on the tool at zero. It bounds the distance (meter)
-and the norm of the difference of the rotation matrices. Calibrations move the tool by
+"""Maximum effect of a factory calibration on the tool at zero. The value bounds the distance
+(meter) and the norm of the difference of the rotation matrices. Calibrations move the tool by
 millimeters. A calibration for another type of robot moves the tool by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation from a linear or constant function of the lengths in a file (m or rad, for
@@ -142,9 +142,9 @@ FOUND_LOOP = 1e-10
 angle). The last step of Newton's method is 1e-14. Redundant equations are solved in the
 least-squares sense."""
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values below this fraction of the largest one are zero (no unit). The value is far above
-rounding errors of a Jacobian (1e-15). It is far below the smallest singular value away from
-singularities (1e-3)."""
+"""Singular values below this fraction of the largest one are zero (no unit). The value is far
+above rounding errors of a Jacobian (1e-15). The smallest singular value away from singularities
+is far larger (1e-3)."""
 REPEATED_EQUATION = 1e-4
 """Bound for singular values of redundant equations in nearly closed loops, relative to the largest
 one. At a residual of 1e-12, a configuration may be 1e-6 from closure. Redundant equations then seem
@@ -167,8 +167,8 @@ NEIGHBOURHOOD = 0.02
 """Distance of closed configurations near the reference (radian, or relative to the size).
 
 At larger distances, Newton's method may find another assembly mode with other degrees of freedom.
-At this distance, singular values that vanish at the reference are detected. They are 4e-4 if they
-grow quadratically.
+At this distance, singular values that vanish at the reference are detected. Singular values that
+grow quadratically are 4e-4.
 """
 NUMERICALLY_CLOSED = 1e-7
 """Maximum closure error (radian, or relative to the size) of a closed loop in a numerical
@@ -197,7 +197,7 @@ SAME_VIEW = 1e-6
 """Maximum angle (radian) between parallel directions in a drawing. Closed overconstrained loops are
 accurate to about 1e-7."""
 LAYOUT_TIE = 1e-5
-"""Maximum distance below a half of values that are rounded up (in units of 0.1 mm). Their last
+"""Maximum distance below a half of values that are rounded up (in units of 0.1 mm). The last
 digits differ between machines, but a drawing must have the same bytes."""
 DRAWN_AS_ONE = 1e-6
 """Maximum distance between two points of a body that are drawn as one point (relative to the size).
@@ -214,7 +214,8 @@ PATH_NEAR = 1e-4
 """Maximum first Newton correction after a step of a path. After a larger correction, another
 path may be equally near."""
 PATH_ON = 1e-7
-"""Maximum second Newton correction. It is about the square of the first correction."""
+"""Maximum second Newton correction. The second correction is about the square of the first
+correction."""
 SHORTEST_PATH_STEP = 1e-9
 """Minimum step length. With shorter steps, a path ends at a singular pose or at infinity."""
 POSES_ARE_ONE = 1e-8
@@ -237,12 +238,12 @@ structure. Decimals in a file are read exactly, so only rounding errors of the n
 remain."""
 MEASURED_STRUCTURE = 5e-3
 """Maximum deviation (radian, or relative to the arm length) of axes with an intended closed-form
-structure. It bounds the errors of a measured arm, which are a few millimeters per meter and a few
+structure. The errors of a measured arm are smaller: a few millimeters per meter and a few
 milliradians."""
 NEARLY_STRUCTURE = 3e-2
 """Maximum deviation (radian, or relative to the arm length) of a nominal arm that is tried. The
 nominal arm is used if Newton's method leads from its solutions to the solutions of the true arm.
-This is rare for larger deviations."""
+Convergence is rare for larger deviations."""
 MIN_CONVERGED = 0.9
 """Fraction of random configurations that a nominal arm must recover. About one configuration in
 ten is near a singularity. There, a small difference between the arms moves solutions by any
@@ -253,8 +254,8 @@ CONVERGENCE_CLEAR = 0.95
 that all nominal solutions recover is also computed. For 70 arms, the second fraction was at most
 0.03 smaller and 0.05 larger."""
 MIN_NEARBY = 0.5
-"""Fraction of random configurations near a nominal branch that must be recovered. It is nearly 1
-for suitable nominal arms, and 0 if the nominal inverse has other branches."""
+"""Fraction of random configurations near a nominal branch that must be recovered. The fraction
+is nearly 1 for suitable nominal arms, and 0 if the nominal inverse has other branches."""
 RECOVERED = 1e-6
 """Maximum distance (radian, or relative to the arm length) of a recovered configuration. Away
 from singularities, the error after eight steps is 1e-14."""
@@ -267,8 +268,8 @@ may come from rounding, and are refined at run time."""
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as zero. Lengths are relative to the arm."""
 OBLIQUE_AXES = 1e-3
-"""Minimum sine of the angle between directions that are not parallel. It is also the minimum cosine
-of directions that are not perpendicular."""
+"""Minimum sine of the angle between directions that are not parallel. The value is also the
+minimum cosine of directions that are not perpendicular."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Maximum distance (meter) and maximum sine of the angle for a tool on its joint axis or in the
 base plane."""
@@ -280,15 +281,15 @@ joint angle. An angle is then chosen that the other joints can reach. For prisma
 value is the maximum cosine of perpendicular directions."""
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Maximum distance (meter) between an axis and a point that a rotation about the axis does not
-move. The rotation angle is then chosen for the later joints. This moves the point by at most
-twice this value."""
+move. The rotation angle is then chosen for the later joints. The choice moves the point by at
+most twice this value."""
 ALIGNED_AXES = sp.Float("1e-8", 20)
 """Maximum sine of the angle between aligned axes. The error of both joint angles is the rounding
 error divided by this sine."""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
-"""This value is added to the first component of a computed direction, and to divisors that may be
-0. It does not change numbers above 1e-134, and its square does not underflow. The direction of (0,
-0) becomes the angle 0 instead of 0/0."""
+"""This value is added to the first component of a computed direction, and to divisors that may
+be 0. The addition does not change numbers above 1e-134, and the square of the value does not
+underflow. The direction of (0, 0) becomes the angle 0 instead of 0/0."""
 VECTOR_FLOOR = sp.Float("1e-140", 20)
 """This multiple of a second vector is added to a vector that may be 0. In double precision, the
 sum is the vector itself, unless it is almost 0."""
@@ -340,7 +341,8 @@ SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 """Distance (radian) of start values from the common point of solutions with equal squared lengths.
 From squared lengths, an angle can be computed with an error of 1e-8."""
 PARABOLA_STEP = sp.Rational(1, 10**5)
-"""Maximum step (radian) on the second-order parabola. It is a hundred times the start distance."""
+"""Maximum step (radian) on the second-order parabola. The value is a hundred times the start
+distance."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
 """Maximum error (radian, or relative to the arm length) for solving all conditions together. A step
 loses at most half of the digits, so a solution is accurate to about 1e-8."""
@@ -357,23 +359,23 @@ POOR_SEPARATION = 1e-5
 fixed. Arms with six regular joints and a prismatic joint have at least 1e-4. An arm with a
 prismatic joint parallel to two axes has 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
-practical. It may then run at every pose of an arm that nearly has a closed-form structure. The
-separation is 2e-2 for a calibrated Panda with a fixed joint. For an iiwa, the separation is at
-most 2e-3, and the general solver takes five times as long."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver
+is practical. The general solver may then run at every pose of an arm that nearly has a
+closed-form structure. The separation is 2e-2 for a calibrated Panda with a fixed joint. For an
+iiwa, the separation is at most 2e-3, and the general solver takes five times as long."""
 ASKED_MOVE = 0.05
 """Maximum median joint change (radian) between nominal and true solutions for which the general
 solver is not needed. If the joint change is larger and the solutions are well separated, the
 general solver runs at every pose. Near a wrist singularity, an arm with a large joint change has
 solutions outside all nominal branches. With a wrist offset of 13 mm (median 0.06), one of nine
 tested configurations was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and 3.6
-mrad. It is smaller for all tested arms with errors of up to 3 mm and 3 mrad."""
+mrad. The median is smaller for all tested arms with errors of up to 3 mm and 3 mrad."""
 SEPARATE = 1e-2
 """Minimum joint difference (radian) of two solutions that the roots of the determinant distinguish.
 The value is ten times the difference of two roots whose vectors may be exchanged."""
 NOMINAL_GUARD_DIGITS = 8
-"""Number of decimal digits that the exact evaluation of an angle may lose. It is used to test
-for right angles."""
+"""Number of decimal digits that the exact evaluation of an angle may lose. The digits are needed
+in the test for right angles."""
 
 # --- latex: printed digits ---
 
@@ -387,7 +389,7 @@ FEW_PRINTED_DIGITS = 6
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Maximum margin of a loop at a dead point (no unit). It is sin^2 of a microradian."""
+"""Maximum margin of a loop at a dead point (no unit). The value is sin^2 of a microradian."""
 
 # --- emit: single precision ---
 
@@ -398,10 +400,12 @@ FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.
 The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""In single precision, this value replaces larger constants. They only detect infinite inputs."""
+"""In single precision, this value replaces larger constants. Larger constants only detect
+infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (meter or radian) of a solution in single precision. It is the limit 1e-9 of
-double precision, multiplied by the square root of 2^29, the ratio of the rounding errors."""
+"""Largest residual (meter or radian) of a solution in single precision. The value is the limit
+1e-9 of double precision, multiplied by the square root of 2^29. This factor is the ratio of the
+rounding errors."""
 REGULAR = 1e-3
 """Errors in single precision are measured away from singularities. There, the smallest singular
 value of a Jacobian (no unit, or meter) and the smallest margin of a loop exceed this value. Near
@@ -410,8 +414,8 @@ a singularity, the errors have no bound."""
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). It
-is ten thousand times the rounding error of the sums in such factors."""
+"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter).
+The value is ten thousand times the rounding error of the sums in these factors."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
 Lengths are relative to the arm length. Rounding is 1e-15."""
@@ -433,8 +437,8 @@ ALMOST_REAL = 1e-3
 |t|^2. Rounding errors split a double root by 1e-8 times its condition number. Newton's method on
 the pose rejects false roots."""
 SOLVED_POSE = 1e-13
-"""Maximum pose error of a solution (no unit, or relative to the arm length). It is a hundred
-times the rounding error of six matrix products."""
+"""Maximum pose error of a solution (no unit, or relative to the arm length). The value is a
+hundred times the rounding error of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
 """Minimum joint difference between two different solutions (radian, or relative to the arm
 length)."""

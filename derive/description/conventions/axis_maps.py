@@ -113,10 +113,10 @@ def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatr
 
 
 class Motions:
-    """Numeric functions for a product of motions. They return its orientation and its twists.
+    """Numeric functions for the orientation and the twists of a product of motions.
 
     Args:
-        product: The product. Its arguments are expressions in the symbols.
+        product: A product of motions that depend on the symbols.
         symbols: The symbols.
     """
 

@@ -45,6 +45,6 @@ poe = Convention(
 )
 """The joint moves along a screw with the direction ``axis`` through ``point``.
 
-Both are expressed in the frame of the previous link at the zero configuration. If all joints of a
-chain are `poe` joints, each link frame is then the base frame.
+Direction and point are expressed in the frame of the previous link at the zero configuration. If
+all joints of a chain are `poe` joints, each link frame is then the base frame.
 """

@@ -58,7 +58,7 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     fewer than 25 digits stay exact.
 
     Args:
-        robot: A serial robot. Its named parameters are replaced by their values.
+        robot: A serial robot. Named parameters are replaced by their values.
 
     Raises:
         DescriptionError: The robot has masses whose positions depend on the link frames.

@@ -118,7 +118,7 @@ def chains(
     groups: Sequence[str],
     srdf: Path | None,
 ) -> tuple[Chain, ...]:
-    """Returns the chains of a file. They come from SRDF groups or from the tree.
+    """Returns the chains of a file, from SRDF groups or from the tree.
 
     Args:
         file: A link-tree file.

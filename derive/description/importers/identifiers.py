@@ -7,7 +7,7 @@ LONGEST_NAME = 60
 
 
 def identifier(name: str) -> str:
-    """Returns a valid name for C and Python. It is short enough for a file name.
+    """Returns a valid name for C and Python. The name is short enough for a file name.
 
     Invalid characters become "_". A name that starts with a digit gets the prefix "x".
     """

@@ -6,9 +6,10 @@ The arm ends before fingers, wheels and final ball joints
 The arm is the chain with the largest number of coordinates. If two arms have the same length and
 different last joints, each arm is a separate robot.
 
-The tip is attached to the last joint. It is the first link with a name in ``TOOL_NAMES``. If there
-is none, it is the only end link that is not a sensor. Otherwise, it is the child link of the last
-joint. The base is the root of the tree, or the child link of the last floating or planar joint.
+The tip is attached to the last joint. The first link with a name in ``TOOL_NAMES`` is the tip. If
+no link has such a name, the tip is the only end link that is not a sensor, or else the child link
+of the last joint. The base is the root of the tree, or the child link of the last floating or
+planar joint.
 """
 
 import difflib

@@ -3,9 +3,9 @@
 The controller stores deviations of the DH parameters of six rows (``calibration.conf``:
 delta_theta, delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common
 normals are inaccurate. Therefore, delta_d is often many meters. The ROS driver writes the pose of
-each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll, pitch, yaw). It
-moves the link frames along their axes to avoid large numbers. The reader converts both file formats
-to poses of links.
+each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll, pitch, yaw). The
+ROS driver moves the link frames along their axes to avoid large numbers. The reader converts both
+file formats to poses of links.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -45,7 +45,7 @@ LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
-"""Rows of the upper arm and the forearm. Their axes are nearly parallel to the next axis."""
+"""Rows of the upper arm and the forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
 """Number of digits of the computed placements. Double precision has fewer."""
 

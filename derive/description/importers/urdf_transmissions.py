@@ -1,4 +1,4 @@
-"""Reads the transmissions of a URDF. They make joints linear functions of actuators.
+"""Reads the transmissions of a URDF, which make joints linear functions of actuators.
 
 The elements <transmission> of the URDF and of <ros2_control> follow the equations of ros2_control.
 In the equations, actuators a and joints j have reductions n and offsets.
@@ -119,8 +119,8 @@ class TransmissionReader:
     ) -> list[tuple[Ratios, sp.Expr]] | None:
         """Returns the equation of each joint of a transmission.
 
-        The result is None for an unknown type of transmission. It is empty if the actuator is the
-        joint.
+        The result is None for an unknown type of transmission. The result is empty if the actuator
+        is the joint.
         """
         if not len(parts) == len(joints) == ACTUATORS.get(kind):
             return None

@@ -46,8 +46,8 @@ class ClosedLoops:
         passive: Mask of the passive variables.
         size: The longest translation or rod (meter), or 1 if all lengths are zero.
         reference: Values of the variables at the reference. Gear ratios are applied.
-        in_least_squares: Whether the loops close only in the least-squares sense. Their equations
-            are then the gradient of the sum of squared closure errors.
+        in_least_squares: Whether the loops close only in the least-squares sense. The equations are
+            then the gradient of the sum of squared closure errors.
     """
 
     def __init__(

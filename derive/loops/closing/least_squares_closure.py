@@ -36,8 +36,8 @@ class LeastSquaresClosure:
 
     Attributes:
         at: The configuration with the smallest sum of squared closure errors. The actuated
-            coordinates have their reference values. It contains joints and cylinders by name
-            (radian or meter).
+            coordinates have their reference values. The configuration contains joints and cylinders
+            by name (radian or meter).
         repeated: Number of redundant constraints.
         closure_errors: Texts on the remaining closure errors. The largest error comes first.
         spare: Names of the closures and struts that can be omitted without adding a degree of

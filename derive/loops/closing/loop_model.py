@@ -54,7 +54,7 @@ class LoopModel:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """Builds a function. Its first argument determines its domain."""
+        """Builds a function. The first argument determines the domain of the function."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         text = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=text)
@@ -65,8 +65,8 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
 
     Args:
         mechanism: The description.
-        terms: Terms to reuse. They may belong to another mechanism with the same parameters. By
-            default, new terms are created.
+        terms: Terms to reuse, perhaps from another mechanism with the same parameters. By default,
+            new terms are created.
 
     Raises:
         DescriptionError: The pins of a rod are not parallel, and the file does not accept the tilt.

@@ -123,7 +123,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
     because motor, bearing and gear pair together add no freedom.
 
     Args:
-        mechanism: The description. Its loops nearly close at its reference configuration.
+        mechanism: A description whose loops nearly close at the reference configuration.
 
     Raises:
         LoopError: The loops do not close at the reference configuration.

@@ -25,7 +25,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
     """Returns the mechanism with the largest pose changes in ``cleaning`` and ``notes``.
 
     Args:
-        mechanism: A robot with exact values. Its loops close at the reference.
+        mechanism: A robot with exact values whose loops close at the reference.
     """
     if mechanism.as_written is None:
         return mechanism

@@ -30,7 +30,7 @@ class Joints:
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
         interval: Text about the interval of the angles, or "" if it is unbounded.
-        finished: Completes a function. Its result becomes NaN if the loops do not close.
+        finished: Completes a function so that the result is NaN if the loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -281,7 +281,7 @@ def _all(
 
 
 def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """Returns the values of one branch. They are NaN if a condition fails."""
+    """Returns the values of one branch. The values are NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -310,7 +310,7 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Returns the label of each branch. It contains the names of the loops."""
+    """Returns the label of each branch, which contains the names of the loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     requested = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]

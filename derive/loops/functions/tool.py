@@ -50,6 +50,6 @@ def _open_chain(h: SolvedLoops) -> Kinematics:
 
 
 def tool_functions(h: SolvedLoops, names: Collection[str]) -> dict[str, SymbolicFunction]:
-    """Returns tool functions by name. Their results are NaN if a loop does not close."""
+    """Returns tool functions by name. The results are NaN if a loop does not close."""
     found = tool_kinematics(h).functions(names)
     return {name: h.of_closed_loops(function) for name, function in found.items()}

@@ -61,8 +61,8 @@ class LoopEquations:
         loop: The loop: a closure or strut, and two branches.
         kind: ``planar`` or ``spatial``. Also ``point`` for a spatial ball closure, and ``distance``
             for a strut with ball ends.
-        residual: Independent terms that are zero if the loop is closed. They are differences of
-            points (a minus b) or lengths, and direction cosines.
+        residual: Independent terms that are zero if the loop is closed. The terms are differences
+            of points (a minus b) or lengths, and direction cosines.
         units: Unit of each residual, m or 1.
         facing: Terms that are 1 if the loop is closed. If the residual is zero and a frame is
             flipped, a term is 0 or negative.
@@ -82,7 +82,7 @@ class LoopEquations:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """The exponentials around the loop. They start and end at the same body.
+        """The exponentials around the loop, from a body back to the same body.
 
         If the loop is closed, their product is 1. The factor ``home`` comes after the factors of
         the closure or strut.
@@ -124,8 +124,8 @@ def constraints(
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If all
     components of a point difference must be zero, they are expressed in the axes of the body at
     which the loop starts. A strut with ball ends has one equation, the distance between its ends. A
-    strut with pin ends has two equations. They state that its direction and length lead from one
-    end to the other.
+    strut with pin ends has two equations. These equations state that the strut leads from one end
+    to the other.
 
     Equations that hold in every configuration are omitted.
 

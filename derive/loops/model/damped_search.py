@@ -23,8 +23,8 @@ def least(
 ) -> Floats:
     """Minimizes a sum of squared residuals by the Levenberg-Marquardt method.
 
-    The damping follows from the ratio of actual to predicted gain (Nielsen 1999). It falls to a
-    third if the linear model holds. Otherwise, it grows by increasing factors.
+    The damping follows from the ratio of actual to predicted gain (Nielsen 1999). The damping falls
+    to a third if the linear model holds. Otherwise, the damping grows by increasing factors.
 
     Args:
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).

@@ -26,8 +26,8 @@ class Factor:
 
     Attributes:
         name: Name of the joint, swing angle or cylinder in z. The freedoms of the closure itself
-            are not in z. They have the names ``<closure>`` or ``<strut>.end``. A ball joint has
-            three names, which end with ``.x``, ``.y`` and ``.z``.
+            are not in z. Closure freedoms have the names ``<closure>`` or ``<strut>.end``. A ball
+            joint has three names, which end with ``.x``, ``.y`` and ``.z``.
         screw: Twist (v, omega), shape (6, 1), at zero, in the frame of the body at which the loop
             starts. The twist has unit speed: omega has norm 1 for a revolute joint, and v has norm
             1 for a slider.

@@ -6,10 +6,10 @@ the unknown variables u is then zero:
 
     g_u = sum_i c_i dc_i/du = 0.
 
-There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
-closure errors. It is regular if the closure errors are small and their derivative has full rank.
-Therefore, the methods for loops that close can be used: Newton's method, joint rates and
-accelerations.
+There are as many equations as unknown variables. The Jacobian of the equations contains second
+derivatives of the closure errors. The Jacobian is regular if the closure errors are small and their
+derivative has full rank. Therefore, the methods for loops that close can be used: Newton's method,
+joint rates and accelerations.
 """
 
 from collections.abc import Sequence

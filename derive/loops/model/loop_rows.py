@@ -28,7 +28,7 @@ class Row:
     """An equation of a loop.
 
     Attributes:
-        residual: The residual. It is zero if the loop is closed.
+        residual: The residual, which is zero if the loop is closed.
         unit: Unit of the residual, m or 1.
         powers: The power of the wrench for each motion of both branches. The power is negative on
             branch a.

@@ -7,7 +7,7 @@ length at coordinate zero.
 
 A passive joint has no offset parameter, because its loop determines its value. Six consecutive
 passive joints leave a body free, so their axes have no parameters. Planar loops only have
-parameters in the plane. Their joints have no tilt, and their ends have no coordinate along the
+parameters in the plane. Joints in planar loops have no tilt, and ends have no coordinate along the
 normal.
 """
 
@@ -152,7 +152,10 @@ class _Numbered:
         return self.planar[loop.loop_joint.name].axes[body].n
 
     def _end(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns the frame of a closure or strut on a body. Its position is a parameter."""
+        """Returns the frame of a closure or strut on a body.
+
+        The position of the frame is a parameter.
+        """
         frame: Frame = getattr(loop_joint, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(frame.placement)[:3, 3]

@@ -40,8 +40,8 @@ class NumericMechanism:
 
     Attributes:
         mechanism: The description.
-        constants: Constants by name (meter, radian). They are the parameters, and all rod lengths
-            and frame offsets without parameters.
+        constants: Constants by name (meter, radian). The constants are the parameters, and the rod
+            lengths and frame offsets without parameters.
         values: Reference values of joints and cylinders by name (radian or meter).
         unknown: Names of the passive joints and cylinders.
         size: The longest translation or rod (meter), or 1 if all are zero.

@@ -1,6 +1,6 @@
 """Planar points as sums of rotated vectors.
 
-A point of a planar mechanism is a sum of complex vectors. Each of them rotates with its body:
+A point of a planar mechanism is a sum of complex vectors that rotate with the bodies:
 
     p = sum_k c_k exp(i psi_k)
 
@@ -40,7 +40,10 @@ def dot(a: Complex, b: Complex) -> sp.Expr:
 
 
 def cross(a: Complex, b: Complex) -> sp.Expr:
-    """Returns the cross product of two planar vectors. It is positive if b is to the left of a."""
+    """Returns the cross product of two planar vectors.
+
+    The cross product is positive if b is to the left of a.
+    """
     return a[0] * b[1] - a[1] * b[0]
 
 
@@ -102,7 +105,7 @@ class PhasorSum:
         """Returns a simpler form of the vector that follows from the loop equations.
 
         Args:
-            relations: One sum for each loop. It is zero if the loop is closed.
+            relations: One sum for each loop, which is zero if the loop is closed.
             cost: The quantity to minimize, for example the number of terms.
         """
         candidates = [

@@ -1,7 +1,7 @@
 """The table of closure equations for every kind of closure.
 
 An equation compares frames a and b of a closure. Position errors are in meters. Direction errors
-are cosines. Their angles are 90 degrees if the loop is closed.
+are cosines of angles. These angles are 90 degrees if the loop is closed.
 """
 
 from collections.abc import Mapping

@@ -157,7 +157,7 @@ def modes(h: SolvedLoops) -> NativeSolverFunction | None:
 
 
 class RodNumbers:
-    """Numerical model of a platform on six rods at sample configurations. Its size is 1.
+    """Numerical model of a platform on six rods at sample configurations, scaled to size 1.
 
     Attributes:
         size: The size of the platform (meter).

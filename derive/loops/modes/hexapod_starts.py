@@ -40,7 +40,7 @@ GENERIC_DIGITS = 12
 
 
 def generic(count: int, phase: int) -> Array:
-    """Returns fixed complex numbers on the unit circle. They depend on the phase."""
+    """Returns fixed complex numbers on the unit circle for a phase."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
@@ -202,7 +202,10 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """Returns H(t) y and the Jacobian. Its last row makes steps orthogonal to `of`."""
+    """Returns H(t) y and the Jacobian.
+
+    The last row of the Jacobian makes steps orthogonal to `of`.
+    """
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy

@@ -31,11 +31,11 @@ class LegElimination:
         n: Components of the line normals with their symbols, at the platform angle.
         norms: The norms of the vectors u, as functions of their components.
         k: The right-hand sides of the linear pair.
-        w: Symbols of the components of w. This vector leads from the fixed point of the first leg
-            to its point b_1.
+        w: Symbols of the components of w. The vector w leads from the fixed point of the first leg
+            to the point b_1.
         position: x and y of the platform in terms of w.
         linear: The left-hand sides of both linear equations.
-        solution: The vector w. For three lines, it follows from the first two lines.
+        solution: The vector w. For three lines, w follows from the first two lines.
         polynomial: Both sides of the equation for the platform angle.
         distances: Distances between the points b_i and between the points a_i of lines, with
             symbols.
@@ -119,7 +119,10 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """Returns the radius of a circle. It is a symbol unless it is a single actuator coordinate."""
+    """Returns the radius of a circle.
+
+    The radius is a symbol unless an actuator coordinate is the radius.
+    """
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 

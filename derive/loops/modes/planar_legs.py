@@ -1,6 +1,6 @@
 """Planar platforms on legs with three joints. Each leg has a single closure equation.
 
-With a fixed actuator, such a leg is a body between two passive joints. It gives one equation for
+With a fixed actuator, such a leg is a body between two passive joints. A leg gives one equation for
 the position p and the rotation R of the platform. A is a fixed point, and b is a point of the
 platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A| = L.
 With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R b -
@@ -55,7 +55,7 @@ class ChainAxes(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The equation of a leg. It is a rod with a length or a line with a normal."""
+    """The equation of a leg, which is a rod with a length or a line with a normal."""
 
     A: Complex
     b: Complex
@@ -202,7 +202,7 @@ class _Reader:
     def _length(self, middle: Cluster, one: PinEdge, other: PinEdge) -> sp.Expr:
         """Returns the distance between two pins.
 
-        It is negative if the length of a cylinder is negative.
+        The distance is negative if the length of a cylinder is negative.
         """
         span = self.clusters.span(middle, one, other)
         if any(is_cylinder(edge) and edge.a in middle for edge in self.clusters.linkage.edges):

@@ -44,7 +44,7 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """Returns the row of J_q. It is the speed of end a along the rod per actuator rate.
+        """Returns the row of J_q: the speed of end a along the rod per actuator rate.
 
         Args:
             terms: Receives the terms.

@@ -78,7 +78,7 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """Returns |e.e| of unit poses. It is 0 at infinity."""
+    """Returns |e.e| of unit poses, which is 0 at infinity."""
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 

@@ -67,10 +67,10 @@ class Triad:
     """Three legs of a planar platform. Rods come first, then lines.
 
     Attributes:
-        A: Fixed points (x, y), meter. They are rod ends, points of fixed lines, or points on
-            platform lines.
-        b: Points in platform axes, meter. They are rod ends, points on fixed lines, or points of
-            platform lines.
+        A: Fixed points (x, y), meter. The fixed points are rod ends, points of fixed lines, or
+            points on platform lines.
+        b: Points in platform axes, meter. The platform points are rod ends, points on fixed lines,
+            or points of platform lines.
         L: The rod lengths, meter.
         lines: The lines.
     """
@@ -188,10 +188,10 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
     Let u be the longer of u_2 and u_3. Along u, the component of the first rod is k / |u|. The
     component across u follows from the rod length. Both components are accurate even if u_2 and u_3
     are parallel. The third circle determines the sign of the component across u. If the three
-    centers are collinear, both signs are solutions. This function returns the first one, and
-    :func:`triad_mirror` returns the second one. If the centers coincide, the position is NaN. Legs
-    with lines come first. If there are three lines, the two lines that are closest to perpendicular
-    determine the position.
+    centers are collinear, both signs are solutions. The function returns the first solution, and
+    :func:`triad_mirror` returns the second solution. If the centers coincide, the position is NaN.
+    Legs with lines come first. If there are three lines, the two lines that are closest to
+    perpendicular determine the position.
 
     Args:
         terms: Receives the terms.

@@ -1,9 +1,9 @@
-"""Parametric functions of a robot with loops. Their additional input is the geometry.
+"""Parametric functions of a robot with loops.
 
-The loop equations are c(w, p) = 0 with the variables w = (q, u). The values u belong to passive
-joints and cylinders. Newton's method in C solves for u. It starts from the configuration of the
-nominal robot at q. Let J_u, J_q and J_p be the Jacobians of the tool. The implicit function theorem
-then gives
+The geometry is an additional input of these functions. The loop equations are c(w, p) = 0 with the
+variables w = (q, u). The values u belong to passive joints and cylinders. Newton's method in C
+solves for u. The start is the configuration of the nominal robot at q. Let J_u, J_q and J_p be the
+Jacobians of the tool. The implicit function theorem then gives
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 

@@ -11,7 +11,7 @@ from ..model.phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A vector on a body. Its rotation angle is stored separately.
+    """A vector on a body. The rotation angle of the vector is stored separately.
 
     Attributes:
         vector: Named components at angle zero.

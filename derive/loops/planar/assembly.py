@@ -2,8 +2,8 @@
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
 them are joined first. Then the first step of :data:`STEPS` that can be applied joins more bodies.
-This is repeated until all bodies are joined. The mechanism is then a sequence of Assur groups of
-class II. The known joints are the actuated joints or the main-chain joints.
+Both operations repeat until all bodies are joined. The mechanism is then a sequence of Assur groups
+of class II. The known joints are the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,7 +43,7 @@ class Assembly:
     Attributes:
         steps: The solution steps in order.
         values: The values of joints, swing angles and cylinders that are solved. Angles are sums of
-            solved angles and coordinates. They may exceed a full turn.
+            solved angles and coordinates. The angles may exceed a full turn.
         loops: Rates of all solved angles.
         relations: Sums of rotated vectors that are zero.
         open: Names of the joints that remain unsolved.

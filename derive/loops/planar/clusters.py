@@ -30,7 +30,7 @@ Turned = tuple[sp.Expr, Complex]
 Cluster = dict[str, PlanarPose]
 """The bodies of a rigid group with their poses in the axes of the group."""
 RING = 3
-"""Number of rigid groups that a step joins. Each of them is connected to the other two."""
+"""Number of rigid groups that a step joins. Each group is connected to the other two."""
 
 
 class PlanarStep(LoopStep):

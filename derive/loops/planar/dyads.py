@@ -123,7 +123,10 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """Returns sin^2 of the angle between the arms. It is negative if the arms cannot meet."""
+    """Returns sin^2 of the angle between the arms.
+
+    The value is negative if the arms cannot meet.
+    """
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     if not v * w:
         return -1.0

@@ -64,7 +64,7 @@ class AngleEquation:
     Attributes:
         angle: The angle, a named term.
         here: The letter of the rotated vector.
-        there: Components of a vector in the target direction. It has the same length.
+        there: Components of a vector of the same length in the target direction.
     """
 
     angle: sp.Symbol
@@ -99,7 +99,7 @@ class StepEquations:
     Attributes:
         vectors: Components of the given vectors by letter, as named terms.
         lengths: Letters of the vectors whose lengths occur in the equations.
-        scalars: Known scalars as named terms. They need no printed symbol.
+        scalars: Known scalars without printed symbols, as named terms.
         unknowns: Solved travels of slides and position components, as named terms.
         results: Definitions in order. A definition uses only earlier quantities.
         angles: The solved angles.
@@ -127,13 +127,13 @@ class LoopStep(ABC):
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of the body ``axes`` to the axes of the equations.
         solved: The solved angles, as named terms.
-        margin: The margin. It is zero at a dead point and negative if the loop cannot be closed.
-            None if the loop can always be closed.
+        margin: The margin is zero at a dead point and negative if the loop cannot be closed. None
+            if the loop can always be closed.
         root: A term, up to its sign, that is NaN if the step cannot close the loop.
         sign: The sign of the branch, or zero for a unique solution.
         title: Name of the kind of step.
-        branches: The name of each branch by its sign. It states on which side of the mirror line of
-            the mechanism the solved bodies lie.
+        branches: The name of each branch by its sign. The name states on which side of the mirror
+            line of the mechanism the solved bodies lie.
         opening: Text printed before the equations if the equations are not in the axes of a body.
         reason: A sentence that is printed if the step has no equations.
         dead_point: Text that describes margin 0. Letters of quantities are in braces.

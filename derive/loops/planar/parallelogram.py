@@ -1,6 +1,6 @@
 """Solves a ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-The ring has two assembly modes. They need no square root. In the parallelogram, the arms stay
+The ring has two assembly modes. The modes need no square root. In the parallelogram, the arms stay
 parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
 D:
 

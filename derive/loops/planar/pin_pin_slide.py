@@ -44,8 +44,8 @@ class CircleAndLine:
         r: The vector between both pins on the third body.
         travel: Travel along the line (meter).
         vector: The vector from the first pin to the second pin.
-        margin: cos^2 of the angle between line and vector. It is zero at a dead point and negative
-            without an intersection.
+        margin: cos^2 of the angle between line and vector. The margin is zero at a dead point and
+            negative without an intersection.
         root: Distance from the foot of the perpendicular to the far pin, or NaN without an
             intersection.
     """

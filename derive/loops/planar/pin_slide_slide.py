@@ -87,7 +87,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """Returns the equation for the travels t along A and u along B. Their sum is D."""
+        """Returns the equation t A + u B = D for the travels t and u."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

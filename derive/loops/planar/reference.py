@@ -38,9 +38,9 @@ class Branch:
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """Returns a branch for each sign after the first ``taken`` signs. This sign is changed.
+        """Returns a branch for each sign after the first ``taken`` signs.
 
-        All signs before the changed sign are kept.
+        The sign is changed on the branch. All signs before the changed sign are kept.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -81,7 +81,7 @@ class FreeSides(Branch):
 
         Args:
             own: The branch signs at the reference.
-            reference: Records the symbols of the branches. Their values are 1.
+            reference: Records the symbols of the branches with the value 1.
             sign: Returns a new symbol for a branch.
         """
         super().__init__((), own)

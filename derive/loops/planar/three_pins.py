@@ -33,7 +33,9 @@ from .loop_step import (
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Two circles about the ends of D. Their intersection C is relative to the first end of D.
+    """Two circles about the ends of D.
+
+    The intersection C of the circles is relative to the first end of D.
 
     Attributes:
         C: The vector from the first end of D to the shared pin, in the axes of D.
@@ -41,9 +43,10 @@ class TwoCircles:
         D: The base.
         v: The vector C in the axes of its body.
         w: The vector W in the axes of its body.
-        height: Twice the signed area of the triangle. It is positive if C is to the left of D.
-        margin: sin^2 of the transmission angle. It is zero at a dead point and negative without an
-            intersection.
+        height: Twice the signed area of the triangle. The area is positive if C is to the left of
+            D.
+        margin: sin^2 of the transmission angle. The margin is zero at a dead point and negative
+            without an intersection.
     """
 
     C: Complex

@@ -41,8 +41,8 @@ class SolvedLoops(LoopModel):
         numbers: The constraints in double precision near the reference.
         at_reference: The value of each entry of z at the closed reference.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
-        spare: Number of redundant actuators. They do not determine the main chain, unless the loops
-            close in the least-squares sense.
+        spare: Number of redundant actuators. Redundant actuators do not determine the main chain,
+            unless the loops close in the least-squares sense.
         missing: Number of branches that each function omits, by function name.
     """
 
@@ -144,7 +144,7 @@ class SolvedLoops(LoopModel):
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
-        """Returns the radicand of a step or its margin. Both have the same sign."""
+        """Returns the radicand of a step (with the sign of the margin), or the margin itself."""
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
         bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]

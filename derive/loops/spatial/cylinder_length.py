@@ -1,4 +1,4 @@
-"""Solves a cylinder between two known points. Their distance is its length."""
+"""Solves the length of a cylinder between two known points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,8 @@ length of a cylinder. If a single joint moves one of the points, the strut deter
 circle or a line then intersects a sphere. Three struts determine the position of a platform with
 constant orientation, where three spheres intersect. Pairs of equal, parallel rods keep the
 orientation constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
-strut. It also determines the angles of its joint. A closure between guided bodies determines the
-travels of their slides.
+strut. The rod also determines the angles of the hinge or universal joint. A closure between guided
+bodies determines the travels of their slides.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -90,7 +90,7 @@ def _use(legs: Legs, struts: Sequence[Strut]) -> bool:
 
 
 def _is_attached(legs: Legs, strut: Strut) -> bool:
-    """Whether both ends of a rod are known. Its equation is then redundant."""
+    """Whether both ends of a rod are known, so that the rod equation is redundant."""
     return legs.length(strut) is not None and not legs.moving(strut)
 
 

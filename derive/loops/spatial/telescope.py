@@ -37,14 +37,14 @@ from .struts import SIGNS, Legs
 
 @dataclass(frozen=True)
 class Telescope:
-    """The slide before the ball of a closure. Its revolute joints are also unknown.
+    """The slide before the ball of a closure, on unknown revolute joints.
 
     Attributes:
         closure: The closure that contains the ball.
         slide: The prismatic joint.
         target: The frame of the ball on the other body.
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
-        is_hinge: Whether a single hinge rotates the slide. Its axis is the z axis of the foot
+        is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
         tip: The vector from the foot to the ball at zero travel. For a hinge, it is normal to the
             hinge axis.

@@ -100,7 +100,7 @@ class TurningLeg(LegStep):
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end is on the joint axis. Its squared distance from the axis is given."""
+    """Whether a squared distance from the joint axis is zero."""
     # If the distance at the reference is not zero, the end is not on the axis. A zero distance
     # requires the full test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)

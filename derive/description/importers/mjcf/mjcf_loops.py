@@ -1,9 +1,10 @@
 """Finds the loops of a compiled MJCF model. Equalities of bodies or sites close them.
 
 A ``connect`` equality joins two points with a ball joint. Two ``connect`` equalities between the
-same bodies form a pin joint. Its axis passes through their points. A ``weld`` equality fixes two
-frames to each other. A body is a rod if only a ball joint and one ``connect`` equality hold it.
-Joint equalities are mimic relations. Unsupported couplings of robot joints raise an error.
+same bodies form a pin joint. The axis of the pin joint passes through the points of both
+equalities. A ``weld`` equality fixes two frames to each other. A body is a rod if only a ball joint
+and one ``connect`` equality hold it. Joint equalities are mimic relations. Unsupported couplings of
+robot joints raise an error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -214,7 +215,10 @@ class ModelLoops:
                 yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
 
     def _leads_by_hand(self, k: int) -> bool:
-        """Whether an equality attaches a body to a mocap body. Such an equality closes no loop."""
+        """Whether an equality attaches a body to a mocap body.
+
+        An equality with a mocap body closes no loop.
+        """
         ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
         bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
         return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)

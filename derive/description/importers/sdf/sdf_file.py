@@ -2,7 +2,7 @@
 
 The joints of the model form a tree. A joint whose child already has a parent joint closes a loop.
 Each frame of the model becomes a link. A fixed joint attaches this link to the link that carries
-the frame. As in Drake, a joint with effort limit 0 is passive. This matters only in loops.
+the frame. As in Drake, a joint with effort limit 0 is passive. Passive joints matter only in loops.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
