@@ -211,6 +211,37 @@ def random_delta(dice):
 </worldbody><equality>{"".join(closures)}</equality><actuator>{"".join(motors)}</actuator></mujoco>"""
 
 
+def rod_pair_delta(*, is_free):
+    """Returns a delta with rod pairs, whose platform hangs on a rod or has a free joint."""
+    radius, arm, rod, edge, aside = 0.2, 0.2, 0.5, 0.05, 0.04
+    across = edge - radius - arm
+    drop = (rod**2 - across**2) ** 0.5
+    far, shape = f"{across!r} 0 {-drop!r}", '<geom size="0.01"/>'
+    parts, closures = [], []
+    for k in range(3):
+        parts.append(
+            f'<body name="hub{k}" euler="0 0 {120 * k}"><body name="arm{k}" pos="{radius} 0 0">'
+            f'<joint name="motor{k}" axis="0 1 0" range="-60 60"/>{shape}'
+        )
+        for side in (-1, 1):
+            name, inner = f"rod{k}{'ab'[side > 0]}", ""
+            if name == "rod0a" and not is_free:
+                hinge = '<joint name="hang" type="ball"/>'
+                inner = f'<body name="platform" pos="{far}">{hinge}{shape}</body>'
+            else:
+                closures.append(f'<connect body1="{name}" body2="platform" anchor="{far}"/>')
+            ball = f'<joint name="{name}" type="ball"/>'
+            place = f'pos="{arm} {side * aside} 0"'
+            parts.append(f'<body name="{name}" {place}>{ball}{shape}{inner}</body>')
+        parts.append("</body></body>")
+    if is_free:
+        free = f'<freejoint name="float"/>{shape}'
+        parts.append(f'<body name="platform" pos="0 0 {-drop!r}" euler="0 0 30">{free}</body>')
+    motors = "".join(f'<motor joint="motor{k}"/>' for k in range(3))
+    return f"""<mujoco model="delta"><compiler angle="degree"/><worldbody>{"".join(parts)}
+</worldbody><equality>{"".join(closures)}</equality><actuator>{motors}</actuator></mujoco>"""
+
+
 def wrong(path, text, base=None, tip=None):
     with pytest.raises(DescriptionError) as caught:
         read_model(path, text, base, tip)

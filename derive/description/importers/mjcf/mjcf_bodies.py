@@ -7,8 +7,8 @@ the anchor. If the last anchor is not the origin of the body, a fixed joint is a
 has the pose of the body with the same name.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import mpmath as mp
@@ -21,6 +21,7 @@ from ....model.placements import Vector
 from ....model.robot import Coupling, Joint
 from ....model.tolerances import EVALUATION_DIGITS
 from ...conventions.urdf_origin import urdf
+from ...mechanism_file import PLATFORMS
 from ..identifiers import identifier
 from ..kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw, snapped
@@ -30,6 +31,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 """Joint type codes of MuJoCo."""
 FREE_WORDS: Mapping[int, Literal["free", "ball"]] = {FREE: "free", BALL: "ball"}
 KINDS: Mapping[int, JointKind] = {SLIDE: "prismatic", HINGE: "revolute"}
+BALL_FREEDOMS = 3
 ORIGIN = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 Quaternion = tuple[mp.mpf, mp.mpf, mp.mpf, mp.mpf]
 
@@ -130,10 +132,24 @@ class Bodies:
         }
         laws = dict(_laws(model))
         self.joints = tuple(self._all(laws))
-        self.tree = KinematicTree(
-            (WORLD, *(joint.child for joint in self.joints)),
-            tuple(joint.in_tree for joint in self.joints),
-        )
+        self.tree = _tree(self.joints)
+
+    def release(self, ball: BodyJoint) -> None:
+        """Replaces a ball joint by a free joint to the world, at the initial configuration."""
+        data = self.model.mujoco.MjData(self.arrays)
+        self.model.mujoco.mj_kinematics(self.arrays, data)
+        k = next(k for k in range(self.arrays.njnt) if self.joint_name(k) == ball.name)
+        rpy, notes = snapped(roll_pitch_yaw(data.xquat[self.arrays.jnt_bodyid[k]]))
+        xyz, own = lengths(data.xanchor[k]), _of_joint(ball.name, notes)
+        free = replace(ball, parent=WORLD, kind="free", xyz=xyz, rpy=rpy, notes=own)
+        self.joints = tuple(free if joint is ball else joint for joint in self.joints)
+        self.tree = _tree(self.joints)
+
+    def split(self, names: Collection[str]) -> None:
+        """Replaces free joints and ball joints by series of joints with one degree of freedom."""
+        split = [_series(joint) if joint.name in names else [joint] for joint in self.joints]
+        self.joints = tuple(joint for joints in split for joint in joints)
+        self.tree = _tree(self.joints)
 
     def joint_name(self, k: int) -> str:
         """Returns the name of a joint. An unnamed joint gets the name of its body."""
@@ -179,7 +195,9 @@ class Bodies:
         kind = int(self.arrays.jnt_type[k])
         name = self.joint_name(k)
         if kind not in KINDS:
-            return BodyJoint(name, parent, child, FREE_WORDS[kind], lengths(at))
+            rpy, notes = snapped(roll_pitch_yaw(turned))
+            own = _of_joint(name, notes)
+            return BodyJoint(name, parent, child, FREE_WORDS[kind], lengths(at), rpy, notes=own)
         axis = direction(self.model, k)
         reference = float(self.arrays.qpos0[self.arrays.jnt_qposadr[k]])
         if kind == HINGE:
@@ -226,6 +244,24 @@ class Bodies:
         name = self.joint_name(leader)
         own = identifier(self.joint_name(k))
         return Coupling(own, ((identifier(name), multiplier),), offset), name
+
+
+def _tree(joints: Sequence[BodyJoint]) -> KinematicTree:
+    links = (WORLD, *(joint.child for joint in joints))
+    return KinematicTree(links, tuple(joint.in_tree for joint in joints))
+
+
+def _series(joint: BodyJoint) -> Iterator[BodyJoint]:
+    """Yields joints along and about the axes of the frame of a free joint or ball joint."""
+    freedoms = PLATFORMS["free"]
+    freedoms = freedoms if joint.kind == "free" else freedoms[-BALL_FREEDOMS:]
+    parent, xyz, rpy, notes = joint.parent, joint.xyz, joint.rpy, joint.notes
+    for word, kind, axis in freedoms:
+        is_last = word == freedoms[-1][0]
+        child = joint.child if is_last else f"{joint.child}_{word}"
+        name = f"{joint.name}_{word}"
+        yield BodyJoint(name, parent, child, kind, xyz, rpy, axis, notes=notes)
+        parent, xyz, rpy, notes = child, ORIGIN, ORIGIN, ()
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
 
@@ -28,21 +27,20 @@ class MjcfFile:
         """Reads the model.
 
         Raises:
-            DescriptionError: MuJoCo cannot read the file.
+            DescriptionError: MuJoCo cannot read the file, or a loop is not supported.
         """
         self.file = file
         self.model = compiled(file)
         self.bodies = Bodies(self.model)
+        try:
+            self.loops = ModelLoops(self.model, self.bodies)
+        except DescriptionError as error:
+            self._fail("", None, f"a robot ({error})")
 
     @property
     def tree(self) -> KinematicTree:
         """The tree of links and joints."""
         return self.bodies.tree
-
-    @cached_property
-    def loops(self) -> ModelLoops:
-        """The loops that the equalities of the model close."""
-        return ModelLoops(self.model, self.bodies)
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
         """Returns the chains between base and tip. An end that is None is inferred.
@@ -113,13 +111,6 @@ class MjcfFile:
         }
         tree = [joint for joint in self.bodies.joints if joint.child in connected]
         self.loops.check_laws(tree, is_in_a_tree=True)
-        ball = next((joint for joint in tree if joint.kind == "ball"), None)
-        if ball is not None:
-            raise DescriptionError(
-                f"joint {ball.name!r} is a ball joint; in a loop, a body on a ball joint must be a "
-                f"rod, whose other end has one <connect> and no joint. Place {ball.child!r} on the "
-                "body at its other end, and replace the ball joint by a <connect>"
-            )
         base_frame, tool_frame = identifier(ends.base), identifier(ends.tip)
         found = Mechanism(
             name=name,

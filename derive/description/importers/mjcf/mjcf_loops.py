@@ -3,8 +3,9 @@
 A ``connect`` equality joins two points with a ball joint. Two ``connect`` equalities between the
 same bodies form a pin joint. The axis of the pin joint passes through the points of both
 equalities. A ``weld`` equality fixes two frames to each other. A body is a rod if only a ball joint
-and one ``connect`` equality hold it. Joint equalities are mimic relations. Unsupported couplings of
-robot joints raise an error.
+and one ``connect`` equality hold it, or only two ball joints of the tree. Other ball joints and
+free joints of a loop become series of joints with one degree of freedom. Joint equalities are mimic
+relations. Unsupported couplings of robot joints raise an error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,7 +20,7 @@ from ....model.mechanism import Closure, ClosureKind, Frame, Strut
 from ....model.placements import Vector, align_z, from_xyz_rpy
 from ....model.tolerances import COMPILED_DECIMALS
 from ..identifiers import identifier
-from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
+from .mjcf_bodies import FREE_WORDS, ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
@@ -58,7 +59,12 @@ class ModelLoops:
         self.model, self.bodies, self.arrays = model, bodies, model.arrays
         self.carried = {joint.child: joint for joint in bodies.joints}
         read = tuple(self._read())
-        self.equalities = tuple(self._as_rod(equality, read) for equality in read)
+        rods = tuple(self._rods_in_tree(read))
+        self.carried = {joint.child: joint for joint in bodies.joints}
+        self.equalities = (*(self._as_rod(equality, read) for equality in read), *rods)
+        around = [joint for equality in self.equalities for joint in self._around(equality)]
+        bodies.split({joint.name for joint in around if joint.kind in FREE_WORDS.values()})
+        self.carried = {joint.child: joint for joint in bodies.joints}
         self.notes: list[str] = []
 
     def through(self, path: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
@@ -175,6 +181,21 @@ class ModelLoops:
                     begin = _End(ball.parent, ball.xyz)
                     return _Equality(equality.name, "rod", begin, end, far)
         return equality
+
+    def _rods_in_tree(self, others: Sequence[_Equality]) -> Iterator[_Equality]:
+        """Yields rods between two ball joints of the tree. The body behind a rod becomes free."""
+        for joint in self.bodies.joints:
+            ball = next((j for j in self._path_to(joint.parent) if j.kind != "fixed"), None)
+            if joint.kind != "ball" or ball is None or ball.kind != "ball":
+                continue
+            links = set(self.bodies.tree.rigid(ball.child))
+            moved = [other.name for other in self.bodies.tree.moved(ball.child)]
+            if moved == [joint.name] and not any({e.a.link, e.b.link} & links for e in others):
+                xyz = self._from_ball(ball, _End(joint.parent, joint.xyz))
+                far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
+                self.bodies.release(joint)
+                begin, end = _End(ball.parent, ball.xyz), _End(joint.child, ORIGIN)
+                yield _Equality(identifier(ball.name), "rod", begin, end, far)
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
         """Whether the link of a ball joint is a rod.

@@ -5,7 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from chasles.derive import derive
+import chasles
+from chasles.derive import derive, write
 from chasles.derive.latex import fragments
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.functions import constraint_functions
@@ -17,6 +18,7 @@ from tests.support.mjcf_models import (
     random_linkage,
     random_spatial_loop,
     read_model,
+    rod_pair_delta,
     wrong,
 )
 
@@ -118,12 +120,20 @@ def test_linkage_residuals_and_poses_match_mujoco(path):
 
 
 def compare_delta(path, seed):
-    """Compares the platform's pose with MuJoCo's solution for equal motor values."""
+    """Compares the platform's position with MuJoCo's solution for equal motor values."""
     dice = random.Random(seed)
     text = random_delta(dice)
     robot = read_model(path, text, "world", "tool")
     assert [strut.ends for strut in robot.struts] == ["ball"] * 3
     (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
+    for _ in range(POSES):
+        q = [dice.uniform(-0.3, 0.3) for _ in range(3)]
+        tool = np.array(fk(q)).reshape(4, 4)[:3, 3]
+        assert np.abs(tool - delta_at(text, q).site("tool").xpos).max() <= 1e-9, seed
+
+
+def delta_at(text, q):
+    """Returns MuJoCo's data of a delta for motor values (3,)."""
     model = mujoco.MjModel.from_xml_string(
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )
@@ -131,23 +141,19 @@ def compare_delta(path, seed):
     rows = [model.joint(f"motor{k}").qposadr[0] for k in range(3)]
     moving = [model.joint(f"motor{k}").dofadr[0] for k in range(3)]
     free = [k for k in range(model.nv) if k not in moving]
-    for _ in range(POSES):
-        q = [dice.uniform(-0.3, 0.3) for _ in range(3)]
-        data.qpos[:] = model.qpos0
-        for part in (0.5, 1.0):
-            data.qpos[rows] = part * np.array(q)
-            for _ in range(30):
-                mujoco.mj_forward(model, data)
-                kinds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-                error = data.efc_pos[: data.nefc][kinds]
-                J = data.efc_J.reshape(-1, model.nv)[: data.nefc][kinds]
-                step = np.zeros(model.nv)
-                step[free] = -np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
-                mujoco.mj_integratePos(model, data.qpos, step, 1.0)
-        assert np.abs(error).max() < 1e-12
-        mujoco.mj_kinematics(model, data)
-        tool = np.array(fk(q)).reshape(4, 4)[:3, 3]
-        assert np.abs(tool - data.site("tool").xpos).max() <= 1e-9, seed
+    for part in (0.5, 1.0):
+        data.qpos[rows] = part * np.array(q)
+        for _ in range(30):
+            mujoco.mj_forward(model, data)
+            kinds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+            error = data.efc_pos[: data.nefc][kinds]
+            J = data.efc_J.reshape(-1, model.nv)[: data.nefc][kinds]
+            step = np.zeros(model.nv)
+            step[free] = -np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
+            mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+    assert np.abs(error).max() < 1e-12
+    mujoco.mj_kinematics(model, data)
+    return data
 
 
 def test_delta_platform_pose_matches_mujoco(path):
@@ -162,11 +168,27 @@ def test_three_connects_between_two_bodies_are_rejected(path):
     assert "3 connect equalities join" in wrong(path, linkage.replace(closure, three), tip="tool")
 
 
-def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
-    """A second `connect` constraint on the same body makes the ball joint of this body invalid."""
+def test_ball_joint_of_rod_with_extra_connect_becomes_three_joints(path):
+    """A body with a ball joint and two `connect` constraints is no rod."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )
-    expected = "replace the ball joint by a <connect>"
-    assert (said := wrong(path, text, tip="tool")).endswith(f"{expected})"), said
-    assert "joint 'ball0' is a ball joint; in a loop" in said
+    robot = read_model(path, text, tip="tool")
+    assert {"ball0_yaw", "ball0_pitch", "ball0_roll"} <= {joint.name for joint in robot.joints}
+    assert [strut.name for strut in robot.struts] == ["link1", "link2"]
+
+
+@pytest.mark.parametrize("is_free", [True, False])
+def test_delta_with_ball_joints_in_its_tree_agrees_with_mujoco(tmp_path, is_free):
+    path, text, dice = tmp_path / "model.xml", rod_pair_delta(is_free=is_free), random.Random(0)
+    robot = read_model(path, text, tip="platform")
+    assert [strut.ends for strut in robot.struts] == ["ball"] * 6
+    write(robot, tmp_path / "delta", languages=("c", "python"))
+    loaded = chasles.load(tmp_path / "delta")
+    for _ in range(5):
+        q = [dice.uniform(-0.4, 0.4) for _ in range(3)]
+        platform, T = delta_at(text, q).body("platform"), loaded.fk(q)
+        assert np.abs(T[:3, 3] - platform.xpos).max() <= 1e-9
+        assert np.abs(T[:3, :3].ravel() - platform.xmat).max() <= 1e-9
+        found = loaded.ik(T)
+        assert np.abs(found.q[found.valid] - q).max(-1).min() <= 1e-9
