@@ -91,8 +91,8 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
 def screw_form(robot: SerialRobot) -> SerialRobot:
     """Returns the robot with its joints as screw axes.
 
-    A screw axis is stored as a direction and a point. The point is the point of the axis that is
-    nearest to the origin of the base frame.
+    A screw axis is stored as a direction, and as the axis point nearest to the origin of the base
+    frame.
     """
     plain = in_table(replace(robot, load=None, springs=None, transmissions=()), poe)
     return replace(plain, joints=tuple(_at_nearest_point(joint) for joint in plain.joints))
@@ -214,7 +214,7 @@ def _stepped(own: Any, original: Any, line: AxisLine, is_line: bool) -> tuple[Ax
     assert not isinstance(alpha, tuple)
     turn = found.turn
     if abs(float(turn)) > _RIGHT:
-        # In the opposite direction of the common normal, the rotation is smaller.
+        # The opposite direction of the common normal gives a smaller rotation.
         turn = turn - sp.pi if turn > 0 else turn + sp.pi
         a, alpha = -a, -alpha if alpha != sp.pi else alpha
     step = AxisStep(_turned(turn), found.shift, a, alpha)

@@ -90,7 +90,7 @@ def _groups(robot: SerialRobot) -> Iterator[tuple[list[str], dict[str, Row]]]:
 def _group(
     coordinates: Sequence[str], rows: Mapping[str, Row]
 ) -> tuple[dict[str, Mimic], Gears | None] | None:
-    """Returns the mimic joints and the transmission of a group, or None if URDF has neither."""
+    """Returns mimic joints and transmission of a group, or None if URDF cannot express it."""
     own = coordinates[0]
     if len(coordinates) == 1 and rows.get(own) == ((1,), 0):
         return _followers(rows, [own]), None

@@ -21,7 +21,8 @@ class CleanedNumber:
 
     Attributes:
         at: Name of the joint or parameter, or "base" or "tool".
-        field: Name of the field or component, such as alpha, x or roll. Empty for a parameter.
+        field: Name of the field or component, such as alpha, x or roll. The value is empty for a
+            parameter.
         found: The exact value of the written number (meter, radian or 1).
         taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.
@@ -66,7 +67,10 @@ class Cleaning:
 
     @property
     def line(self) -> str:
-        """States how many numbers were cleaned, with the bounds. Empty if there are none."""
+        """States how many numbers were cleaned, with the bounds.
+
+        The value is empty if there are none.
+        """
         count = len(self.numbers)
         if not count:
             return ""
@@ -112,7 +116,10 @@ def rounded_up(bound: float) -> str:
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Returns the number of decimal places of a finite decimal. None for other numbers."""
+    """Returns the number of decimal places of a finite decimal.
+
+    The value is None for other numbers.
+    """
     if not value.is_Rational:
         return None
     places, rest = 0, value.q

@@ -37,8 +37,8 @@ class Field:
         kind: Kind of the value, which determines its unit.
         headings: LaTeX of the vector components in table headings. A scalar uses its name.
         default: Value of an omitted field. None stands for zero.
-        needed_to: Meaning of a field that moving joints require, for the error message. Empty for
-            optional fields.
+        needed_to: Meaning of a field that moving joints require, for the error message. The value
+            is empty for optional fields.
         is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore such
             fields.
     """
@@ -111,14 +111,15 @@ class Convention:
         words: Name of the convention in a sentence of the article. Without a ``transform``, a
             phrase with the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
-            product does not contain the joint motion. Empty if there is no such product.
+            product does not contain the joint motion. The value is empty if there is no such
+            product.
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
         second_part: First field of the second table. A single table may be too wide.
         numbers: Function that returns the motions whose values a calibration corrects, for a kind
             of joint. By default, these are the motions of the link transform.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.
-            None if the convention cannot represent the axis.
+            The value is None if the convention cannot represent the axis.
     """
 
     name: str

@@ -48,10 +48,8 @@ Part = Literal[
     "base",
     "tool",
 ]
-"""Groups of parameters. They are the named parameters, the values and the coordinate offset of a
-joint, the corrections of its axis, the gain and waves of its drive, the ratios of its coupling,
-its compliance, the end positions and strut lengths of loops, and the corrections of the base and
-tool frames."""
+"""Groups of parameters. The group ``joint`` contains the values of a joint, and ``loop``
+contains end positions and strut lengths."""
 _PARAMETER = "_parameter"
 """Suffix of a named parameter whose name is already used."""
 _UNIT_OF_KIND = {"length": "m", "angle": "rad"}
@@ -107,7 +105,8 @@ class Geometry:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
         motions: The pose of the tool in the base frame, as motions in q, p and the torques.
-        torques: A symbol for the gravity torque on each coordinate. Empty for rigid joints.
+        torques: A symbol for the gravity torque on each coordinate. The value is empty for rigid
+            joints.
     """
 
     q: tuple[sp.Symbol, ...]

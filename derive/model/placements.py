@@ -76,13 +76,13 @@ Placement = tuple[Rotation | Translation, ...]
 
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
-    """Returns the rotation about an axis (radian). Empty if the angle is zero."""
+    """Returns the rotation about an axis (radian), or () if the angle is zero."""
     turn = Rotation(axis, angle)
     return () if turn.is_identity else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
-    """Returns a translation (meter). Empty if it is zero."""
+    """Returns a translation (meter), or () if the vector is zero."""
     shift = Translation((x, y, z))
     return () if shift.is_identity else (shift,)
 

@@ -1,7 +1,7 @@
 """Values of constant expressions with 60 digits, evaluated operation by operation.
 
 SymPy itself would increase the precision until a difference has nonzero digits. For an exact zero,
-this is slow. Here, a sum is zero if cancellation removes nearly all its digits.
+this is slow. In this module, a sum is zero if cancellation removes nearly all digits.
 """
 
 from collections.abc import Callable, Mapping

@@ -159,7 +159,7 @@ def _chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """Returns the chains of a group with the suffixes of their names."""
+    """Returns the chains of a group with their name suffixes."""
     groups = srdf or srdf_in_folder(file)
     if groups is None:
         raise DescriptionError(

@@ -63,7 +63,10 @@ class KinematicTree:
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def path_down(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """Returns the joints from a link to a descendant. None if the tip is not a descendant."""
+        """Returns the joints from a link to a descendant.
+
+        The value is None if the tip is not a descendant.
+        """
         joints: list[TreeJoint] = []
         link = tip
         while link != base:

@@ -181,7 +181,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """Returns the longest arm below a link, or all arms of this length."""
+    """Returns the longest arms below a link."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MAX_LINKS:
         raise NoChain(

@@ -38,7 +38,10 @@ LITTLE = 0.5
 
 
 def limits_of(h: SolvedLoops) -> tuple[str, ...]:
-    """States the joint limits at which the loops do not close. Empty if all loops close."""
+    """States the joint limits at which the loops do not close.
+
+    The value is empty if all loops close.
+    """
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(NumericMechanism(mechanism), h.at_reference)

@@ -110,14 +110,14 @@ class Counts:
 
     @property
     def bodies(self) -> int:
-        """Number of bodies with the base."""
+        """Number of bodies, including the base."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         struts = sum(1 + strut.is_cylinder for strut in self.mechanism.struts)
         return 1 + moving + struts - sum(len(run) - 1 for run in self.virtual)
 
     @property
     def joints(self) -> int:
-        """Number of joints with the ends of struts."""
+        """Number of joints, including the ends of struts."""
         struts = sum(2 + strut.is_cylinder for strut in self.mechanism.struts)
         return self._tree_joints() + len(self.mechanism.closures) + struts
 

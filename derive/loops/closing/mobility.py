@@ -24,9 +24,9 @@ class Mobility:
     """Degrees of freedom of a mechanism, computed in three ways.
 
     Attributes:
-        bodies: Number n of bodies with the base. A rod counts as one body, and a cylinder as two
-            bodies.
-        joints: Number j of joints with the ends of rods and cylinders.
+        bodies: Number n of bodies, including the base. A rod counts as one body, and a cylinder as
+            two bodies.
+        joints: Number j of joints, including the ends of rods and cylinders.
         freedoms: Sum of the joint freedoms f in the motion group of the mechanism.
         order: Dimension lambda of the motion group: 3 if all bodies move in one plane, otherwise 6.
         loop_freedoms: Sum of f if each joint counts in the motion group of its loop.
@@ -118,7 +118,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
 
     Bodies connected by fixed joints count as one body. A rod counts as a body with two joints. A
     cylinder counts as two bodies with three joints. A platform on virtual joints counts as one
-    body, and its virtual joints do not count
+    body. Virtual joints do not count
     (:func:`~chasles.derive.loops.closing.freedoms.virtual_joints`). A geared motor does not count,
     because motor, bearing and gear pair together add no freedom.
 
@@ -144,7 +144,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
     The result can be negative.
 
     Args:
-        links: Number n of links with the base.
+        links: Number n of links, including the base.
         joints: Number j of joints.
         freedom: Sum of the joint freedoms.
         order: Dimension of the motion group: 6 in space, 3 in a plane or about a point, 2 for

@@ -136,7 +136,7 @@ def diagnose_open_loop(mechanism: Mechanism, error: DescriptionError) -> Descrip
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Returns the error for actuators that do not determine the motion, or None.
 
-    At a dead point, the numerical test fails too, although the actuators are correct.
+    The numerical test also fails at a dead point, although the actuators are correct.
 
     Args:
         mechanism: The description.

@@ -70,8 +70,8 @@ class LoopClosure:
             the gradient of the errors.
         units: Unit of each entry, m or 1.
         size: The longest translation or rod (meter). Lengths are divided by it.
-        functions: The functions of w that the iteration calls, by name. Empty if there are too few
-            equations.
+        functions: The functions of w that the iteration calls, by name. The value is empty if there
+            are too few equations.
         inputs: Name of the coordinates that drive the input variables, ``q`` or ``theta``.
         ratios: Change of each input variable per unit of its coordinate.
         given: Indices of the input variables.
@@ -122,8 +122,8 @@ class LoopClosure:
     def of_chain(self) -> "LoopClosure | None":
         """The same equations with the main-chain joints as inputs.
 
-        None if the main-chain joints do not determine the other variables, or if the reference is a
-        dead point.
+        The value is None if the main-chain joints do not determine the other variables, or if the
+        reference is a dead point.
         """
         given, unknown = _split(self.names, [joint.name for joint in self.hybrid.robot.moving])
         ratios = (1.0,) * len(given)

@@ -1,10 +1,10 @@
-"""Finds all complex poses of a platform on six rods. The rods are generic rods of its family.
+"""Finds all complex poses of a platform on six rods.
 
-A generic platform has forty complex poses, which are in a table. A special platform may be flat or
-have shared rod ends. For generic rod lengths, some of the forty paths lead to all its poses. The
-other paths diverge to infinity. For generic lengths, no pose is singular. The reason is Sard's
-theorem, by which almost all values of a smooth function are regular. Therefore, singular end poses
-are not used as starts.
+The rods are generic members of a family of rods. A generic platform has forty complex poses, which
+are in a table. A special platform may be flat or have shared rod ends. For generic rod lengths,
+some of the forty paths lead to all its poses. The other paths diverge to infinity. For generic
+lengths, no pose is singular. The reason is Sard's theorem, by which almost all values of a smooth
+function are regular. Therefore, singular end poses are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7

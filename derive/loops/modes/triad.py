@@ -232,7 +232,7 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 
 
 class _Factors:
-    """The factors of the polynomial.
+    """The factors of the polynomial of a triad.
 
     The vector w_i is the vector u of a rod, or the normal of a line. A vector R t - f is stored as
     the pair (t, f). The part t rotates with the platform, and f is fixed.

@@ -381,7 +381,7 @@ class Clusters:
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _closure_error(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """Returns the function for the closure error of a joint, or None between rigid groups."""
+        """Returns a function for the closure error of a joint inside a rigid group, else None."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None

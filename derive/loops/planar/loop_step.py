@@ -84,7 +84,7 @@ class RateEquation:
             point.
         right: Pairs (quantity, weight). The quantity may be an expression.
         projected: Two vectors. The left side is the scalar product of the first vector with the
-            derivative of the second. Empty if the left side is printed as a sum.
+            derivative of the second. The value is empty if the left side is printed as a sum.
     """
 
     left: Weighted
@@ -127,8 +127,8 @@ class LoopStep(ABC):
         relation: The loop equation: a sum of rotated vectors that is zero.
         turned: The angle from the axes of the body ``axes`` to the axes of the equations.
         solved: The solved angles, as named terms.
-        margin: The margin is zero at a dead point and negative if the loop cannot be closed. None
-            if the loop can always be closed.
+        margin: The margin is zero at a dead point and negative if the loop cannot be closed. The
+            value is None if the loop can always be closed.
         root: A term, up to its sign, that is NaN if the step cannot close the loop.
         sign: The sign of the branch, or zero for a unique solution.
         title: Name of the kind of step.

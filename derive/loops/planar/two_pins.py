@@ -31,7 +31,7 @@ class TwoPins(PlanarStep):
 
     Attributes:
         vectors: Components of the vectors on the base (C) and on the rotated body (A), by letter.
-            Empty if the rotation is exact.
+            The value is empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)

@@ -36,8 +36,8 @@ class SolvedLoops(LoopModel):
     Attributes:
         loops: The loops by kind.
         forward: All joints as functions of the actuators.
-        backward: All joints as functions of the main-chain joints. Empty if the branch is not
-            determined.
+        backward: All joints as functions of the main-chain joints. The value is empty if the branch
+            is not determined.
         numbers: The constraints in double precision near the reference.
         at_reference: The value of each entry of z at the closed reference.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).

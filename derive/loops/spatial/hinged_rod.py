@@ -39,8 +39,8 @@ class HingedRod:
         center: A frame at the point of the axis that is nearest to the ball, with the axes of the
             joint.
         tip: The vector from the axis to the ball at zero, in the axes of the joint.
-        rod: The ball-ended rod from the axis to the ball. None if the previous joint moves out of
-            the plane of the hinge. The rod length then does not close the loop.
+        rod: The ball-ended rod from the axis to the ball. The value is None if the previous joint
+            moves out of the plane of the hinge. The rod length then does not close the loop.
     """
 
     closure: Closure

@@ -106,7 +106,7 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """Returns the last two unknown joints if their axes intersect, but not in the ball."""
+    """Returns the last two unknown joints if the axes intersect at a point other than the ball."""
     found, terms = _fork_and_tip(legs, end), legs.terms
     if found is None:
         return None
