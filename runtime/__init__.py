@@ -105,12 +105,12 @@ if TYPE_CHECKING:
 
 
 def robots() -> list[str]:
-    """The names of the installed generated robots, of chasles and of the package chasles-robots."""
+    """The names of the installed robots of chasles and of the package chasles-robots."""
     return list(shipped_folders())
 
 
 def shelf_robots() -> list[str]:
-    """The names of the well-known arms that `load` derives on first use."""
+    """The names of well-known arms that `load` derives on first use."""
     installed = shipped_folders()
     return [name for name in shelf() if name not in installed]
 
@@ -126,28 +126,29 @@ def load(
     exact: bool = False,
     parametric: bool = False,
 ) -> Robot:
-    """Loads a robot; derives and compiles it first if the cache does not contain it.
+    """Loads a robot. A robot that is not in the cache is derived and compiled first.
 
     Args:
-        robot: A name in `robots()` or `shelf_robots()`; a description file (.toml, .urdf, .xacro,
-            .xml (MJCF) or .sdf); or the folder of a generated robot, as a path object or as a
-            string with a separator in it ("./mine"). The first use of a well-known arm or of a
-            description runs the compiler (`pip install 'chasles[derive]'`, for xacro and MJCF
-            `'chasles[derive,files]'`), which takes seconds.
-        base: The base link; by default the root of the link tree, or the base of a robot file.
-        tip: The tip link, anywhere in the tree; by default the end of the longest chain.
-        group: A group of the SRDF next to the file, instead of base and tip.
-        name: The robot's name; by default the name in its file.
-        arguments: Values of a xacro file's arguments, each as "name:=value".
-        exact: Whether rounded numbers such as 1.5708 are used as written in the file.
-        parametric: Whether the robot has `fk_p` and the other functions that take its geometry as
-            an input, for calibration; these functions are derived on first use.
+        robot: One of three things: a name in `robots()` or `shelf_robots()`; a description file
+            (.toml, .urdf, .xacro, .xml (MJCF) or .sdf); the folder of a generated robot, as a path
+            object or as a string with a separator in it ("./mine"). The first use of a well-known
+            arm or of a description runs the compiler, which takes seconds. Install it with `pip
+            install 'chasles[derive]'`, for xacro and MJCF with `pip install
+            'chasles[derive,files]'`.
+        base: The base link. The default is the root of the link tree, or the base of a robot file.
+        tip: The tip link, anywhere in the tree. The default is the end of the longest chain.
+        group: A group of the SRDF next to the file. The group replaces base and tip.
+        name: The name of the robot. The default is the name in its file.
+        arguments: Values for the arguments of a xacro file, each as "name:=value".
+        exact: Whether rounded numbers such as 1.5708 are used as they are written in the file.
+        parametric: Whether the robot has `fk_p` and the other functions whose inputs include its
+            geometry, for calibration. These functions are derived on first use.
 
     Returns:
         The robot.
 
     Raises:
-        UnknownRobotError: If no robot has this name.
+        UnknownRobotError: If no robot has the name.
         DerivationError: If the compiler is not installed or rejects the description.
         ChaslesError: If the robot cannot be read, compiled or opened; the message states why.
     """
@@ -156,7 +157,7 @@ def load(
 
 
 _IMPORTED_BY_NAME = ("autodiff", "calibration", "cuda", "derive", "generated", "study", "view")
-"""Subpackages that need a separate import, as `import chasles` does not import them."""
+"""Subpackages that `import chasles` does not import."""
 
 
 def __dir__() -> list[str]:
@@ -164,7 +165,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """The version and drawing functions are loaded at first use, to halve the import time."""
+    """Loaded at first use, which halves the import time."""
     if name in ("animate", "draw"):
         from . import drawing  # noqa: PLC0415
 

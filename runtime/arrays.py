@@ -16,7 +16,7 @@ IntArray = NDArray[np.intp]
 
 
 def real_array(caller: str, name: str, given: Any) -> FloatArray:
-    """Return a float64 array of integers or floats; raise an InputTypeError for other values."""
+    """Return an array of integers or floats as float64. Other values raise an InputTypeError."""
     if isinstance(given, np.ndarray) and given.dtype == np.float64:
         return given
     try:
@@ -31,7 +31,7 @@ def real_array(caller: str, name: str, given: Any) -> FloatArray:
 
 
 def whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
-    """Return an integer argument of a method; raise an InputValueError for other values."""
+    """Return an integer argument of a method. Other values raise an InputValueError."""
     try:
         number = operator.index(given)  # type: ignore[arg-type]
     except TypeError:

@@ -1,11 +1,12 @@
-"""Solves a five-joint arm as a six-joint arm with an added joint.
+"""Solves a five-joint arm as a six-joint arm.
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
-do not depend on angle 6, so every reachable pose has a solution with angle 6 at 0. If the six
-joints fit no family, a different axis is added for the pose task only; its joint stays at 0. The
-added axis passes through the intersection of the last two or first two axes, as in a spherical
-wrist. A second added axis is tried if the first one gives no solution. It passes through a point of
-an axis next to a prismatic joint, or keeps a distance from the other axes.
+do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
+six joints fit no family, another axis is added for the pose task. The joint on this axis stays at
+0. The added axis passes through the intersection of the first or the last two axes, as in a
+spherical wrist. If the first added axis leads to no solution, a second one is tried. The second
+axis passes through a point of an axis next to a prismatic joint, or keeps a distance from the other
+axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,16 +34,15 @@ FEW_DECIMALS = 2
 def by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Returns the structure of five joints with an added tool axis, and its solved tasks.
+    """Returns the structure of five joints with an added tool axis, and the solved tasks.
 
     Args:
         robot: The description.
-        classification: The result for the five joints alone, which fit no family.
+        classification: The classification of the five joints, which fit no family.
         families: The families of axis structures to try, in order.
 
     Returns:
-        The result is None unless exactly five joints are free and fit a family together with the
-        added axis.
+        None is returned unless five joints are free and fit a family together with the added axis.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):
@@ -64,11 +64,11 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Returns five joints and an added sixth joint at 0 that exactly fit a family, or None.
+    """Returns five joints and a sixth joint at 0 that fit a family exactly, or None.
 
     Args:
         robot: The description.
-        classification: The result for the five joints alone, which fit no family.
+        classification: The classification of the five joints, which fit no family.
         families: The families of axis structures to try, in order.
     """
     if len(classification.lines.axes) != JOINTS or unfit(robot):
@@ -84,10 +84,6 @@ def with_still_axis(
 def _by_added_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """Solves the pose task of five joints with an added sixth joint at 0, at either end.
-
-    Returns the first added axis whose inverse misses the fewest poses at right angles.
-    """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None
     for extended in _with_added_axis(classification.lines):
@@ -104,12 +100,13 @@ def _by_added_axis(
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
-    """Yields the chain with an added joint at 0, after the last joint or before the first joint.
+    """Yields the chain with a joint at 0, which is added at either end.
 
     Two positions of the added axis are tried at each end. The first position contains the
-    intersection of the two axes at the end or, if a joint is prismatic, a point of the end axis.
-    The second position is at a distance from the other axes. The added axis is perpendicular to the
-    end axis, so that a wrist can reach every orientation.
+    intersection of the two axes at the end. If one of these joints is prismatic, it contains a
+    point of the end axis. The second position is at a distance from the other axes. The added axis
+    is perpendicular to the end axis, because a wrist with perpendicular axes can reach every
+    orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

@@ -1,1 +1,1 @@
-"""Typed programs of functions: the statements that CasADi generates, and optimizations."""
+"""Typed programs of functions."""

@@ -31,11 +31,11 @@ class Operations:
         return self.multiply + self.add + self.negate + self.trig + self.other
 
     def as_dict(self) -> dict[str, int]:
-        """The operation counts and their total, keyed by name."""
+        """Operation counts keyed by name, with their total."""
         return {**asdict(self), "total": self.total}
 
 
 def count_operations(program: Program) -> Operations:
-    """Counts a program's operations by kind; loads, stores and constants do not count."""
+    """Counts the operations of a program by kind. Loads, stores and constants do not count."""
     kinds = (_KINDS.get(statement.operation, "other") for statement in program.computed)
     return Operations(**Counter(kinds))

@@ -1,7 +1,7 @@
-"""The typed program of a function: inputs, and statements that each compute or store a value.
+"""The typed program of a function.
 
 A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
-use. Statements are independent of the output language; a printer converts statements to text.
+use. Statements do not depend on the output language. A printer converts them to text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 
 class Operation(Enum):
-    """An operation; a condition is 1 or 0 in scalar code, and a mask in vector code."""
+    """An operation. A condition is 1 or 0 in scalar code and a mask in vector code."""
 
     ADD = auto()
     SUBTRACT = auto()
@@ -26,7 +26,7 @@ class Operation(Enum):
     ATAN2 = auto()
     ABS = auto()
     SIGN = auto()
-    """The sign -1 or 1 of the operand; 0 and NaN are returned unchanged."""
+    """The sign -1 or 1 of the operand. The operands 0 and NaN are returned unchanged."""
     MIN = auto()
     MAX = auto()
     LESS = auto()
@@ -37,13 +37,17 @@ class Operation(Enum):
     AND = auto()
     OR = auto()
     SELECT = auto()
-    """``SELECT(condition, x, y)`` is x if the condition holds, otherwise y; the unused value has no
-    effect."""
+    """``SELECT(condition, x, y)`` is x if the condition holds, otherwise y.
+
+    The unused value has no effect.
+    """
     RECIPROCAL_SQRT = auto()
-    """The operation 1 / sqrt(x), which only strength reduction introduces."""
+    """The operation 1 / sqrt(x). Only strength reduction introduces it."""
     SUPPLEMENT = auto()
-    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y; only strength
-    reduction introduces it."""
+    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y.
+
+    Only strength reduction introduces it.
+    """
 
 
 COMPARISONS = frozenset(
@@ -58,7 +62,7 @@ CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A constant; -0.0 and 0.0 are different constants."""
+    """A constant. The constants -0.0 and 0.0 differ."""
 
     value: float
 
@@ -71,7 +75,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """Entry ``entry`` of argument ``argument`` of the function, in row-major order."""
+    """Entry ``entry`` of the function argument ``argument``, in row-major order."""
 
     argument: int
     entry: int
@@ -79,7 +83,7 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """The result of a statement, identified by its number in the program."""
+    """The result of a statement. Its number in the program identifies the variable."""
 
     number: int
 
@@ -99,7 +103,7 @@ class Compute:
     operands: tuple[Operand, ...]
 
     def __hash__(self) -> int:
-        # Two statements of a program never have the same result variable.
+        # No two statements of a program have the same result variable.
         return self.result.number
 
     @property
@@ -118,7 +122,7 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The stored value, as a tuple like the operands of :class:`Compute`."""
+        """The stored value as a tuple, like the operands of :class:`Compute`."""
         return (self.value,)
 
 
@@ -130,9 +134,9 @@ class Program:
     """One function as a list of statements.
 
     Attributes:
-        name: The function's name with the robot's prefix.
-        arguments: Names of the arguments; an :class:`Input` refers to them by index.
-        results: Names of the outputs; a :class:`Store` refers to them by index.
+        name: The name of the function with the prefix of the robot.
+        arguments: Names of the arguments. An :class:`Input` contains an index of this list.
+        results: Names of the outputs. A :class:`Store` contains an index of this list.
         inputs: All entries that the program reads, in order.
         statements: All statements, in the order of execution.
     """
@@ -159,5 +163,5 @@ class Program:
 
 
 def variables(operands: Sequence[Operand]) -> Iterator[Variable]:
-    """Returns the variables among operands."""
+    """Returns the variables of a list of operands."""
     return (operand for operand in operands if isinstance(operand, Variable))

@@ -1,4 +1,4 @@
-"""The programs of all functions of a derivation, the source for every language."""
+"""The programs of all functions of a derivation, for all output languages."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +13,7 @@ from .reading import programs as read_programs
 from .unrolling import unrolled
 
 COORDINATES, RESIDUAL = 0, 1
-"""Output indices of coordinates and residual in every inverse."""
+"""Indices of the outputs for coordinates and residual in every inverse."""
 
 
 @dataclass(frozen=True)
@@ -21,22 +21,22 @@ class Programs:
     """The programs of a robot's functions.
 
     Attributes:
-        whole: The program of each function by name. The program of a function with branches
+        whole: The program of each function by name. A function with branches has a program that
             computes all branches in order.
-        branch: The single-branch program of each function with branches; its last argument
-            ``choice`` contains the signs.
+        branch: The program of a single branch, for each function with branches. The signs are its
+            last argument ``choice``.
     """
 
     whole: Mapping[str, Program]
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """Returns the single-branch program; without branches, the complete program."""
+        """Returns the program of a single branch. Without branches, this is the whole program."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 
 NO_PROGRAMS = Programs({}, {})
-"""Empty programs, for output languages that print equations instead of programs."""
+"""Empty programs, for output languages that print equations."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
@@ -44,10 +44,10 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 
     Args:
         functions: Functions whose entries share terms.
-        prefix: The robot's name, the prefix of the program names.
+        prefix: The name of the robot, which is the prefix of the program names.
 
     Raises:
-        LoweringError: No rule converts an expression or an operation.
+        LoweringError: An expression or an operation has no conversion rule.
     """
     read = [
         with_input_check(program) if f.role.finds_coordinates else program
@@ -62,17 +62,16 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 
 
 def with_input_check(program: Program) -> Program:
-    """Makes the residual non-finite if an input on which the coordinates depend is not finite.
+    """Makes the residual NaN or infinite if an input of the coordinates is not finite.
 
-    If a prismatic joint is parallel to a base axis, the joint's part of the residual is x - x,
-    which simplifies to 0 for every x. Without the added dependence, a target with x = NaN would
-    count as solved.
+    If a prismatic joint is parallel to a base axis, its part of the residual is x - x. CasADi
+    simplifies this to 0. A target with x = NaN would then count as solved.
 
     Args:
-        program: The program of an inverse, for all solutions or for a single solution.
+        program: The program of an inverse, for one or all solutions.
 
     Returns:
-        The program. The residual of the returned program depends on each input of the coordinates.
+        The program. The program whose residual depends on each input of the coordinates.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]
@@ -97,7 +96,6 @@ def with_input_check(program: Program) -> Program:
 def _total_size(
     entries: Sequence[Input], unused: Iterator[Variable]
 ) -> tuple[Variable, list[Compute]]:
-    """Returns the sum of the inputs' absolute values, and the statements that compute it."""
     sizes = [Compute(next(unused), Operation.ABS, (entry,)) for entry in entries]
     total, computed = sizes[0].result, [*sizes]
     for size in sizes[1:]:
@@ -107,7 +105,6 @@ def _total_size(
 
 
 def _inputs_behind(program: Program) -> dict[int, set[Input]]:
-    """Returns the inputs on which each output depends."""
     behind: dict[Operand, set[Input]] = {entry: {entry} for entry in program.inputs}
     outputs: dict[int, set[Input]] = {}
     for statement in program.statements:

@@ -1,8 +1,8 @@
-"""Converts C from CasADi's code generator to typed programs; only this module parses C.
+"""Converts C code from CasADi to typed programs.
 
-The arithmetic of CasADi's C is preserved operation by operation. Sparsity exports, work vectors and
-memory management are dropped, because functions with dense arguments and without state need none of
-them. An unknown line or expression raises an error that quotes the text.
+The arithmetic of the C code is preserved operation by operation. Sparsity, work vectors and memory
+management are dropped, because functions with dense arguments and without state do not need them.
+For an unknown line or expression, the error quotes the text.
 """
 
 import itertools
@@ -69,7 +69,7 @@ _FUNCTIONS = {
 
 
 def programs(lowered: Sequence[ca.Function]) -> list[Program]:
-    """Returns the typed programs of lowered functions, from CasADi's generated code.
+    """Returns the programs of lowered functions from the C code that CasADi generates.
 
     Raises:
         LoweringError: An output is not dense, or an operation is unknown.
@@ -89,7 +89,6 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
 
 
 def _program(function: ca.Function, text: str) -> Program:
-    """Returns a function's program, in which selections are joined and library calls come first."""
     reader = _Reader(function.name())
     for line in text.splitlines():
         reader.read(line)
@@ -107,18 +106,15 @@ def _program(function: ca.Function, text: str) -> Program:
 
 
 class _Reader:
-    """Parser for the C code of one function."""
-
     def __init__(self, name: str) -> None:
         self.name = name
         self.inputs: set[Input] = set()
         self.statements: list[Statement] = []
-        # CasADi reuses its variables, so this dictionary maps each variable to its current operand.
+        # CasADi reuses its variables, so this dictionary maps each of them to its current operand.
         self._now: dict[str, Operand] = {}
         self._numbers = itertools.count(1)
 
     def read(self, line: str) -> None:
-        """Parses a line of C."""
         if load := _LOAD.fullmatch(line):
             entry = Input(int(load[2]), int(load[3]))
             self.inputs.add(entry)
@@ -157,11 +153,9 @@ class _Reader:
 
 
 def _with_choices(statements: Sequence[Statement]) -> list[Statement]:
-    """Replaces CasADi's (c ? x : 0) + (!c ? y : 0) by a selection, which preserves -0."""
     computed: dict[Operand, Compute] = {s.result: s for s in statements if isinstance(s, Compute)}
 
     def half(operand: Operand) -> Compute | None:
-        """Returns the statement that computes an operand, if it selects between a value and 0."""
         statement = computed.get(operand)
         if statement is None or statement.operation is not Operation.SELECT:
             return None

@@ -1,4 +1,4 @@
-"""The order of a program's statements: scheduling, removal of unused code, numbering."""
+"""The order of the statements of a program."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,16 +7,19 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 
 
 def by_depth(program: Program) -> Program:
-    """Reorders a program so that each statement is as early as its operands allow.
+    """Moves each statement as far forward as its operands allow.
 
-    CasADi completes one sum before it starts the next sum. For a long chain, independent sums are
-    therefore far apart, and the processor would wait for every product of a sum.
+    CasADi completes one sum before it starts the next sum. Independent sums of a long chain are
+    therefore far apart. The processor would wait for every product of a sum.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """Returns statements by depth, the length of the longest dependency chain before them."""
+    """Returns lists of statements with equal depth.
+
+    The depth is the length of the longest chain of operands before a statement.
+    """
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:
@@ -28,7 +31,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements with unused results, without renumbering the variables."""
+    """Drops statements whose results are not used. The variables keep their numbers."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):
@@ -39,9 +42,9 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves library calls, and the statements on which these calls depend, to the front.
+    """Moves library calls to the front, after the statements that they depend on.
 
-    A library call overwrites the vector registers, so all other arithmetic should follow the calls.
+    A library call overwrites the vector registers, so other arithmetic should come after all calls.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()
@@ -55,7 +58,6 @@ def calls_first(program: Program) -> Program:
 
 
 def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
-    """Returns a program with the given statements, with variables renumbered in order."""
     names: dict[Variable, Variable] = {}
 
     def renamed(operand: Operand) -> Operand:

@@ -1,7 +1,7 @@
-"""Strength reduction: replaces expensive vector operations by cheaper operations.
+"""Replaces expensive vector operations by cheaper ones (strength reduction).
 
-Square roots, divisions and arc tangents dominate the cost of an inverse. The results equal the
-original results up to rounding error.
+Square roots, divisions and arc tangents dominate the cost of an inverse. The results are the
+original results up to rounding errors.
 """
 
 import itertools
@@ -26,22 +26,20 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
     """Replaces expensive operations of a program.
 
     Square roots that are only divisors become reciprocal square roots. Points that are equal up to
-    sign share an arc tangent. Angles are computed from points before normalization, so the
-    computation does not wait for the lengths.
+    sign share an arc tangent. Angles are computed from points before the points are normalized. The
+    computation then does not wait for the lengths.
 
     The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input with the value 1 or -1. In the returned program, as few angles as possible
-            depend on the sign input.
+        sign: An input whose value is 1 or -1. As few angles as possible depend on this sign.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))
 
 
 def _reciprocal_roots(program: Program) -> Program:
-    """Replaces square roots that are only divisors by 1 / sqrt(x)."""
     roots = {
         s.result: s.operands[0]
         for s in program.computed
@@ -65,11 +63,9 @@ def _reciprocal_roots(program: Program) -> Program:
 
 
 def _angles_of_opposites(program: Program) -> Program:
-    """Shares one arc tangent between points that are equal up to coordinate signs."""
     negatives = _negatives(program)
 
     def signed(operand: Operand) -> tuple[Operand, bool]:
-        """Returns the operand without negations, and whether it was negated."""
         negative = False
         while operand in negatives:
             operand, negative = negatives[operand], not negative
@@ -94,7 +90,6 @@ def _angles_of_opposites(program: Program) -> Program:
 
 
 def _angles_before_lengths(program: Program) -> Program:
-    """Replaces the angle of the point (x / l, y / l) by the angle of (x, y)."""
     lengths = [s.result for s in program.computed if s.operation is Operation.RECIPROCAL_SQRT]
     rewriting = _Rewriting(program)
     for statement in program.statements:
@@ -111,7 +106,6 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes angles of points with a sign factor from angles of points without the factor."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -124,7 +118,6 @@ def _angles_before_sign(program: Program, sign: Input) -> Program:
 def _before_sign(
     rewriting: "_Rewriting", angle: Compute, sign: Input
 ) -> tuple[Operation, tuple[Operand, ...]]:
-    """Returns operation and operands for an angle of a point that may have a sign factor."""
     y, x = angle.operands
     bare_y, bare_x = rewriting.without(y, sign), rewriting.without(x, sign)
     point = (bare_y or y, bare_x or x)
@@ -139,7 +132,7 @@ def _before_sign(
 
 
 class _Rewriting:
-    """Rewrites a program statement by statement, and removes factors from products."""
+    """Rewrites a program statement by statement."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -148,17 +141,14 @@ class _Rewriting:
         self.statements: list[Statement] = []
 
     def program(self) -> Program:
-        """Returns the program that contains the statements written so far."""
         return replace(self._program, statements=tuple(self.statements))
 
     def named(self, operation: Operation, operands: tuple[Operand, ...]) -> Variable:
-        """Returns a new variable for the result of an operation."""
         result = Variable(next(self._numbers))
         self.statements.append(Compute(result, operation, operands))
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """Returns a product without one of its factors; returns None for other values."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None
@@ -178,7 +168,6 @@ class _Rewriting:
 
 
 def _negatives(program: Program) -> dict[Operand, Operand]:
-    """Returns the negated operand of each variable computed by a negation."""
     return {
         s.result: s.operands[0]
         for s in program.computed

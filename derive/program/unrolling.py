@@ -1,8 +1,7 @@
-"""Unrolls a single-branch program over all signs, computing shared terms once.
+"""Unrolls the program of a single branch over all signs. Shared terms are computed once.
 
-The signs of each branch are substituted and propagated, so that a value and its negative share a
-variable. Every rewriting rule is exact in floating point: (-a) b = -(a b), a + (-b) = a - b,
-atan2(-y, x) = -atan2(y, x).
+The signs of each branch are substituted. A value and its negative share a variable. All rules are
+exact in floating point: (-a) b = -(a b), a + (-b) = a - b, atan2(-y, x) = -atan2(y, x).
 """
 
 import itertools
@@ -46,18 +45,18 @@ _FOLDED: Mapping[Operation, Callable[..., float]] = {
     Operation.AND: lambda x, y: bool(x and y),
     Operation.OR: lambda x, y: bool(x or y),
 }
-"""Operations whose result for constants is exactly the same in Python and C."""
+"""Operations whose result for constants is equal in Python and C."""
 _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 
 def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
-    """Returns the program of all branches of a function, in order.
+    """Returns the program of all branches, in order.
 
-    Entry i of branch b equals entry i of the function ``branch`` with the signs of branch b as
-    its last argument.
+    Entry i of branch b equals entry i of the function ``branch`` with the signs of branch b as last
+    argument.
 
     Args:
-        branch: The single-branch program; its last argument contains the signs.
+        branch: The program of a single branch. Its last argument contains the signs.
         signs: The signs (1 or -1) of each branch.
         name: The name of the program.
     """
@@ -93,18 +92,14 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
 
 @dataclass(frozen=True)
 class _Signed:
-    """An operand of the program, or the negative of an operand."""
-
     operand: Operand
     negative: bool
 
     def times(self, negative: bool) -> "_Signed":
-        """Returns the value, negated on request."""
         return replace(self, negative=self.negative != negative)
 
 
 def _number(value: _Signed) -> float | None:
-    """Returns the numerical value of a constant, or None for other operands."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value
@@ -115,7 +110,7 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes a statement only if no earlier statement has the same value up to its sign."""
+    """Writes a statement unless an earlier statement has the same value up to its sign."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -138,7 +133,6 @@ class _Writer:
         }
 
     def value(self, operation: Operation, operands: Sequence[_Signed]) -> _Signed:
-        """Returns the value that results from an operation."""
         operands = [self._kept(operand) for operand in operands]
         numbers = [number for number in map(_number, operands) if number is not None]
         if operation in _FOLDED and len(numbers) == len(operands):
@@ -146,7 +140,6 @@ class _Writer:
         return self._rules.get(operation, partial(self._unsigned, operation))(*operands)
 
     def plain(self, value: _Signed) -> Operand:
-        """Returns an operand for a value; writes a negation if necessary."""
         if not value.negative:
             return value.operand
         if isinstance(value.operand, Constant):
@@ -154,7 +147,6 @@ class _Writer:
         return self._named(Operation.NEGATE, value.operand)
 
     def _unsigned(self, operation: Operation, *operands: _Signed) -> _Signed:
-        """Returns the result of an operation on plain operands."""
         return _Signed(self._named(operation, *map(self.plain, operands)), False)
 
     def _even(self, operation: Operation, value: _Signed) -> _Signed:
@@ -171,13 +163,11 @@ class _Writer:
         return _Signed(self._named(Operation.ATAN2, y.operand, self.plain(x)), y.negative)
 
     def _extreme(self, operation: Operation, a: _Signed, b: _Signed) -> _Signed:
-        """Returns a minimum or maximum; the minimum of -a and -b is the negative maximum."""
         if a.negative and b.negative:
             return _Signed(self._named(_OPPOSITE[operation], a.operand, b.operand), True)
         return self._unsigned(operation, a, b)
 
     def _comparison(self, operation: Operation, a: _Signed, b: _Signed) -> _Signed:
-        """Returns a comparison; for negated values, its sides are exchanged: -a < -b is b < a."""
         if a.negative or b.negative:
             a, b = b.times(True), a.times(True)
         return self._unsigned(operation, a, b)
@@ -212,7 +202,6 @@ class _Writer:
         )
 
     def _opposite(self, value: _Signed) -> _Signed:
-        """Returns the negative of a value. In a sum, a - b becomes b - a."""
         opposite = None if value.negative else self._turned(value.operand)
         if opposite is None or opposite in self._opposites:
             return value.times(True)
@@ -220,7 +209,6 @@ class _Writer:
         return _Signed(opposite, False)
 
     def _turned(self, operand: Operand) -> Operand | None:
-        """Returns the negative of a difference or sum: b - a, or (b - a) - c for (a - b) + c."""
         statement = self._computed.get(operand)
         if statement is None:
             return None
@@ -237,12 +225,10 @@ class _Writer:
         return None
 
     def _kept(self, value: _Signed) -> _Signed:
-        """Expresses a value by the variable that :meth:`_opposite` created for its negative."""
         opposite = self._opposites.get(value.operand)
         return value if opposite is None else _Signed(opposite, not value.negative)
 
     def _named(self, operation: Operation, *operands: Operand) -> Variable:
-        """Returns the variable of an operation; writes the statement if it is new."""
         key = (operation, operands)
         if key not in self._known and operation in _COMMUTING:
             key = (operation, operands[::-1])

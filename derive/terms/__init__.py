@@ -1,1 +1,1 @@
-"""Named shared terms, with vectors, derivatives and functions of terms, and Lie groups."""
+"""Named shared terms of a derivation."""

@@ -1,8 +1,8 @@
-"""Lowers SymPy terms of a derivation to a shared CasADi graph, split into functions.
+"""Converts SymPy terms of a derivation to a CasADi graph.
 
-The visitor supports +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max
-and Piecewise with comparisons. Parameters are replaced by default values. Exact numbers are
-evaluated at 40-digit precision, then rounded once to floats.
+Supported are +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max, and
+Piecewise with comparisons. Parameters are replaced by default values. Exact numbers are evaluated
+with 40 digits and then rounded once to floats.
 """
 
 import operator
@@ -24,24 +24,26 @@ from .terms import Terms
 
 
 class LoweringError(DescriptionError):
-    """Error for an expression with a part that cannot be lowered; the message quotes this part."""
+    """Error for an expression that cannot be converted. The message quotes the part."""
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
-    """Lowers functions to CasADi, with names ``<prefix>_<name>`` and dense row-major outputs.
+    """Converts functions to CasADi.
 
-    Outputs of calls become additional inputs.
+    Their names are ``<prefix>_<name>``, and outputs are dense and row-major.
 
-    A function with signs is lowered as a single branch, ``<prefix>_<name>_branch``, whose last
-    input ``choice`` contains the signs.
+    The outputs of calls become additional inputs.
+
+    A function with signs becomes the single branch ``<prefix>_<name>_branch``. Its last input
+    ``choice`` contains the signs.
 
     Args:
-        functions: Functions over the same terms; shared terms of functions without signs are
-            lowered once.
+        functions: Functions over the same terms. Terms that functions without signs share are
+            converted once.
         prefix: The robot's name.
 
     Raises:
-        LoweringError: No rule lowers a part of an expression.
+        LoweringError: A part of an expression has no conversion rule.
     """
     shared = _Visitor(functions[0].terms) if functions else None
     return [
@@ -55,8 +57,7 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
     """Returns the results (m, k) of a one-argument function at m arguments (m, n).
 
-    CasADi reads and writes the arrays directly, which is ten times faster than with its own
-    matrices.
+    CasADi reads and writes the arrays directly, which is ten times faster than its own matrices.
     """
     arguments = np.ascontiguousarray(arguments)
     results = np.empty((len(arguments), function.numel_out(0)))
@@ -70,10 +71,10 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
 
 
 def combined(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
-    """Joins functions with one output each into a single CasADi function, for optimal control.
+    """Joins functions with one output each to a single CasADi function, for optimal control.
 
     The joined function has the arguments of all functions. Each output has the name of its
-    function, such as ``fk``; dimensions after the first are flattened.
+    function, such as ``fk``. Dimensions after the first are flattened.
     """
     visitor = _Visitor(functions[0].terms)
     arguments = {argument.name: argument for f in functions for argument in f.arguments}
@@ -87,7 +88,7 @@ def combined(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
 
 
 class _Visitor:
-    """Builds the CasADi graph of shared terms, and visits every expression once."""
+    """Builds the CasADi graph of shared terms."""
 
     def __init__(self, terms: Terms, signs: Iterable[sp.Symbol] = ()) -> None:
         self.terms = terms
@@ -114,7 +115,7 @@ class _Visitor:
             ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
             for result in function.outputs
         ]
-        # Equal terms already share a name; the graph also shares equal parts of longer sums.
+        # Equal terms already share a name. The graph also shares equal parts of long sums.
         with _as_written():
             return ca.cse(nodes)
 
@@ -191,7 +192,6 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
-        """Returns the angle of a point, an odd function of y, with one call for both signs of y."""
         if y.as_coeff_Mul()[0].is_negative:
             return -self._angle(-y, x)
         factors = sp.Mul.make_args(self.terms.definitions.get(y, y))
@@ -202,7 +202,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """Returns the value for the first true condition; NaN in other values has no effect."""
+        """Returns the value of the first true condition; a NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value if no condition is true: {expression}")
@@ -226,7 +226,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Disables CasADi's simplification, because it would create the product (c ? x : 0) * y."""
+    """Disables the simplification of CasADi, which would create the product (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield
@@ -242,7 +242,6 @@ def _chosen(condition: ca.SX, this: ca.SX, other: ca.SX) -> ca.SX:
 
 
 def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
-    """Extends a binary function to one or more arguments, applied from left to right."""
     return lambda *nodes: reduce(operation, nodes)
 
 

@@ -1,7 +1,7 @@
-"""Values of terms at generic configurations, for tests whether a term is identically zero.
+"""Values of terms at generic configurations. They show whether a term is always zero.
 
-Terms that are equal at a generic configuration count as equal at all configurations. The comparison
-is made at 40-digit precision.
+Terms that are equal at a generic configuration count as always equal. Terms are compared with 40
+digits.
 """
 
 from collections.abc import Sequence
@@ -15,18 +15,10 @@ from .terms import Terms
 
 
 class GenericPoint:
-    """An arbitrary configuration at which terms are evaluated at 40-digit precision."""
+    """A generic configuration at which terms are evaluated with 40 digits."""
 
     def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
-        """Sets the configuration.
-
-        Args:
-            terms: Names of all terms.
-            symbols: Coordinates and parameters that receive a generic value. The value of a
-                parameter is its default plus a generic number; unlisted parameters have their
-                default value.
-            phase: Two generic configurations with different phases have no common value.
-        """
+        """Sets the configuration."""
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
         for k, symbol in enumerate(symbols):
@@ -59,10 +51,10 @@ class GenericPoint:
 
 
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
-    """Returns a number between 0 and 1 that is unique for its arguments.
+    """Returns a number between 0 and 1 that depends on both arguments.
 
-    The fractional parts of multiples of the golden ratio are all different. The quadratic term
-    makes the differences depend on the phase.
+    The fractional parts of multiples of the golden ratio all differ. The quadratic term makes the
+    differences between numbers depend on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2
@@ -71,7 +63,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Returns the coordinates on which expressions depend, directly or through terms, by name."""
+    """Returns the coordinates of expressions by name, including the coordinates of their terms."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
@@ -85,5 +77,5 @@ def vanishes(terms: Terms, value: sp.Expr) -> bool:
         generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
         return bool(abs(generic.value(value)) < ZERO_COMPONENT)
 
-    # The results are cached, because all branches of a robot's loops test the same lengths.
+    # Cached, because all branches of loops test the same lengths.
     return terms.memoize(("vanishes", value), is_zero)

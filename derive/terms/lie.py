@@ -4,10 +4,10 @@ Conventions. A twist is the column (v, omega), with the linear part first, as in
 Sastry. `T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in
 meters and angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
-Exactness. Exact numbers give exact results, symbols give expressions, and no result is simplified.
-If a matrix contains a `Float`, all its numbers are converted to `Float`, at the highest precision
-present. SymPy must be able to decide whether an exact number is zero; otherwise a ValueError names
-the number.
+Exactness. Exact numbers lead to exact results, and symbols lead to expressions. No result is
+simplified. If a matrix contains a `Float`, all its numbers become a `Float` with the highest
+precision in the matrix. SymPy must be able to decide whether an exact number is zero. Otherwise a
+ValueError names the number.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -61,9 +61,9 @@ def hat_so3(omega: Matrix) -> Matrix:
 
 
 def swap_twist_order(twists: Matrix) -> Matrix:
-    """Converts twists (v, omega) to (omega, v), or back: the permutation is equal to its inverse.
+    """Converts twists from (v, omega) to (omega, v), or back.
 
-    For an operator on twists, such as `adjoint(T)`, both rows and columns are exchanged:
+    The rows and the columns of an operator on twists, such as `adjoint(T)`, are exchanged:
     `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
@@ -144,10 +144,10 @@ def inverse_se3(T: Matrix) -> Matrix:
 
 
 def adjoint(T: Matrix) -> Matrix:
-    """Returns the adjoint Ad = [[R, hat(p) R], [0, R]], which maps twists of frame b to frame a.
+    """Returns the adjoint Ad = [[R, hat(p) R], [0, R]] from twists of frame b to frame a.
 
-    `T hat(x) T^-1 = hat(Ad x)`, and Ad of a product is the product of the adjoints. The inverse is
-    `adjoint(inverse_se3(T))`.
+    `T hat(x) T^-1 = hat(Ad x)`, and the adjoint of a product of poses is the product of the
+    adjoints. The inverse is `adjoint(inverse_se3(T))`.
 
     Args:
         T: (4, 4) pose `T_a_b`.
@@ -168,10 +168,10 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     """Unit twist of a screw: v = point x direction + pitch direction, omega = direction.
 
     Args:
-        direction: (3, 1) unit vector along the axis; symbols are assumed to have unit length.
+        direction: (3, 1) unit vector along the axis. Symbols are assumed to have unit length.
         point: (3, 1) any point of the axis, meter, in the same frame.
-        pitch: Translation per angle, meter per radian: 0 for a revolute joint, `sympy.oo` for a
-            prismatic joint, whose twist is (direction, 0).
+        pitch: Translation per angle, meter per radian. The pitch of a revolute joint is 0, that of
+            a prismatic joint is `sympy.oo`, with the twist (direction, 0).
 
     Returns:
         (6, 1) twist (v, omega) of unit speed, in the frame of `direction`.
@@ -193,9 +193,9 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
 
 
 def norm(a: Matrix) -> Expr:
-    """Returns the length of a vector; a length |e| with symbolic e is returned as e itself.
+    """Returns the length of a vector. The length |e| of a symbolic e is returned as e.
 
-    This module uses only even functions of lengths, so the sign of e has no effect.
+    All functions of this module are even in a length, so the sign of e has no effect.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)
@@ -217,7 +217,7 @@ def is_zero(e: Expr) -> bool:
 
 
 def require_unit(a: Matrix, name: str) -> None:
-    """Raises ValueError if a is a numerical vector that is not of unit length."""
+    """Raises ValueError if a numerical vector does not have unit length."""
     excess = a.dot(a) - 1
     if not excess.is_number:
         return
@@ -227,7 +227,10 @@ def require_unit(a: Matrix, name: str) -> None:
 
 
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
-    """Returns M as an immutable matrix of a given shape; one Float makes all numbers Floats."""
+    """Returns M as an immutable matrix of a given shape.
+
+    If one number is a Float, all become Floats.
+    """
     if M.shape != shape:
         msg = f"{name} has shape {M.shape}: expected {shape}"
         raise ValueError(msg)

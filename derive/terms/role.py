@@ -1,4 +1,4 @@
-"""The role of a function, and the labels of its branches."""
+"""The role of a function, with labels of its branches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from chasles import contract
 
 @dataclass(frozen=True)
 class Role(contract.Role):
-    """The role of a function, with properties that only the compiler needs."""
+    """The role of a function, with properties for the compiler."""
 
     @property
     def finds_coordinates(self) -> bool:
@@ -17,7 +17,7 @@ class Role(contract.Role):
 
     @property
     def is_start(self) -> bool:
-        """Whether the function computes a start configuration per pose for a different function."""
+        """Whether another function starts from the configurations that the function computes."""
         return self.name == "nominal inverse"
 
 
@@ -34,5 +34,5 @@ def branch_label(choices: Sequence[tuple[str, str]]) -> str:
 
 
 def side_of(sign: int) -> str:
-    """Returns the default name of a side, given its sign."""
+    """Returns the default name of a side from its sign."""
     return "+" if sign > 0 else "-"

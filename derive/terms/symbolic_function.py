@@ -12,7 +12,7 @@ from .terms import Terms
 
 @dataclass(frozen=True)
 class Argument:
-    """An input: its symbols in row-major order, shape, unit and one-line meaning."""
+    """An input with its symbols (row-major), shape, unit and meaning."""
 
     name: str
     symbols: tuple[sp.Symbol, ...]
@@ -28,10 +28,10 @@ class Argument:
 
 @dataclass(frozen=True)
 class Result:
-    """An output: its entries in row-major order, shape, unit and one-line meaning.
+    """An output with its entries (row-major), shape, unit and meaning.
 
-    The entries of a function with branches are for a single branch, and depend on the signs. The
-    first dimension of the shape is the number of branches.
+    The entries of a function with branches belong to a single branch and depend on the signs. The
+    first dimension of the shape is then the number of branches.
     """
 
     name: str
@@ -51,11 +51,11 @@ class Signature:
     """Name, meaning, inputs and outputs of a function.
 
     Attributes:
-        name: The function's name without the robot's prefix.
-        summary: One line that states the computed quantity.
+        name: The name of the function without the prefix of the robot.
+        summary: One line that states what the function computes.
         identity: One line with the identity that the function satisfies.
-        inputs: The arguments of the function in order.
-        outputs: The results of the function in order.
+        inputs: The arguments in order.
+        outputs: The results in order.
         role: The role, for the runtime.
     """
 
@@ -71,25 +71,26 @@ class Signature:
 class Tables:
     """Numerical data of a robot for a handwritten solver.
 
-    Each handwritten solver has a subclass. If the solver reads a C structure, the subclass has the
-    fields of this structure in the same order; arrays are nested tuples.
+    If the solver reads a C structure, the fields have the order of this structure. Arrays are
+    nested tuples.
     """
 
 
 @dataclass(frozen=True)
 class NativeSolverFunction(Signature):
-    """A function that a handwritten solver computes from numerical tables, not from expressions.
+    """A function that a handwritten solver computes from tables of numbers.
 
     Attributes:
-        solver: Name of the solver, which is the same for all robots; each language has a file for
-            this solver.
-        tables: The numerical data of the robot, in the class of the solver.
-        calls: Names of the functions that the solver calls, in the solver's order.
-        branches: Number of solutions for which the output has space.
-        operations: Approximate operation count, used to divide a batch over threads.
-        margin: Name of the function that explains NaN results; the value is empty if there is no
+        solver: Name of the solver, which is the same for all robots. Each language has a file for
+            the solver.
+        tables: The tables of the robot.
+        calls: Names of the functions that the solver calls, in the order of the solver.
+        branches: Number of solutions that fit into the output.
+        operations: Approximate number of operations. The runtime uses this number to divide a batch
+            over threads.
+        margin: Name of the function that explains NaN results. The name is empty if there is no
             such function.
-        steps: Names of the loops, one per entry, if the function returns margins.
+        steps: Names of the loops, one per margin, if the function returns margins.
     """
 
     solver: str
@@ -106,12 +107,11 @@ class Call:
     """A call of an iterative solver before the statements of a function.
 
     Attributes:
-        system: Name of the solved equations, and of the C file that contains them.
-        entry: Name of the solver's entry point.
+        system: Name of the equations that are solved, and of their C file.
+        entry: Name of the C function to call.
         inputs: Names of function inputs, or of outputs of earlier calls.
-        outputs: Arrays that the call fills. The symbols of the filled arrays are arguments of the
-            later statements.
-        operations: Approximate operation count of the call.
+        outputs: Arrays that the call fills. Their symbols are arguments of the later statements.
+        operations: Approximate number of operations of the call.
     """
 
     system: str
@@ -126,13 +126,13 @@ class SymbolicFunction(Signature):
     """A function whose result entries are expressions in shared terms.
 
     Attributes:
-        terms: The terms and constants on which the entries depend.
-        margin: Name of the function that returns the distance of the loops from dead points; the
-            value is empty without loops.
-        steps: Names of the loops, one per entry, if the function returns margins.
-        signs: Symbols with the value 1 or -1, one for each choice between two branches. In branch
-            b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1. The
-            first sign varies slowest.
+        terms: The terms and constants of the entries.
+        margin: Name of the function that returns the distance of the loops from dead points. The
+            name is empty for a robot without loops.
+        steps: Names of the loops, one per margin, if the function returns margins.
+        signs: Symbols with the value 1 or -1. Each one selects one of two branches. In branch b,
+            the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1. The first
+            sign varies slowest.
         calls: Solver calls before the statements, in order.
     """
 
@@ -143,7 +143,6 @@ class SymbolicFunction(Signature):
     calls: tuple[Call, ...] = ()
 
     def __post_init__(self) -> None:
-        """Checks that each result has as many entries as its shape."""
         for result in self.outputs:
             assert result.size == self.branches * len(result.entries), (self.name, result.name)
 
@@ -154,18 +153,21 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """Number of branches; 1 for a function without signs."""
+        """Number of branches. A function without signs has one."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """Returns the shared terms of the outputs, each after the terms in its definition."""
+        """Returns the shared terms of the outputs.
+
+        A term comes after the terms in its definition.
+        """
         needed = self.terms.needed(entry for result in self.outputs for entry in result.entries)
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]
 
     def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Returns each output's entries expressed in inputs, parameters and numbers only.
+        """Returns the entries of each output as expressions in inputs, parameters and numbers.
 
-        The size of the expressions grows exponentially with the chain length.
+        The size of the expressions grows exponentially with the length of the chain.
         """
         definitions: dict[sp.Symbol, sp.Expr] = {}
         for symbol, constant in self.terms.constants.items():
@@ -179,7 +181,7 @@ class SymbolicFunction(Signature):
 
 
 def matrix_entries(columns: Iterable[Iterable[sp.Expr]]) -> tuple[sp.Expr, ...]:
-    """Returns the row-major entries of a matrix given by columns."""
+    """Returns the entries (row-major) of a matrix of columns."""
     return tuple(entry for row in zip(*columns, strict=True) for entry in row)
 
 

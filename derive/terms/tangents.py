@@ -1,9 +1,8 @@
-"""Derivatives of named terms along given coordinate rates.
+"""Time derivatives of named terms.
 
-A :class:`Tangent` propagates coordinate rates through named terms by the chain rule, one term at a
-time. For a solved angle of a loop, the loop equation is differentiated instead of the solution. The
-differentiated equation is linear in the time derivative of the angle (implicit function theorem).
-The terms for the cosine and sine of a solved angle are differentiated directly as cosine and sine.
+A :class:`Tangent` applies the chain rule to one named term at a time. For a solved angle of a loop,
+the equation of the loop is differentiated. This equation is linear in the rate of the angle
+(implicit function theorem). The cosine and sine of a solved angle are differentiated directly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,11 +13,11 @@ from .terms import Terms
 
 ZERO = sp.Integer(0)
 LoopRate = Callable[["Tangent"], sp.Expr]
-"""Returns the rate of a solved angle from the rates in its loop's equation."""
+"""Returns the rate of a solved angle from the rates in the equation of its loop."""
 
 
 class Tangent:
-    """The rates of all named terms at given coordinate rates."""
+    """The rates of all named terms for given rates of the coordinates."""
 
     def __init__(
         self,
@@ -26,13 +25,6 @@ class Tangent:
         rates: Mapping[sp.Symbol, sp.Expr],
         loops: Mapping[sp.Symbol, LoopRate] | None = None,
     ) -> None:
-        """Stores the given rates of the coordinates.
-
-        Args:
-            terms: Names of all terms.
-            rates: Rate of each coordinate; all other symbols without a definition are constant.
-            loops: Solution of the rate equation of a loop, keyed by solved angle.
-        """
         self.terms = terms
         self.loops = loops or {}
         self._rates: dict[sp.Symbol, sp.Expr] = dict(rates)
@@ -63,7 +55,7 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A quantity in a loop equation may be the cosine or sine of the unknown angle itself.
+        # A term of a loop equation may be the cosine or sine of the unknown angle.
         if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)
@@ -77,13 +69,13 @@ def derivative_columns(
     loops: Mapping[sp.Symbol, LoopRate] | None = None,
     factor: int = 1,
 ) -> list[list[sp.Expr]]:
-    """Returns derivatives of expressions with respect to coordinates, one column per coordinate.
+    """Returns the derivatives of expressions. Each column belongs to one coordinate.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         expressions: The expressions in a column.
         symbols: The coordinates.
-        loops: Solution of the rate equation of a loop, keyed by solved angle.
+        loops: The rate of each solved angle, from the rates in the equation of its loop.
         factor: Multiplies every derivative.
     """
     rate = sp.Integer(factor)

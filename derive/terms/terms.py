@@ -1,8 +1,7 @@
-"""Named shared terms: every intermediate result has one name and is computed once.
+"""Named shared terms. Every intermediate result has one name and is computed once.
 
-Expressions built with a :class:`Terms` object have only a few symbols, regardless of the chain
-length. Terms that are equal up to sign share a name (common subexpression elimination by
-construction).
+An expression of named terms has only a few symbols, even for a long chain. Terms that are equal up
+to sign share a name (common subexpression elimination by construction).
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
@@ -18,20 +17,19 @@ from ..model.values import Values, to_digits
 TERM = "_t"
 CONSTANT = "_k"
 Result = TypeVar("Result")
-"""Prefixes of the names of terms and constants; names in robot files cannot start with these
-prefixes."""
+"""Prefixes of the names of terms and constants. No name in a robot file starts with them."""
 
 
 class Terms:
-    """The terms and constants of one derivation, in dependency order.
+    """The terms and constants of a derivation, each after the terms in its definition.
 
     Attributes:
         parameters: The exact default value of every parameter.
-        definitions: Definition of each named term in coordinates, constants and earlier terms.
-        constants: Definition of each named constant in parameters and earlier constants.
+        definitions: Definition of each named term.
+        constants: Definition of each named constant.
         solved: Cosine and sine of each solved loop angle.
-        turning: Cosines and sines that a loop solution computes as named terms, each with its angle
-            and its derivative with respect to this angle.
+        turning: The cosines and sines that are named terms of a loop solution. Each has its angle
+            and its derivative with respect to the angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -56,12 +54,14 @@ class Terms:
             self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the name of an expression, up to sign; short fractions and symbols stay unnamed.
+        """Returns the name of an expression, or its negative.
+
+        Symbols and short fractions get no name.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
-        or -1 at 32-digit precision becomes this integer, so that further terms vanish. A constant
-        that depends on a parameter is never replaced by a number. A long fraction also becomes a
-        named constant, so that repeated products do not grow.
+        or -1 in 32 digits becomes this integer, so that more terms vanish. A constant that depends
+        on a parameter never becomes a number. A long fraction becomes a named constant, because it
+        would grow in repeated products.
 
         Raises:
             NoValue: A constant is not finite or not real.
@@ -76,23 +76,22 @@ class Terms:
         negative = [addend.as_coeff_Mul()[0].is_negative for addend in sp.Add.make_args(expression)]
         if all(negative):
             return -self.let(-expression)
-        # Only a sum with positive and negative summands can equal the negative of a named
-        # expression.
+        # Only a sum with positive and negative summands can be the negative of a named expression.
         opposite = self._names.get(-expression) if any(negative) else None
         return self._name(expression) if opposite is None else -opposite
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the derivative with respect to a symbol; named terms count as constants."""
+        """Returns the derivative with respect to a symbol. Named terms are constants."""
         key = expression, symbol
         if key not in self._partials:
             self._partials[key] = self.let(derivative(expression, symbol))
         return self._partials[key]
 
     def memoize(self, key: Hashable, made: Callable[[], Result]) -> Result:
-        """Caches a result that is expressed in named terms and needed repeatedly, such as a pose.
+        """Stores a result that is needed repeatedly, such as a pose.
 
         Args:
-            key: All values that determine the result, as the key of the cache.
+            key: The key: all values that determine the result.
             made: Computes the result.
         """
         if key not in self._made:
@@ -100,10 +99,10 @@ class Terms:
         return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the 40-digit value of an expression in parameters (at defaults) and constants.
+        """Returns the value of an expression with 40 digits. Parameters have their default values.
 
         Raises:
-            NoValue: The value is not finite or not real, or the expression contains other symbols.
+            NoValue: The value is not finite or not real, or the expression contains coordinates.
         """
         known = self._decimals.get(expression)
         if known is None:
@@ -115,22 +114,22 @@ class Terms:
         return _has_only(expression, self._constant_symbols)
 
     def is_number(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a number that does not depend on parameters."""
+        """Whether an expression is a number and contains no parameter."""
         return _has_only(expression, self._numbers)
 
     def is_never_zero(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a nonzero constant at the default parameters."""
+        """Whether an expression is a constant that differs from zero at the default parameters."""
         return self.is_constant(expression) and self.value(expression) != 0
 
     def is_noise(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a nonzero constant so small that its square counts as 0."""
+        """Whether an expression is a tiny constant whose square counts as 0."""
         return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Returns named cosine and sine of an angle; right angles in a sum are handled exactly.
+        """Returns the names of the cosine and sine of an angle. Right angles in a sum are exact.
 
-        If an angle is a sum that contains solved angles, the addition theorem gives cosine and sine
-        without calls of trigonometric functions.
+        For a sum that contains solved angles, the addition theorem replaces trigonometric
+        functions.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -141,7 +140,10 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of an angle that one atan2 computes from known cosine and sine."""
+        """Returns the name of the angle with a known cosine and sine.
+
+        One atan2 computes the angle.
+        """
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
@@ -150,7 +152,7 @@ class Terms:
         return angle
 
     def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """Returns the name of a sum of solved angles, wrapped to one full turn without an atan2.
+        """Returns the name of a sum of solved angles, reduced to one full turn without atan2.
 
         Args:
             angle: The sum, between -3 pi and 3 pi.
@@ -165,7 +167,7 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records cosine and sine of an angle sum that is solved before its single angles."""
+        """Records the cosine and sine of a sum of angles that is solved before the angles."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
@@ -173,7 +175,7 @@ class Terms:
         return not self.solved.keys().isdisjoint(angle.free_symbols)
 
     def spelled(self, expression: sp.Expr) -> sp.Expr:
-        """Replaces named constants in an expression by numbers and parameters."""
+        """Replaces named constants by their definitions."""
         while not self.constants.keys().isdisjoint(expression.free_symbols):
             expression = expression.xreplace(self.constants)
         return expression
@@ -183,7 +185,7 @@ class Terms:
         return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
-        """Returns the number of symbols and numbers with constants expanded, at most 10000."""
+        """Returns the number of symbols and numbers with expanded constants, at most 10000."""
         return self._counted(expression, size, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
@@ -191,7 +193,7 @@ class Terms:
         return self._below(self.constants, [expression])
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the terms on which expressions depend, in the order of their definition."""
+        """Returns the terms of expressions, in the order of their definition."""
         return self._below(self.definitions, expressions)
 
     def _counted(
@@ -200,7 +202,6 @@ class Terms:
         count: Callable[[sp.Expr, Mapping[sp.Symbol, int]], int],
         known: dict[sp.Symbol, int],
     ) -> int:
-        """Applies ``count`` to the named constants in an expression, then to the expression."""
         if not (expression.free_symbols & self.constants.keys()) <= known.keys():
             for symbol in self.constants_in(expression):
                 if symbol not in known:
@@ -208,7 +209,6 @@ class Terms:
         return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Returns cosine and sine of a constant plus or minus a known angle sum, or None."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -218,7 +218,6 @@ class Terms:
         return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Applies exp(i (a + b)) = exp(i a) exp(i b), where b is the latest solved angle."""
         if angle in self.solved:
             return self.solved[angle]
         if -angle in self.solved:
@@ -240,10 +239,9 @@ class Terms:
         return c, s
 
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # If a link has length 1, the cosine of the angle may equal a coordinate, and the rate
-            # of this coordinate is an input.
+            # If a link has length 1, the cosine of an angle may equal a coordinate. The rate of
+            # this coordinate is an input.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -252,7 +250,6 @@ class Terms:
     def _below(
         self, definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
     ) -> list[sp.Symbol]:
-        """Returns the defined symbols on which expressions depend, in the order of definition."""
         found: set[sp.Symbol] = set()
         waiting = {symbol for e in expressions for symbol in e.free_symbols}
         while waiting:
@@ -292,7 +289,7 @@ class Terms:
 
 
 def derivative(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Returns a derivative, without SymPy's slower general method for sums and products."""
+    """Returns a derivative. This function is faster than SymPy for sums and products."""
     return sp.Add(*(_of_product(addend, symbol) for addend in sp.Add.make_args(expression)))
 
 
@@ -309,7 +306,6 @@ def _of_product(product: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
 
 
 def _is_signed_symbol(expression: sp.Expr) -> bool:
-    """Whether an expression is a symbol or the negative of a symbol."""
     if expression.is_Mul and len(expression.args) == 2:  # noqa: PLR2004
         sign, expression = expression.args
         return sign is sp.S.NegativeOne and bool(expression.is_Symbol)
@@ -317,7 +313,6 @@ def _is_signed_symbol(expression: sp.Expr) -> bool:
 
 
 def _has_only(expression: sp.Basic, symbols: Collection[sp.Symbol]) -> bool:
-    """Whether all symbols of an expression are in a collection; stops at the first other symbol."""
     if expression.is_Symbol:
         return expression in symbols
     return all(_has_only(argument, symbols) for argument in expression.args)

@@ -1,4 +1,4 @@
-"""Vectors and frame axes, whose components are named terms.
+"""Vectors and frames whose components are named terms.
 
 Components that are always zero stay 0 and need no operation in the generated C.
 """
@@ -11,7 +11,7 @@ from .terms import Terms
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 Basis = tuple[Vector, Vector, Vector]
-"""Three column vectors: the axes of one frame in another (a rotation matrix by columns)."""
+"""Three column vectors: the axes of a frame in another frame."""
 
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 ORIGIN: Vector = (ZERO, ZERO, ZERO)
@@ -19,7 +19,7 @@ IDENTITY: Basis = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 def named(terms: Terms, components: Iterable[sp.Expr]) -> Vector:
-    """Returns the vector whose components are the names of three expressions."""
+    """Names the components of a vector."""
     x, y, z = (terms.let(component) for component in components)
     return x, y, z
 
@@ -80,7 +80,7 @@ def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
 def _products(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Returns the sum of the products of two lists.
 
-    SymPy needs a long time to multiply by 0 and to add 0.
+    Products and sums with 0 are skipped, because SymPy takes long for them.
     """
     pairs = zip(a, b, strict=True)
     return sp.Add(*(u * v for u, v in pairs if u is not ZERO and v is not ZERO))

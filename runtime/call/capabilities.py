@@ -1,7 +1,6 @@
-"""Robot-dependent attributes: generated functions, and methods that need them.
+"""Robot-dependent attributes, such as generated functions.
 
-The lookup of a missing method raises an AttributeError that names similar functions, and a
-substitute if there is one.
+A missing attribute raises an AttributeError, which names similar functions and a substitute.
 """
 
 from __future__ import annotations
@@ -20,22 +19,20 @@ Condition = Callable[[Any], bool]
 
 
 class Capability:
-    """A descriptor of an attribute that some robots lack; instance attributes have priority.
+    """A descriptor of an attribute that some robots lack. Instance attributes have priority.
 
     Attributes:
-        item: The method or cached property, or None if the attribute is a generated function.
+        item: The method or cached property. None for a generated function.
         functions: Names of the generated functions that the attribute needs.
-        when: An additional condition on the robot, or None.
+        when: Another condition on the robot, or None.
     """
 
     def __init__(
         self, item: Any, functions: tuple[str, ...] = (), when: Condition | None = None
     ) -> None:
-        """Store the attribute and its requirements."""
         self.item, self.functions, self.when = item, functions, when
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Store the name; for a generated function, the name is also the requirement."""
         self.name = name
         if self.item is None:
             self.functions = (name,)
@@ -49,7 +46,6 @@ class Capability:
         return bool(is_met or self.name in vars(robot))
 
     def __get__(self, robot: Any, owner: type) -> Any:
-        """Return the attribute of a robot; raise an AttributeError if the robot lacks it."""
         if robot is None:
             return self.item or self
         if self.is_met(robot):
@@ -65,11 +61,11 @@ class Capability:
 
 
 class Hint(Capability):
-    """A name that no robot has; the error states what to use instead."""
+    """A name that no robot has. The error states what to use instead."""
 
 
 class OtherName(Hint):
-    """A function name of a different library; the error states the chasles name."""
+    """A function name of another library. The error states the chasles name."""
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """Raise an AttributeError."""
@@ -84,7 +80,7 @@ class _Mark(Protocol):
 
 
 def needs(*functions: str, when: Condition | None = None) -> _Mark:
-    """Mark a method or a cached property that needs generated functions."""
+    """Mark a method or cached property that needs generated functions."""
 
     def mark(item: T, /) -> T:
         checked: Any = _with_hints(item) if isinstance(item, FunctionType) else item
@@ -96,7 +92,6 @@ def needs(*functions: str, when: Condition | None = None) -> _Mark:
 
 
 def _with_hints(method: FunctionType) -> Callable[..., Any]:
-    """Wrap a method, with a hint for keywords of other libraries."""
     code = method.__code__
     known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
 

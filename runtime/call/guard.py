@@ -1,7 +1,7 @@
 """Errors for a single pose at which a loop cannot be closed.
 
-An open loop results in NaN. A batch returns NaN; a call with one pose raises an error that states
-the loop and the coordinates.
+An open loop leads to NaN. A batch returns NaN. A call with one pose raises an error with the loop
+and the coordinates.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Raises an error if an open loop makes a result infinite or NaN.
+    """Raises an error if an open loop makes a result NaN or infinite.
 
     Attributes:
         label: Robot and function.
-        margin: Maps the first input to sin^2 of the transmission angle in each solution step. The
-            value is positive if the loop can be closed, and 0 at a dead point.
+        margin: Maps the first input to sin^2 of the transmission angle of each solution step. The
+            value is positive for a closed loop and 0 at a dead point.
         steps: The loop of each solution step.
         coordinates: The elements of the first input.
-        dead_point: Maximum margin that is treated as a dead point.
-        is_followed: Whether an iteration from the reference configuration solves the loops; margins
-            are then unknown beyond a singularity.
+        dead_point: Maximum margin of a dead point.
+        is_followed: Whether the loops are solved by iteration. Margins are then unknown beyond a
+            singularity.
     """
 
     label: str

@@ -1,6 +1,6 @@
-"""Hints for missing attributes and keywords: the reason and a substitute.
+"""Hints for missing attributes and keywords.
 
-The tables are in `hints.toml`. This file is read only if an error message needs it.
+The tables are in `hints.toml`. The file is read only for an error message.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _tables() -> dict[str, Any]:
 
 
 def missing_attribute(owner: str, name: str, table: str) -> str:
-    """Return the message for a missing attribute, with a hint for names of other libraries."""
+    """Return the message for a missing attribute. Names of other libraries get a hint."""
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
     return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")
@@ -44,7 +44,7 @@ def unknown_keyword(caller: str, name: str, known: Iterable[str]) -> str:
 
 
 def explain(robot: Any, name: str) -> tuple[str, str]:
-    """Return the reason for a missing function or method, and its substitutes."""
+    """Return the reason for a missing function or method, with substitutes."""
     if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
         return _no_inverse(robot)
     stem, _, suffix = name.partition("_")
@@ -56,7 +56,6 @@ def explain(robot: Any, name: str) -> tuple[str, str]:
 
 
 def _instead(name: str) -> list[str]:
-    """Return the attributes that solve the same problem, the best substitute first."""
     stem, _, rest = name.partition("_")
     others = [rest] if stem == "chain" else []
     if stem in ("jacobian", "hessian", "twist", "acceleration"):
@@ -65,11 +64,10 @@ def _instead(name: str) -> list[str]:
 
 
 def _no_inverse(robot: Any) -> tuple[str, str]:
-    """Return the reason for a missing inverse, and the methods that solve the same problem."""
     tasks, solvers = _tables()["tasks"], _tables()["solvers"]
     found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
     is_serial = robot.manifest.kind == "serial"
-    # The actuators of a serial arm follow from its joints by couplings, not from a pose.
+    # The actuators of a serial arm follow from its joints, not from a pose.
     has = {*dir(robot)} - ({"actuators"} if is_serial else set())
     found += [text for name, text in solvers.items() if name in has]
     if is_serial and "ik" not in robot.functions:

@@ -1,8 +1,8 @@
 """Calls with arguments that implement the ufunc protocol (`__array_ufunc__`).
 
-A dask array results in a lazy dask array. The dask protocol would call the ufunc with arrays of
-size 1, which robot functions reject, so this module passes the shapes to dask. The ufunc handles
-all other types.
+A dask array leads to a lazy dask array. The dask protocol would call the ufunc with arrays of size
+1, which robot functions reject. This module passes the shapes to dask. The ufunc handles all other
+types.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def _has_protocol(value: Any) -> bool:
 
 
 def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
-    """Return the input as an array, with the checks that a lazy call would postpone."""
+    """Return the input as an array. A lazy call would postpone these checks."""
     item, label = function.inputs[index], function.__qualname__
     array = value if isinstance(value, dask.Array) else real_array(label, item.name, value)
     if array.dtype.kind not in "iuf":
@@ -72,7 +72,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     for array, item in zip(arrays, function.inputs, strict=True):
         own = _batch(array, item.shape)
         before = _broadcast(function, item.name, before, own)
-    # The sizes are already checked, so that operands need no common dimension names.
+    # The sizes are already checked, so operands need no common dimension names.
     numbers = itertools.count()
     inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
     shapes = [item.shape for item in function.outputs]
@@ -87,14 +87,13 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
-        # The result types are passed, so that dask does not compute a result to find them.
+        # Without result types, dask would compute a result to find them.
         meta=tuple(np.empty(0, dtype) for dtype in types),
         allow_rechunk=True,
     )
 
 
 def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
-    """Return the fields of Solutions as a tuple."""
     first, *more = inputs
     return tuple(function(first, fixed=tuple(more)) if more else function(first))
 
@@ -102,7 +101,7 @@ def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
 def _broadcast(
     function: Function[Any], name: str, before: tuple[int, ...], own: tuple[int, ...]
 ) -> tuple[int, ...]:
-    """Broadcast two leading shapes; a size that is unknown to dask (NaN) matches any size."""
+    """Broadcast two leading shapes. A size that dask does not know (NaN) matches any size."""
     pairs = list(itertools.zip_longest(reversed(before), reversed(own), fillvalue=1))
     if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
         raise ShapeError(

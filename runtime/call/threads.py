@@ -1,9 +1,8 @@
-"""Distribution of large batches over threads, for the argument `threads` of every function.
+"""Distribution of large batches over threads.
 
-A part is a slice of the batch along a leading dimension. The ufunc writes its result directly into
-the output slice, without the interpreter lock. The calling thread also works, so that a call
-completes even if no other thread starts. Python handles signals between parts, so Ctrl-C stops a
-long call.
+A part is a slice of the batch along a leading dimension. The ufunc writes into the slice of the
+output, without the interpreter lock. The calling thread also works. A call completes even if no
+other thread starts. Python handles signals between parts, so Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
@@ -27,15 +26,21 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 _ROWS = 8
-"""Part sizes are multiples of this number, so that all SIMD lanes are filled. Single rows use other
-code with other rounding; this minimum makes results equal bit for bit for every number of
-threads."""
+"""Part sizes are multiples of this number, which fills all SIMD lanes.
+
+Single rows use other code with other rounding. With this minimum, the number of threads does not
+change any bit of a result.
+"""
 _MIN = 500_000
-"""Minimum floating-point operations per thread: 0.1 ms, three times the start time of a thread."""
+"""Minimum number of floating-point operations per thread: 0.1 ms, three times the start time of
+a thread.
+"""
 _MAX = 20_000_000
-"""Maximum floating-point operations of a part: 5 to 20 ms, the longest delay of Ctrl-C."""
+"""Maximum number of floating-point operations of a part: 5 to 20 ms, the longest delay of
+Ctrl-C.
+"""
 _PARTS = 4
-"""Parts per thread, so that other threads can take over the parts of a slow thread."""
+"""Parts per thread. Other threads can take over the parts of a slow thread."""
 
 _pool: ThreadPoolExecutor | None = None
 _pool_lock = threading.Lock()
@@ -55,7 +60,7 @@ def run(
     batch: tuple[int, ...],
     threads: int,
 ) -> Any:
-    """Call a function on checked inputs of a batch, on several threads if that is faster."""
+    """Call a function on checked inputs of a batch, with several threads if that is faster."""
     work = math.prod(batch) * function.operations.get("total", 1)
     threads, parts = _division(work, threads)
     outs = outs or (None,) * len(function.outputs)
@@ -78,7 +83,7 @@ def run(
 
 
 def read_threads(label: str, threads: object) -> int:
-    """Return the number of threads, 0 for "all"; raise an InputTypeError for other values."""
+    """Return the number of threads, or 0 for "all". Other values raise an InputTypeError."""
     if threads == "all":
         return 0
     is_number = isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)
@@ -96,7 +101,7 @@ def run_rows(
     cost: int,
     threads: int,
 ) -> None:
-    """Call `work` on operands and results of N rows, on several threads if that is faster."""
+    """Call `work` on operands and results of N rows, with several threads if that is faster."""
     threads, n_parts = _division(len(results[0]) * cost, threads)
     _, cuts = _cut((len(results[0]),), n_parts)
     if len(cuts) < 2:  # noqa: PLR2004
@@ -111,7 +116,8 @@ def call_in_parts(
 ) -> Any:
     """Call a function on the parts of a batch; Ctrl-C ends the call between two parts.
 
-    `cores` has the number of core dimensions of each operand; `cost` counts operations per row.
+    `cores` is the number of core dimensions of each operand; `cost` is the number of operations per
+    row.
     """
     leads = [x.ndim - core for x, core in zip(operands, cores, strict=True)]
     if not any(leads):
@@ -139,7 +145,6 @@ def _division(work: int, threads: int) -> tuple[int, int]:
 
 
 def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
-    """Return the first axis that is long enough for all parts, else the longest, and its slices."""
     if n_parts < 2 or not batch:  # noqa: PLR2004
         return 0, []
     enough = (axis for axis, size in enumerate(batch) if size >= n_parts * _ROWS)
@@ -151,7 +156,6 @@ def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
 
 
 def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[FloatArray]:
-    """Return the parts of an operand; along a broadcast axis, each part is the complete operand."""
     if axis < 0 or array.shape[axis] == 1:
         return itertools.repeat(array, len(cuts))
     before = (slice(None),) * axis
@@ -161,7 +165,7 @@ def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[Floa
 def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
     """Test whether a part might write into memory that another part reads.
 
-    NumPy handles overlap within one call only. Interleaved arrays, such as columns of one table,
+    NumPy handles overlap only within one call. Interleaved arrays, such as columns of a table,
     count as overlapping.
     """
     given = [out for out in outs if out is not None]
@@ -172,7 +176,6 @@ def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) ->
 def _share(
     ufunc: Callable[..., Any], parts: Iterator[tuple[FloatArray, ...]], n: int, threads: int
 ) -> None:
-    """Run the ufunc on all parts; each thread takes the next remaining part."""
 
     def work() -> None:
         for part in parts:
@@ -190,7 +193,7 @@ def _share(
         work()
     except KeyboardInterrupt:
         for _ in parts:
-            pass  # No parts of the batch remain for the other threads.
+            pass  # No parts remain for the other threads.
         raise
     finally:
         # Another thread must not write after the call has returned.
@@ -208,7 +211,7 @@ def _get_pool() -> ThreadPoolExecutor:
         if _pool is None:
             pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
             # Ctrl-C interrupts only the main thread. A thread whose start is interrupted would
-            # never end, and the program would not exit.
+            # never end and keep the program from exiting.
             starter = threading.Thread(target=_start_threads, args=(pool,))
             starter.start()
             starter.join()
@@ -217,7 +220,6 @@ def _get_pool() -> ThreadPoolExecutor:
 
 
 def _start_threads(pool: ThreadPoolExecutor) -> None:
-    """Start all threads of the pool, or as many as the system allows."""
     are_started = threading.Event()
     with contextlib.suppress(RuntimeError):
         for _ in range(count_cores()):
@@ -226,7 +228,7 @@ def _start_threads(pool: ThreadPoolExecutor) -> None:
 
 
 def _forget_pool() -> None:
-    """Drop the pool in a child process, which has no threads and may inherit a locked lock."""
+    """Drop the pool in a child process, whose threads do not exist and whose lock may be locked."""
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()
 

@@ -1,1 +1,1 @@
-"""Closed-form inverses: their solutions, paths on one branch, and refinement."""
+"""Closed-form inverses."""

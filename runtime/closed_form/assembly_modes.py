@@ -1,4 +1,4 @@
-"""All assembly modes of parallel platforms at specified actuated coordinates."""
+"""All assembly modes of parallel platforms."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from .closures import is_planar
 
 
 class PlanarAssemblyModes(NamedTuple):
-    """The assembly modes of a planar platform, sorted by phi; unused solution slots are last.
+    """The assembly modes of a planar platform, sorted by phi. Unused solution slots are last.
 
     Attributes:
-        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform, or NaN if unused.
-        valid: (..., 6) whether a solution slot holds a mode. Rod lengths are accurate to 1e-12 of
-            the platform size.
+        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform. NaN in unused
+            slots.
+        valid: (..., 6) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
+        platform size.
     """
 
     x: FloatArray
@@ -27,16 +28,16 @@ class PlanarAssemblyModes(NamedTuple):
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes of a parallel platform, in k solution slots; unused slots are last.
+    """The assembly modes of a parallel platform in k solution slots. Unused slots are last.
 
     Attributes:
-        T: (..., k, 4, 4) poses of the tool, or NaN in unused solution slots.
+        T: (..., k, 4, 4) poses of the tool. NaN in unused slots.
         theta: (..., k, n_theta) joints of the main chain [rad or m].
-        valid: (..., k) whether a solution slot holds a mode. Rod lengths are accurate to 1e-12 of
-            the platform size.
-        margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 if the
-            platform is singular and two modes meet.
-        complete: (...,) whether it is certain that all modes were found.
+        valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
+            platform size.
+        margin: (..., k) the determinant of J_x divided by its row norms (dimensionless). It is 0 if
+            the platform is singular and two modes meet.
+        complete: (...,) whether all modes were certainly found.
     """
 
     T: FloatArray
@@ -51,14 +52,14 @@ def _has_chain_pose(robot: RobotFacts) -> bool:
 
 
 class PlatformMethods(RobotFacts):
-    """Methods of platforms with a function for all assembly modes."""
+    """Methods of platforms that have a function for all assembly modes."""
 
     @needs("modes", when=_has_chain_pose)
     def fk_all(self, q: ArrayLike, *, threads: int | Literal["all"] = 1) -> AssemblyModes:
-        """Return all assembly modes of the platform, as poses of the tool.
+        """Return the tool poses of all assembly modes of the platform.
 
-        If the poses are not isolated, as at some singularities of type 2, only some modes are
-        found, and `complete` is False.
+        At some singularities of type 2, the poses are not isolated. Only some modes are then found,
+        and `complete` is False.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -84,7 +85,7 @@ class PlatformMethods(RobotFacts):
         """Return all assembly modes `x (..., 6, 3)`, `valid (..., 6)` of a planar platform at q.
 
         Modes closer than 1e-7 of the platform size and 1e-7 rad count as one. The platform is then
-        at a singularity of type 2. If the three rods remain parallel on a circle of poses, no mode
+        at a singularity of type 2. If the three rods stay parallel along a circle of poses, no mode
         is found.
 
         Source:

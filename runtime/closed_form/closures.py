@@ -20,10 +20,10 @@ _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 
 class ChainBranches(NamedTuple):
-    """All configurations of the main chain at specified actuated coordinates.
+    """All configurations of the main chain at the same actuated coordinates.
 
     Attributes:
-        theta: (..., k, n_theta) main-chain joints [rad or m], NaN for an open branch.
+        theta: (..., k, n_theta) main-chain joints [rad or m]. NaN if the loops cannot be closed.
         valid: (..., k) whether the loops are closed on this branch.
         margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
     """
@@ -34,10 +34,10 @@ class ChainBranches(NamedTuple):
 
 
 class ActuatorBranches(NamedTuple):
-    """All actuated coordinates at specified joints of the main chain.
+    """All actuated coordinates at the same joints of the main chain.
 
     Attributes:
-        q: (..., k, n) actuated coordinates [rad or m], NaN for an open branch.
+        q: (..., k, n) actuated coordinates [rad or m]. NaN if the loops cannot be closed.
         valid: (..., k) whether the loops are closed on this branch.
         margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
     """
@@ -81,9 +81,9 @@ class LoopMethods(NewtonMethods):
     def loops_close(self, q: ArrayLike) -> BoolArray:
         """Test (...,) whether loops can be closed at q (..., n) [rad or m], dead points included.
 
-        Limits are ignored. Loops without a dead point, such as parallelograms, can be closed
-        everywhere. For loops without a closed form, Newton's iteration must reach q from the
-        reference configuration. The result is False if an input is not finite.
+        Limits are ignored. Loops without a dead point can be closed everywhere. Parallelograms are
+        an example. For loops without a closed form, Newton's method must reach q from the reference
+        configuration. The result is False for an input that is not finite.
         """
         if (guard := self._roles.get(("margin", "actuators", ""))) is not None:
             return _closes(guard(q))
@@ -94,8 +94,8 @@ class LoopMethods(NewtonMethods):
         """Return (...,) whether `chain(actuators(theta))` is theta, dead points included.
 
         `actuators` reads only some of the joints theta (..., n_theta) [rad or m]. The result is
-        False if the loops exclude this combination of joints, if theta is on a different branch
-        from the reference configuration, or if an input is not finite.
+        False if the loops exclude theta, or if theta is on another branch than the reference
+        configuration. It is also False for an input that is not finite.
         """
         rows = real_array(f"{self.name}.chain_closes", "theta", theta)
         batch, is_closed = np.atleast_2d(rows), np.isfinite(rows).all(-1)
@@ -112,17 +112,14 @@ class LoopMethods(NewtonMethods):
         return np.asarray(is_closed)
 
     def _is_same(self, theta: FloatArray, other: FloatArray) -> BoolArray:
-        """Test whether two sets of main-chain joints (..., n_theta) are equal."""
         return _is_small(theta - other, self.chain_joints, self.unit_length)
 
     def _is_repeated(self, q: FloatArray, closes: BoolArray) -> BoolArray:
-        """Test whether a valid solution (..., k) repeats the coordinates of an earlier solution."""
         apart = q[..., :, None, :] - q[..., None, :, :]
         alike = _is_small(apart, self.coordinates, self.unit_length) & closes[..., None, :]
         return np.asarray(np.tril(alike, -1).any(-1))
 
     def _leads_to(self, q: FloatArray, theta: FloatArray) -> BoolArray:
-        """Test whether a chain branch at q (..., k, n) has the joints theta (..., n_theta)."""
         every, _ = self._roles["branches", "actuators", "chain"](q)
         return np.asarray(self._is_same(every, theta[..., None, None, :]).any(-1))
 
@@ -146,7 +143,7 @@ class LoopMethods(NewtonMethods):
         q, margin = self.functions["actuators_all"](theta)
         closes = _branch_closes(q, margin)
         if self.n < len(self.chain_joints) and ("branches", "actuators", "chain") in self._roles:
-            # The loops may exclude this combination of dependent joints.
+            # The loops may exclude these values of dependent joints.
             closes = closes & self._leads_to(q, np.asarray(theta, dtype=np.float64))
             closes = closes & ~self._is_repeated(q, closes)
             q = np.where(closes[..., None], q, np.nan)
@@ -175,7 +172,6 @@ class LoopMethods(NewtonMethods):
         return kind(q, np.where(closes, 0.0, np.inf), margin, closes)
 
     def _leg_branches(self, theta: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return actuated coordinates (..., k, n) of all branches, and their margins."""
         if "actuators_all" in self.functions:
             q, margin = self.functions["actuators_all"](theta)
             return q, margin
@@ -184,7 +180,6 @@ class LoopMethods(NewtonMethods):
 
 
 def _is_small(apart: FloatArray, variables: Sequence[Coordinate], unit_length: float) -> BoolArray:
-    """Test whether differences (..., n) of variables vanish, up to multiples of 2 pi."""
     turns = np.array([variable.unit == "rad" for variable in variables])
     rest = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
     return np.asarray((np.abs(rest) < SAME_JOINTS * np.where(turns, 1.0, unit_length)).all(-1))

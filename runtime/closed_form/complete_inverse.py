@@ -1,4 +1,4 @@
-"""An inverse for fixed joints that is complete at degenerate values of these joints."""
+"""An inverse for fixed joints that finds all solutions, even for degenerate values."""
 
 from __future__ import annotations
 
@@ -18,28 +18,32 @@ from .refinement import Refinement
 from .solutions import Solutions, solutions_of
 
 _OTHER_VALUES = (0.5, 1.1, 1.9)
-"""Values [rad or m] of a fixed joint, to test whether a relation of axes holds for all of them."""
+"""Values [rad or m] of a fixed joint.
+
+A relation between axes is general if it holds for all of them.
+"""
 _OTHER_RATES = (0.4, 0.73)
-"""The other joints are at multiples of these values; a relation counts if it holds for both."""
+"""The other joints are at multiples of these values. A relation must hold for both."""
 _SEARCH = 16
-"""Number of Newton steps from each start; only configurations that are then near continue."""
+"""Number of Newton steps from each start. Only configurations near a solution continue."""
 _TURNS = 96
-"""Number of start configurations with random revolute joints for each solution slot."""
+"""Number of start configurations with random revolute joints per solution slot."""
 
 
 @dataclass(frozen=True)
 class CompleteInverse:
     """An inverse for fixed joints that also solves degenerate structures of the other joints.
 
-    At some values of a fixed joint, its adjacent axes are parallel, at right angles or in a plane.
-    In this case, formulas for oblique axes miss solutions. Newton's method finds these solutions
-    from the slots at this value and at a slightly different value, and with random revolute joints.
+    At some values of a fixed joint, the axes next to it are parallel, at right angles or in a
+    plane. Formulas for oblique axes then miss solutions. Newton's method finds these solutions. It
+    starts from the slots at this value, from the slots at a slightly different value, and from
+    random revolute joints.
 
     Attributes:
         names: The fixed joints.
         solve: The inverse, `solve(T, fixed={...})`.
         fk_jacobian_mixed: Forward kinematics of a serial robot.
-        fixed: Indices of the fixed joints in q, () if the solutions are complete already.
+        fixed: Indices of the fixed joints in q. The value () means that no solution is missing.
     """
 
     names: tuple[str, ...]
@@ -50,9 +54,9 @@ class CompleteInverse:
     def complete(
         self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]
     ) -> Solutions:
-        """Return all solutions, also for poses with degenerate values of the fixed joints.
+        """Return all solutions, including poses with degenerate values of the fixed joints.
 
-        Solutions without a slot get further slots, whose labels are empty.
+        If slots are missing, more slots with empty labels are added.
         """
         batch, kind = solutions.valid.shape[:-1], type(solutions)
         at = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), -1)
@@ -78,7 +82,6 @@ class CompleteInverse:
         return _with_slots(solutions, further)
 
     def _is_degenerate(self, kind: type[Solutions], at: FloatArray) -> BoolArray:
-        """Test for values (..., f) at which axes have a special relation, such as parallel axes."""
         n, count = len(kind.wraps), len(self.fixed)
         others = np.outer(_OTHER_VALUES, 1 + np.arange(count) / 7)
         values = np.concatenate([at.reshape(-1, count), others])
@@ -89,7 +92,6 @@ class CompleteInverse:
         return np.asarray((special & ~always.all(0)).any(-1)).reshape(at.shape[:-1])
 
     def _relations(self, q: FloatArray, unit: float) -> FloatArray:
-        """Return sine, cosine and reciprocal product of the pairs of axes around a fixed joint."""
         assert self.fk_jacobian_mixed is not None
         J = self.fk_jacobian_mixed(q)[1].mT
         v, omega = J[..., :3] / unit, J[..., 3:]
@@ -109,10 +111,6 @@ class CompleteInverse:
     def _found(
         self, kind: type[Solutions], T: FloatArray, start: FloatArray
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Return solutions (N, n) of a pose from start values (M, n), regular solutions first.
-
-        The other results are residuals (N,) and whether a solution is regular (N,).
-        """
         assert self.fk_jacobian_mixed is not None
         free = self._free(n := start.shape[-1])
         start = start[np.isfinite(start).all(-1)]
@@ -134,7 +132,6 @@ class CompleteInverse:
 
 
 def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solutions:
-    """Put new solutions into invalid slots; return the regular solutions that got no slot."""
     k, kind = len(slots.valid), cast("Any", type(slots))
     both = kind(*map(np.concatenate, zip(slots, found, strict=True))).distinct()
     slots.valid[:] = both.valid[:k]
@@ -149,7 +146,6 @@ def _fill(slots: Solutions, found: Solutions, is_regular: BoolArray) -> Solution
 
 
 def _with_slots(slots: Solutions, further: Mapping[tuple[int, ...], Solutions]) -> Solutions:
-    """Return solutions with additional slots, as many as the pose with the most solutions needs."""
     if not (most := max(len(more.valid) for more in further.values())):
         return slots
     labels = (*slots.labels, *[""] * most) if slots.labels else ()

@@ -1,7 +1,7 @@
 """Inverses with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
 The generated inverse fixes the redundancy parameters of the robot. An inverse for other fixed
-joints is derived on first use and cached, like a robot from its description.
+joints is derived on first use and then cached.
 """
 
 from __future__ import annotations
@@ -37,13 +37,7 @@ class FixedJoints:
     robot_of: Callable[[Manifest], Any]
 
     def __call__(self, T: ArrayLike, fixed: Any, out: Any, threads: Any) -> Solutions:
-        """Return all solutions with fixed joint values.
-
-        Raises:
-            InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
-            InputValueError: If a joint name is unknown.
-            DerivationError: If there is no closed form; the message lists suitable joints.
-        """
+        """Return all solutions with fixed joint values."""
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
             return self._own(T, **options)
@@ -61,7 +55,6 @@ class FixedJoints:
 
     @functools.cached_property
     def _inverses(self) -> dict[tuple[str, ...], CompleteInverse]:
-        """The inverses used so far, by the names of the fixed joints in the order of the call."""
         return {}
 
     def _inverse_for(self, fixed: tuple[str, ...]) -> CompleteInverse:
@@ -83,7 +76,6 @@ class FixedJoints:
 
     @property
     def _own(self) -> Function[Solutions]:
-        """The generated inverse, with the redundancy parameters fixed."""
         return self.functions[self._info.name]
 
     def _with_parameters(
@@ -101,7 +93,6 @@ class FixedJoints:
 
     @functools.cached_property
     def _joints(self) -> tuple[str, ...]:
-        """The joint names of the main chain; for a serial robot the coordinate names."""
         return tuple(j.name for j in self.manifest.loops.chain or self.manifest.coordinates)
 
     @property
@@ -122,7 +113,6 @@ class FixedJoints:
         )
 
     def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
-        """Return joint name and value; a coordinate that moves one joint stands for the joint."""
         if name in self._joints:
             return name, value
         coordinates = [c.name for c in self.manifest.coordinates]
@@ -139,11 +129,10 @@ class FixedJoints:
         given = real_array(self._label, name, value)
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
-        # If a loop cannot be closed, a batch contains NaN and a single call raises an error.
+        # If a loop is open, a batch contains NaN and a single call raises an error.
         return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:
-        """Return the index of the joint that depends on this coordinate only, otherwise None."""
         reference = self.manifest.loops.reference
         D = self._with_role("map derivative", "actuators", "chain")
         if reference is None or D is None or self.manifest.is_iterated:
@@ -153,7 +142,6 @@ class FixedJoints:
         return int(alone[0]) if len(alone) == 1 else None
 
     def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
-        """Return the inverse for fixed joints; derive it if the cache does not contain it."""
         coordinates = [c.name for c in self.manifest.coordinates]
         if self.manifest.loops.chain and len(coordinates) < len(self._joints):
             own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""
@@ -168,7 +156,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an inverse for fixed joints; derive it if the cache has none."""
+    """Return an inverse for fixed joints. It is derived if the cache does not contain it."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(
@@ -199,5 +187,4 @@ def _inverse_of(
 
 @functools.lru_cache(maxsize=_MAX_KEPT)
 def _description_digest(folder: Path) -> str:
-    """Return the hash of the description of the robot in a folder."""
     return read_manifest(folder).description_sha256

@@ -1,7 +1,7 @@
-"""The inverse kinematics solution nearest to a seed, for controllers.
+"""The inverse kinematics solution that is nearest to a seed, for controllers.
 
-C handles calls with poses and seeds only (`call/function/nearest.c`). This module handles options,
-partial poses, fixed joints, and poses that need refinement.
+C code handles calls with only poses and seeds (`call/function/nearest.c`). This module handles
+options, partial poses, fixed joints, and poses that need refinement.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """An inverse with the data for selecting one of its solutions.
+    """An inverse with the data that select one of its solutions.
 
     Attributes:
         info: The description of the inverse.
@@ -48,7 +48,7 @@ class Chosen:
         moves: The distance metric.
         parameters: (N,) values of each input of the inverse after the target.
         exact: Values (N,) of coordinates that must not change, keyed by index in q.
-        threads: The number of threads, 0 for one per core.
+        threads: The number of threads. The value 0 means one per core.
     """
 
     info: FunctionInfo
@@ -72,7 +72,7 @@ class Chosen:
         return found
 
     def of_slots(self, solutions: Solutions, q_seed: FloatArray) -> Rows:
-        """Return the nearest of valid solution slots (N, k), for seeds (N, n)."""
+        """Return the nearest of the valid solution slots (N, k) for seeds (N, n)."""
         n, count = q_seed.shape[-1], len(q_seed)
         found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
         judged = np.where(solutions.valid, 0.0, np.inf)
@@ -90,7 +90,7 @@ class Chosen:
 
 
 class NearestMethods(RobotFacts):
-    """Robot methods for a single solution near a seed."""
+    """Robot methods for one solution near a seed."""
 
     manipulability: Callable[..., Any]
 
@@ -108,32 +108,31 @@ class NearestMethods(RobotFacts):
         out: Any = None,
         threads: int | Literal["all"] = 1,
     ) -> NearestSolution:
-        """Return the solution within limits that is nearest to a seed.
+        """Return the solution within the limits that is nearest to a seed.
 
-        The search covers all branches and all windings within the limits. The distance is the
-        largest weighted displacement of a coordinate; prismatic joints are scaled by `unit_length`.
-        If distances are equal up to rounding, the lowest solution slot is selected. Poses of a
-        batch are independent of each other.
+        The search covers all branches, and all full turns within the limits. The distance is the
+        largest weighted displacement of a coordinate. Displacements of prismatic joints are divided
+        by `unit_length`. If two distances differ only by rounding, the lower solution slot is
+        selected. The result for a pose does not depend on other poses of a batch.
 
         Args:
-            T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or inputs of
-                the inverse of the task, such as `ik_position`. An array (..., 4, 4) holds poses if
-                all last rows are 0 0 0 1.
-            q_seed: (..., n) seed coordinates [rad or m], possibly outside the limits.
-            task: "pose", or a partial pose: "position", "position_pitch", "position_direction",
+            T: (..., 4, 4) poses of the tool in the base frame, or inputs of another task, such as
+                `ik_position`. An array (..., 4, 4) holds poses if all last rows are 0 0 0 1.
+            q_seed: (..., n) seed coordinates [rad or m], which may exceed the limits.
+            task: "pose", or a part of the pose: "position", "position_pitch", "position_direction",
                 "planar". Coordinates that the task does not determine are 0.
-            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
+            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
                 joints to values (...). For joints that are not in `robot.redundancy`, an inverse is
                 derived on first use.
-            limits: "robot", None for no limits, or (n, 2) limits. Joints of a coupled robot keep
-                their limits, except for None. A joint that exceeds a limit by rounding is set to
-                the limit.
-            weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
-            redundancy: The choice of the redundancy parameters. The choice "fixed" keeps the values
-                at `q_seed`, and "nearest" minimizes the distance over the self-motion. For "limits"
-                and "manipulability", each parameter value gives the solution nearest to `q_seed`;
-                the solution farthest from limits or singularities is selected.
-            out: Four arrays to write q, residual, margin and valid into, None for a new array.
+            limits: "robot", None for no limits, or (n, 2) limits. For a coupled robot, joints keep
+                their limits unless the value is None. A joint that exceeds a limit by rounding is
+                set to the limit.
+            weights: (n,) weights of the displacements. A coordinate with weight 0 is ignored.
+            redundancy: How the redundancy parameters are selected. "fixed" keeps the values at
+                `q_seed`. "nearest" minimizes the distance over the self-motion. "limits" and
+                "manipulability" select a parameter value: its solution nearest to `q_seed` is as
+                far as possible from limits or singularities.
+            out: Four arrays for q, residual, margin and valid. None for a new array.
             threads: The number of threads for a large batch; "all" is one per core.
 
         Returns:
@@ -161,15 +160,16 @@ class NearestMethods(RobotFacts):
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
-        """Refine nearby coordinates by Newton's method, for example the solution of a nominal arm.
+        """Refine nearby coordinates by Newton's method. They may be the solution of a nominal arm.
 
         Args:
-            T: (..., 4, 4) poses of the tool measured and expressed in the base frame.
+            T: (..., 4, 4) poses of the tool in the base frame.
             q_seed: (..., n) coordinates near the solution [rad or m].
 
         Returns:
-            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and
-            `2 sin(angle/2)` times `unit_length`; 0 for reachable poses. Limits are ignored.
+            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and `2
+            sin(angle/2)` times `unit_length`. The residual of a reachable pose is 0. Limits are
+            ignored.
 
         Raises:
             ShapeError: If a shape is wrong or leading dimensions do not broadcast.
@@ -184,7 +184,6 @@ class NearestMethods(RobotFacts):
     def _rows(
         self, label: str, task: TaskName, info: FunctionInfo | None, T: ArrayLike, q_seed: ArrayLike
     ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
-        """Return targets (N, ...), seeds (N, n) and the leading dimensions."""
         given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
         core = info.inputs[0].shape if info else _POSE
         is_pose = given.shape[-2:] == _POSE
@@ -242,7 +241,6 @@ class NearestMethods(RobotFacts):
         threads: int,
         max_step: FloatArray | float = np.inf,
     ) -> tuple[Rows, Any]:
-        """Return the best solutions for targets and seeds, if possible within `max_step`."""
         inverse, (target, seeds) = self.functions[info.name], rows
         if fixed_q and not is_own(self, fixed_q):
             if redundancy != "fixed":
@@ -274,7 +272,6 @@ class NearestMethods(RobotFacts):
         max_step: FloatArray | float = np.inf,
         limits: Any = "robot",
     ) -> NearestSolution:
-        """Return the best solution for a target, from a configuration (n,)."""
         moves, rows = self._moves(label, info, limits), (target[None], q_seed[None])
         found, limited = self._best(label, info, moves, rows, fixed_q, redundancy, 1, max_step)
         return _packed(label, self.functions[info.name], found, limited, (), None)
@@ -290,7 +287,6 @@ class NearestMethods(RobotFacts):
         *,
         free: bool = False,
     ) -> Chosen:
-        """Return the inverse with its redundancy parameters, by default the values of the seeds."""
         own = self._parameters(info)
         parameters = parameter_values(self, fixed_q, seeds) if own else ()
         exact: dict[int, FloatArray] = {}
@@ -312,7 +308,6 @@ class NearestMethods(RobotFacts):
         seeds: FloatArray,
         fixed_q: Mapping[str, FloatArray],
     ) -> tuple[Rows, Any]:
-        """Return the nearest solutions with fixed joints other than redundancy parameters."""
         solutions = inverse(target, fixed=fixed_q)
         coordinates = [c.name for c in self.coordinates]
         exact = {coordinates.index(name): fixed_q[name] for name in fixed_q if name in coordinates}
@@ -322,7 +317,6 @@ class NearestMethods(RobotFacts):
         return found, solutions.valid.any(-1) & (found[3] < 0)
 
     def _parameters(self, info: FunctionInfo) -> tuple[Redundancy, ...]:
-        """Return the redundancy parameters among the inputs of an inverse."""
         return self.redundancy if len(info.inputs) > 1 else ()
 
     def _objective(self, redundancy: NearestRedundancy, moves: Moves) -> Objective:
@@ -342,7 +336,7 @@ class NearestMethods(RobotFacts):
 
 
 def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest | None:
-    """Return the C object `robot.ik_nearest`, None for a robot without an inverse of poses."""
+    """Return the C object `robot.ik_nearest`. None if the robot has no inverse of poses."""
     own = robot.manifest.with_role("inverse", "pose")
     if own is None:
         return None
@@ -369,7 +363,6 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
-    """Return refined nearest solutions, and a mask of poses without a solution within limits."""
     found = chosen.solve(target, seeds)
     q, residual, _, slot = found
     if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():
@@ -390,7 +383,6 @@ def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Row
 
 
 def _set_exact(found: Rows, exact: Mapping[int, FloatArray]) -> None:
-    """Set fixed coordinates to their exact values."""
     for k, value in exact.items():
         found[0][:, k] = np.where(found[3] >= 0, value, np.nan)
 
@@ -419,7 +411,6 @@ def _packed(
 
 
 def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
-    """Write the fields of the result into the arrays of the caller."""
     if not isinstance(out, tuple) or len(out) != len(fields):
         raise InputTypeError(
             f"{label}: out must be a tuple of 4, for q, residual, margin and valid, got {out!r}"

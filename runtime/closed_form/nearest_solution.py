@@ -1,4 +1,4 @@
-"""The result of `ik_nearest`, and the distance metric of the selection."""
+"""The result of `ik_nearest`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class NearestSolution(Fields):
     """One solution per pose, as in `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
-        q: (..., n) coordinates [rad or m], or NaN without a solution.
-        residual: (...,) tool error [m], as in `Solutions`; without a solution, the smallest
+        q: (..., n) coordinates [rad or m]. NaN without a solution.
+        residual: (...,) tool error [m], as in `Solutions`. Without a solution, the smallest
             residual of all branches.
-        margin: (...,) margin of this branch: 0 at the workspace boundary, negative outside.
+        margin: (...,) margin of the branch: 0 at the workspace boundary, negative outside.
         valid: (...,) whether a solution exists within the limits.
         tolerance: Maximum residual of a solution [m].
     """
@@ -29,13 +29,14 @@ class NearestSolution(Fields):
 
     tolerance: ClassVar[float] = SOLVED
     _limited: ClassVar[Any] = False
-    """Whether limits removed all solutions of a rounded pose."""
+    """Whether limits excluded all solutions of a rounded pose."""
 
     @property
     def reason(self) -> Any:
         """The reason for a missing solution: "", "out of reach", "limits" or "not a pose".
 
-        The result is a str for a single pose, otherwise an array (...,). NaN gives "not a pose".
+        The reason is a str for a single pose, and an array (...,) for a batch. A pose with NaN is
+        "not a pose".
         """
         reached = (self.residual <= self.tolerance) | self._limited
         found = np.select(
@@ -46,7 +47,6 @@ class NearestSolution(Fields):
         return found[()] if found.ndim else str(found)
 
     def __repr__(self) -> str:
-        """Describe the solution of a single pose, or state the number of solutions of a batch."""
         if np.ndim(self.valid):
             count = int(np.count_nonzero(self.valid))
             return f"<nearest solutions of {np.size(self.valid)} poses: {count} valid>"
@@ -56,7 +56,6 @@ class NearestSolution(Fields):
         return f"<nearest solution q = ({q}), margin {self.margin:.3g}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the class attributes and the tuple."""
         return _restore, (self.tolerance, self._limited, tuple(self))
 
 
@@ -67,7 +66,7 @@ def nearest_type(tolerance: float) -> type[NearestSolution]:
 
 
 def limited_type(tolerance: float, limited: BoolArray) -> type[NearestSolution]:
-    """Return the class of results in which limits removed solutions (...,) of rounded poses."""
+    """Return the class of results whose limits excluded the solutions (...,) of rounded poses."""
     return _made(tolerance, limited[()])
 
 
@@ -84,10 +83,10 @@ def _restore(tolerance: float, limited: Any, fields: tuple[Any, ...]) -> Nearest
 
 @dataclass(frozen=True)
 class Moves:
-    """The distance metric and the limits for selecting a solution.
+    """The distance and the limits for selecting a solution.
 
     Attributes:
-        lower: (n,) lower limits [rad or m], -inf for none; for a coupled robot (n + m,), with the
+        lower: (n,) lower limits [rad or m], -inf for none. For a coupled robot (n + m,), with the
             limits of its m joints.
         upper: Upper limits, inf for none.
         scale: (n,) weights of the displacements.
@@ -101,7 +100,7 @@ class Moves:
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Lower and upper limits, scales and periods, as arguments of the compiled selection."""
+        """Lower and upper limits, scales and periods for the compiled selection."""
         return self.lower, self.upper, self.scale, self.turn
 
     def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:
@@ -109,7 +108,10 @@ class Moves:
         return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
 
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
-        """Return the metric with fixed coordinates; coordinates in `free` keep their weights."""
+        """Return the metric with fixed coordinates.
+
+        The coordinates in `free` keep their weights.
+        """
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0
         if not free:

@@ -30,26 +30,27 @@ from .task_components import Task, inverse_for
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN, _FREE = 2 * math.pi, 3
 _BLOCK = 8
-"""Initial number of poses per block in a solution slot; each complete block doubles the number."""
+"""Number of poses in the first block of a solution slot. Each complete block doubles the number."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointPath:
-    """Coordinates along a path of poses, up to the end of the branch.
+    """Coordinates along a path of poses. The path may end early.
 
     Attributes:
-        q: (reached, n) coordinates [rad or m]; revolute joints are continuous beyond 2 pi.
+        q: (reached, n) coordinates [rad or m]. Revolute joints are continuous beyond 2 pi.
         complete: Whether the last pose was reached.
-        ended_at: The index of the first pose that was not reached; if complete, the pose count.
-        reason: "" if complete; "no solution" if no branch reaches the next pose; "jump" if every
-            solution needs a larger joint displacement than allowed; "limit" if the branch continues
-            beyond a limit.
-        coordinate: The coordinate (of a coupled arm, also the joint) with the jump or limit
-            violation, otherwise "".
+        ended_at: The index of the first pose that was not reached. For a complete path, the number
+            of poses.
+        reason: Why the path ended. "" if complete; "no solution" if no branch reaches the next
+            pose; "jump" if every solution needs a larger joint displacement than allowed; "limit"
+            if the branch continues beyond a limit.
+        coordinate: The coordinate that jumps or exceeds a limit, otherwise "". A coupled arm may
+            name a joint.
         next_value: The next value of this coordinate or joint; NaN if the path is complete.
-        min_margin: The smallest margin on the path, NaN if no pose was reached. The margin is 0 at
+        min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
-        min_margin_index: The index of the pose with this margin, -1 if no pose was reached.
+        min_margin_index: The index of the pose with the smallest margin. -1 if no pose was reached.
         max_step: (n,) the largest displacement of each coordinate between successive poses.
     """
 
@@ -64,7 +65,6 @@ class JointPath:
     max_step: FloatArray
 
     def __str__(self) -> str:
-        """Return a summary of one sentence."""
         if self.complete:
             return f"all {len(self.q)} poses on one branch, margin {self.min_margin:.3g}"
         why = {
@@ -77,8 +77,6 @@ class JointPath:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The coordinates and the solution slot of a pose on the branch, or the reason for the end."""
-
     q: FloatArray
     margin: float
     reason: Reason = ""
@@ -87,7 +85,7 @@ class _Step:
 
 
 def has_inverse(robot: RobotFacts) -> bool:
-    """Test whether a robot has an inverse of complete or partial poses."""
+    """Test whether a robot has an inverse of poses or parts of poses."""
     return bool(robot.manifest.inverses)
 
 
@@ -98,7 +96,7 @@ class InverseMethods(RobotFacts):
 
     @needs("fk", when=lambda robot: not robot.loops and robot.n > _FREE)
     def ik_orientation(self, R: ArrayLike, *, fixed: Mapping[str, ArrayLike]) -> Solutions:
-        """Return all configurations that reach a tool orientation with three free revolute joints.
+        """Return all configurations that reach a tool orientation. Three revolute joints move.
 
         Free prismatic joints are 0. A robot with three revolute joints needs no `fixed`. The
         inverse is derived on first use, which takes seconds.
@@ -109,7 +107,8 @@ class InverseMethods(RobotFacts):
 
         Raises:
             InputTypeError: If `fixed` is not a mapping.
-            InputValueError: If a name is unknown, or the number of free revolute joints is not 3.
+            InputValueError: If a name is unknown, or if more or fewer than 3 revolute joints are
+                free.
             DerivationError: If adjacent free joints are parallel, or a joint is mimic or helical.
         """
         label = f"{self.name}.ik_orientation"
@@ -137,31 +136,33 @@ class InverseMethods(RobotFacts):
     ) -> JointPath:
         """Follow one branch along a path of poses, from the solution nearest to `q_seed`.
 
-        Each step selects the solution nearest to the previous configuration, over all windings. The
-        path follows the branch even if solution slots are exchanged at a singularity. If infinitely
-        many solutions reach a pose (two aligned wrist axes), Newton's iteration finds a nearby
-        solution. The path ends at a joint limit, even if a different branch would continue.
+        Each step selects the solution nearest to the previous configuration. Full turns count as
+        different solutions. The path follows the branch even if two solution slots are exchanged at
+        a singularity. If infinitely many solutions reach a pose (two aligned wrist axes), Newton's
+        method finds a nearby solution. The path ends at a joint limit, even if another branch would
+        continue.
 
-        Arms with fewer than six joints follow partial poses: `task` selects one of the inverses
-        `ik_position`, `ik_position_pitch`, `ik_position_direction` and `ik_planar`. The joints that
-        the task does not determine are 0.
+        Arms with fewer than six joints follow parts of poses: `task` selects `ik_position`,
+        `ik_position_pitch`, `ik_position_direction` or `ik_planar`. The joints that the task does
+        not determine are 0.
 
         Args:
-            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, closely spaced.
-                Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected. For a partial
-                pose, T can also be the input (m, k) of the inverse.
-            q_seed: (n,) coordinates [rad or m]: the path starts at the nearest solution within the
+            T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
+                poses are corrected up to `se3.NEARLY_RIGID`. For a part of a pose, T can also be
+                the input (m, k) of the inverse.
+            q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
-            task: The components of each pose: "pose", "position", "position_pitch" (the elevation
-                of the third tool axis above the x-y plane of the base), "position_direction" (of
-                the third axis) or "planar" (x, y and the angle of the first axis in that plane).
-            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping of
+            task: The prescribed part of each pose: "pose", "position", "position_pitch" (elevation
+                of the third tool axis above the x-y plane of the base), "position_direction"
+                (direction of the third tool axis) or "planar" (x, y and the angle of the first tool
+                axis in that plane).
+            fixed: Names or indices of joints that keep their values at `q_seed`, or a mapping from
                 joints to values () or (m,). Redundancy parameters (`redundancy`) keep their values
                 at `q_seed` by default. For other joints, an inverse is derived on first use.
-            redundancy: The choice of the redundancy parameters, as in `ik_nearest`. The choice
-                "fixed" keeps the parameters. Other values select new parameters at each pose, among
-                the solutions within `max_step` of the previous configuration.
-            max_step: Maximum joint displacement between successive poses [rad or m]; by default
+            redundancy: How the redundancy parameters are selected, as in `ik_nearest`. "fixed"
+                keeps the parameters. Other values select new parameters at each pose, among the
+                solutions within `max_step` of the previous configuration.
+            max_step: Maximum joint displacement between successive poses [rad or m]. The default is
                 0.5 rad, for prismatic joints 0.5 `unit_length`.
 
         Returns:
@@ -193,7 +194,6 @@ class InverseMethods(RobotFacts):
         return self._followed(solutions, poses if task == "pose" else None, start, largest)
 
     def _target(self, label: str, part: Task, poses: FloatArray, start: FloatArray) -> FloatArray:
-        """Return the inputs (m, ...) of the inverse for poses or partial poses."""
         is_part = bool(part.components) and poses.shape[1:] == part.shape
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
             also = f" or (m, {str(part.shape)[1:-1].rstrip(',')})" if part.components else ""
@@ -201,7 +201,7 @@ class InverseMethods(RobotFacts):
                 f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
-        # The inverse of complete poses handles rounded poses itself.
+        # The inverse of whole poses handles rounded poses itself.
         rigid = poses if is_part else project(poses, caller=label)
         return part.of(rigid) if part.components and not is_part else poses
 
@@ -212,7 +212,6 @@ class InverseMethods(RobotFacts):
         start: FloatArray,
         max_step: FloatArray,
     ) -> JointPath:
-        """Follow the branch nearest to the start. `poses` is None for partial poses."""
         count = len(solutions.q)
         q, margin = np.empty((count, self.n)), np.empty(count)
         if not count:
@@ -242,7 +241,6 @@ class InverseMethods(RobotFacts):
         redundancy: NearestRedundancy,
         max_step: float | None,
     ) -> JointPath:
-        """Follow a path with a new choice of the redundancy parameters at each pose."""
         largest = self._largest(max_step, self.functions[info.name].solutions)
         q, margin = np.empty((len(target), self.n)), np.empty(len(target))
         for k, pose in enumerate(target):
@@ -261,7 +259,6 @@ class InverseMethods(RobotFacts):
         return self._report(q, margin, None)
 
     def _largest(self, max_step: float | None, kind: Any) -> FloatArray:
-        """Return the maximum displacements (n,) of the joints between successive poses."""
         return JUMP * facts_of(kind).units if max_step is None else np.full(self.n, float(max_step))
 
     def _first(self, slots: Solutions, q_seed: FloatArray) -> _Step:
@@ -276,7 +273,7 @@ class InverseMethods(RobotFacts):
             moves = q - q_seed
         best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q = q_seed + moves[best]
-        # The index refers to `inside`, where each winding has its own slot, not to `slots`.
+        # The index refers to `inside`, where each full turn has its own slot.
         step = _Step(q, float(allowed.margin[best]))
         return step if allowed is inside else self._beyond(q, type(slots))
 
@@ -297,12 +294,10 @@ class InverseMethods(RobotFacts):
         return _Step(q, margin, slot=slot) if inside else self._beyond(q, type(slots))
 
     def _inside(self, q: FloatArray, kind: Any) -> BoolArray:
-        """Test which coordinates (..., n), followed by coupled joints, are within limits."""
         inside, joints = within(q, self.lower, self.upper, facts_of(kind).units), kind.joint_limits
         return inside if joints is None else np.concatenate([inside, joints.inside(q)], -1)
 
     def _beyond(self, q: FloatArray, kind: Any) -> _Step:
-        """Return the end of a path at the first violated limit, with the values of the joints."""
         values = q if kind.joint_limits is None else np.append(q, kind.joint_limits.chain(q))
         return _Step(values, np.nan, "limit", int(np.argmin(self._inside(q, kind))))
 
@@ -315,17 +310,13 @@ class InverseMethods(RobotFacts):
         here: FloatArray,
         max_step: FloatArray,
     ) -> FloatArray:
-        """Return coordinates (k, n) from pose `first` on, while the path stays in a single slot.
-
-        The slot must hold the nearest solution, and no joint may jump or exceed a limit.
-        """
         units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)
         slots = type(solutions)._make(field[part] for field in solutions)
         moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
-            # Rounding to multiples of 2 pi prevents accumulated rounding errors along the path.
+            # Whole turns are added, so that rounding errors do not accumulate along the path.
             turns = np.cumsum(moves[:, slot] - np.diff(own, axis=0), axis=0)
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)
@@ -335,7 +326,6 @@ class InverseMethods(RobotFacts):
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
     def _nearby(self, pose: FloatArray | None, here: FloatArray, unit: float) -> FloatArray | None:
-        """Return a solution near the previous pose, None for partial poses and redundant robots."""
         has_jacobian = ("pose and jacobian", "actuators", "") in self._roles
         if pose is None or not has_jacobian or self.redundancy:
             return None
@@ -362,5 +352,4 @@ class InverseMethods(RobotFacts):
 
 
 def _least(moves: FloatArray, valid: BoolArray) -> int:
-    """Return the valid solution slot with the smallest maximum displacement."""
     return int(np.argmin(np.where(valid, np.abs(moves).max(-1), np.inf)))

@@ -1,8 +1,8 @@
-"""Newton's iteration on forward kinematics, from a configuration near the solution.
+"""Newton's method on forward kinematics, from a configuration near the solution.
 
     (J J^T + lambda^2 1) y = e,  dq = J^T y
 
-J is the Jacobian at the tip in base axes, e the twist from the tool to the pose. The damping
+J is the Jacobian at the tip in base axes, and e is the twist from the tool to the pose. The damping
 lambda^2 is proportional to |e|^2 and vanishes at a solution. Arms with fewer than six joints use
 the equivalent step dq = (J^T J + lambda^2 1)^-1 J^T e.
 
@@ -26,18 +26,21 @@ Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]
 """A function of poses (N, 4, 4), Jacobians (N, 6, n) and targets (N, ...)."""
 
 STEPS = 40
-"""Maximum number of steps. An initial error of 5 mm needs three or four steps; where branches meet,
-a step divides the error by at most 4."""
+"""Maximum number of steps.
+
+An initial error of 5 mm needs three or four steps. Where branches meet, a step divides the error by
+at most 4.
+"""
 _LESS, _MORE = 0.1, 100.0
-"""Factors that change the damping after a step that reduced the error, and after a failed step."""
+"""Factors for the damping after a step that reduced the error, and after a failed step."""
 _MANY = 64
-"""Minimum number of rows for which array operations are faster than LAPACK on each row."""
+"""Minimum number of rows for which array operations are faster than LAPACK."""
 BLOCK = 4096
-"""Number of rows per iteration, so that the data fit the processor cache."""
+"""Number of rows per iteration. The data then fit into the processor cache."""
 
 
 def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:
-    """Measure the error of a complete pose by a twist."""
+    """Return the twist between two poses as error."""
     error, residual = _twist(pose, T)
     return J, error, residual
 
@@ -50,7 +53,7 @@ def iterate(
     fixed: Sequence[int],
     steps: int = STEPS,
 ) -> FloatArray:
-    """Move coordinates q (N, n) to targets T (N, ...) in place; return the final errors (N,)."""
+    """Move coordinates q (N, n) to targets T (N, ...) in place. Return the final errors (N,)."""
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:
         pose, J = fk_jacobian(here)
@@ -82,8 +85,6 @@ def iterate(
 
 
 class _State(NamedTuple):
-    """The Jacobian rows and the error at q (N, n), with its square and its norm."""
-
     q: FloatArray
     J: FloatArray
     error: FloatArray
@@ -92,7 +93,6 @@ class _State(NamedTuple):
 
 
 def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
-    """Return the trial state where its error is smaller, otherwise the current state."""
     if better.all():
         return trial
     return _State(
@@ -104,7 +104,7 @@ def _chosen(better: BoolArray, trial: _State, now: _State) -> _State:
 
 
 def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return displacements (N, 6) between poses (N, 4, 4), in base axes, and their sizes (N,)."""
+    """Return displacements (N, 6) between poses (N, 4, 4), in base axes, with their sizes (N,)."""
     a, b = here.transpose(1, 2, 0), there.transpose(1, 2, 0)
     linear = b[:3, 3] - a[:3, 3]
     # The cross products of corresponding columns add up to 2 sin(angle) times the axis.
@@ -148,9 +148,9 @@ def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
 
 
 def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
-    """Solve A x = right for positive definite A by L D L^T, given the lower triangle of A.
+    """Solve A x = right for positive definite A by L D L^T. The lower triangle of A is used.
 
-    For matrices this small, operations over all rows are ten times faster than LAPACK.
+    For small matrices, operations over all rows are ten times faster than LAPACK.
     """
     m = len(A)
     scaled: list[list[FloatArray]] = []

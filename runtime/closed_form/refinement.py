@@ -1,7 +1,7 @@
-"""Refinement of targets without a valid solution slot, but with a small residual.
+"""Refinement of targets that have no valid solution slot but a small residual.
 
 If several solution steps are nearly singular, a closed form loses digits or misses a solution;
-Newton's iteration recovers this solution. Rounded poses get least-squares solutions
+Newton's method recovers this solution. Rounded poses get least-squares solutions
 (docs/explanation).
 """
 
@@ -34,14 +34,15 @@ from .polish import BLOCK, STEPS, iterate
 from .task_components import WHOLE, Task
 
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Maps target indices (N,) and coordinates (N, n) to half the squared errors f (N,) and the
-gradients (N, n) of f."""
+"""Maps target indices (N,) and coordinates (N, n) to half the squared errors f (N,) and to the
+gradients (N, n) of f.
+"""
 _LONGEST = 1.0
 """Maximum distance of a start configuration from the saddle [rad or length]."""
 
 
 class DescentStarts(NamedTuple):
-    """Start configurations q (M, n) on both sides of saddles, and the input row (M,) of each."""
+    """Start configurations q (M, n) on both sides of saddles, with the input row (M,) of each."""
 
     row: IntArray
     q: FloatArray
@@ -51,30 +52,37 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all solution slots."""
 
 _SEARCH = 12
-"""Maximum number of steps from a distant solution slot; only slots that are then near continue. At
-a double solution, a step divides the error by 4."""
+"""Maximum number of steps from a distant solution slot.
+
+Only slots that come near a solution continue. At a double solution, a step divides the error by 4.
+"""
 _ROUNDED_STEPS = 8
-"""Number of steps to a least-squares solution of a rounded pose; each divides the error by 100."""
+"""Number of steps to a least-squares solution of a rounded pose.
+
+Each step divides the error by 100.
+"""
 _GROWTH = 10.0
 """Maximum factor by which a closed form amplifies the rounding error of a pose."""
 _ASIDE = 0.25
-"""Maximum fraction of the squared error in singular directions; at the workspace boundary, the
-fraction is 1."""
+"""Maximum fraction of the squared error in singular directions.
+
+At the workspace boundary, the fraction is 1.
+"""
 _VALUES = 16
 """Number of values per turn at which a joint is fixed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """Newton's iteration for targets without a valid solution slot, but with a small residual.
+    """Newton's method for targets that have no valid solution slot but a small residual.
 
     Attributes:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of coordinates that keep their values.
-        unit: The unit length [m] of the robot, for the iteration.
+        unit: The unit length [m] of the robot, used by the iteration.
         task: The task of the inverse.
-        judged: The unit length [m] of residuals and tolerances, 1 for some tasks.
-        searches: Whether the closed form misses solutions, so that all solution slots are refined.
+        judged: The unit length [m] of residuals and tolerances. Some tasks use 1.
+        searches: Whether all solution slots are refined, because the closed form misses solutions.
         is_determined: Whether all inputs of the inverse are coordinates. A self-motion would change
             a swivel angle, which is not a coordinate.
     """
@@ -95,7 +103,7 @@ class Refinement:
     def __call__(
         self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
-        """Refine slots in place; slots without convergence keep their least-squares solutions."""
+        """Refine slots in place. Slots without convergence keep their least-squares solutions."""
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
@@ -104,9 +112,9 @@ class Refinement:
         some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
         enough[some] = self.enough(targets[some])
-        # An exact translation may look rounded; a nearby solution would then be wrong.
+        # An exact translation may look rounded. A nearby solution would then be wrong.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
-        if is_doubtful.any():  # No target of a partial pose counts as rounded.
+        if is_doubtful.any():  # No target of a part of a pose counts as rounded.
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)
         fields = q, residual, valid
@@ -120,10 +128,10 @@ class Refinement:
             self._accept(targets, enough, fields)
 
     def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
-        """Mark slots for targets (..., *task.shape) as valid if residuals are at most ``enough``.
+        """Mark slots whose residuals are at most ``enough`` as valid.
 
-        Slots of rounded targets first move to their least-squares solutions. If a solution slot
-        reaches the target, the target is exact, and slots with larger residuals are not solutions.
+        Slots of rounded targets first move to their least-squares solutions. If a slot reaches the
+        target, the target is exact, and slots with larger residuals are not solutions.
         """
         q, residual, valid = fields
         solved = SOLVED * self.judged
@@ -144,9 +152,9 @@ class Refinement:
     ) -> BoolArray:
         """Test which poses (...,) without a solution are reachable.
 
-        These poses are axis-aligned with a rounded translation. At the workspace boundary, the
-        error of the nearest solution slot is in the singular direction. A reachable pose has a
-        different error direction, or two singular directions.
+        Such poses are parallel to the axes and have a rounded translation. At the workspace
+        boundary, the error of the nearest solution slot is in the singular direction. A reachable
+        pose has another error direction, or two singular directions.
         """
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.components or not missed.any():
@@ -167,7 +175,6 @@ class Refinement:
         return found
 
     def _is_at_right_angles(self, poses: FloatArray) -> BoolArray:
-        """Test whether the rotations of poses (N, 4, 4) are multiples of pi / 2."""
         R = poses[..., :3, :3]
         return np.asarray((np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1)))
 
@@ -191,7 +198,7 @@ class Refinement:
     ) -> None:
         """Refine N slots for targets (N, ...) in place, to residuals of at most ``enough`` (N,).
 
-        In rows where ``aside`` (N,) is set, joints are also fixed for slots with large residuals.
+        In the rows ``aside`` (N,), joints are also fixed for slots with large residuals.
         """
         target, (q, _, valid) = self._rigid(target), fields
         found, left = self._tried(target, q[slots], slots, fields, enough)
@@ -215,7 +222,6 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
-        """Refine q (N, n) for targets (N, ...) and store solutions; return q and residuals (N,)."""
         found, left = self.newton(target, q, _SEARCH if self.searches else STEPS)
         self._take(slots, found, left, fields, enough)
         if self.searches:
@@ -227,21 +233,18 @@ class Refinement:
     def _gradients(
         self, target: FloatArray, row: IntArray, q: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return half the squared errors (N,) of q (N, n) for target rows, and the gradients."""
         rows, error = self._measured(target[row], q)
         return (error * error).sum(-1) / 2, -(rows.mT @ error[..., None])[..., 0]
 
     def _free(self, n: int) -> list[int]:
-        """Return the indices of the coordinates that the iteration moves."""
         return [k for k in range(n) if k not in self.fixed]
 
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
-        """Return a mask (N, n) of joints to be fixed along a possible self-motion from q (N, n).
+        """Return a mask (N, n) of joints to fix along a possible self-motion from q (N, n).
 
-        At the workspace boundary, tool motion along the null direction is quadratic, so that there
-        is no self-motion and no joint is fixed. Otherwise the fixed joint is the joint with the
-        largest component of the null direction. With several null directions, any free joint may be
-        fixed.
+        At the workspace boundary, the tool moves only quadratically along the null direction. There
+        is no self-motion, and no joint is fixed. Otherwise, the joint with the largest component of
+        the null direction is fixed. With several null directions, any free joint may be fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)
@@ -261,7 +264,6 @@ class Refinement:
         return turning
 
     def _measured(self, target: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return Jacobian rows (N, m, n) and errors (N, m), with lengths in the unit length."""
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         rows, error, _ = self.task(*self._in_unit(q), wanted)
         return rows, error
@@ -277,8 +279,8 @@ class Refinement:
     ) -> None:
         """Refine q (N, n) for targets (N, ...) with one of the joints ``turning`` (N, n) fixed.
 
-        A joint along a self-motion would dominate each step without reducing the error. Therefore
-        this joint is fixed at several values over a full turn.
+        A joint along a self-motion would dominate each step without reducing the error. Therefore,
+        the joint is fixed at several values over a full turn.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():
@@ -300,7 +302,6 @@ class Refinement:
         fields: _Fields,
         enough: FloatArray,
     ) -> None:
-        """Write coordinates (N, n) with sufficiently small residuals (N,) into their slots."""
         q, residual, valid = fields
         solved = left <= enough
         slots = _at(slots, solved)
@@ -309,14 +310,13 @@ class Refinement:
     def newton(
         self, target: FloatArray, q: FloatArray, steps: int = STEPS
     ) -> tuple[FloatArray, FloatArray]:
-        """Refine q (N, n) for targets (N, ...); return coordinates (N, n) and residuals (N,)."""
+        """Refine q (N, n) for targets (N, ...). Return coordinates (N, n) and residuals (N,)."""
         found = q.copy()
         wanted = target if self.unit == 1 else self.task.divided(target, self.unit)
         iterate(self._in_unit, self.task, wanted, found, self.fixed, steps)
         return found, self._residual(target, found)
 
     def _in_unit(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return poses and Jacobians at q (N, n), with lengths in the unit length."""
         pose, J = self.fk_jacobian_mixed(q)
         if self.unit != 1:
             pose[..., :3, 3] /= self.unit
@@ -324,7 +324,6 @@ class Refinement:
         return pose, J
 
     def _residual(self, target: FloatArray, q: FloatArray) -> FloatArray:
-        """Return the residuals (N,) of q (N, n) for targets (N, ...)."""
         pose, J = self.fk_jacobian_mixed(q)
         if not self.task.components:
             return _residual(pose, target, self.unit)
@@ -332,25 +331,21 @@ class Refinement:
 
 
 def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
-    """A selection of N solution slots by index arrays."""
     return tuple(index[chosen] for index in slots)
 
 
 def _blocks(chosen: BoolArray) -> Iterator[tuple[IntArray, ...]]:
-    """Yield the index arrays of chosen solution slots (..., k), at most ``BLOCK`` at a time."""
     slots = np.nonzero(chosen)
     for first in range(0, len(slots[0]), BLOCK):
         yield tuple(index[first : first + BLOCK] for index in slots)
 
 
 def _of_slots(array: NDArray[Any], slots: tuple[IntArray, ...]) -> NDArray[Any]:
-    """Return target values (N, *rest) for N solution slots, from an array (..., *rest)."""
     rest = array.shape[len(slots) - 1 :]
     return np.broadcast_to(array[slots[:-1]], (len(slots[-1]), *rest))
 
 
 def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
-    """Return the solution slot with the smallest finite residual of each target."""
     rows = np.flatnonzero(np.isfinite(left))
     rows = rows[np.argsort(left[rows], kind="stable")]
     if len(slots) == 1:
@@ -360,7 +355,6 @@ def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:
 
 
 def _missed(slots: tuple[IntArray, ...], valid: BoolArray) -> BoolArray:
-    """Test whether the targets of N solution slots have no valid slot yet."""
     return np.broadcast_to(~np.asarray(valid.any(-1))[slots[:-1]], slots[-1].shape)
 
 
@@ -371,7 +365,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return the refinement of an inverse, None if the inverse needs no refinement."""
+    """Return the refinement of an inverse. None if the inverse needs no refinement."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian
@@ -389,7 +383,6 @@ def refinement_of(
 
 
 def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
-    """Return the residual between poses (..., 4, 4), as defined in Solutions."""
     apart = here - there
     distance2 = (apart[..., :3, 3] ** 2).sum(-1)
     turned2 = (apart[..., :3, :3] ** 2).sum((-2, -1))
@@ -397,12 +390,11 @@ def _residual(here: FloatArray, there: FloatArray, unit: float) -> FloatArray:
 
 
 def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> DescentStarts:
-    """Return start configurations on both sides of saddles, where f is 0 to second order.
+    """Return start configurations on both sides of saddles of f = |e|^2 / 2.
 
-    Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them, at which Newton's
-    iteration stalls, because the gradient -J^T e is 0, but the error is not. The direction of
-    lowest curvature of f leads to both solutions (Nocedal and Wright, Numerical Optimization, ch.
-    3.4).
+    Two solutions that nearly merge have a saddle between them. Newton's method stalls there,
+    because the gradient -J^T e is 0. The direction of lowest curvature of f leads to both solutions
+    (Nocedal and Wright, Numerical Optimization, ch. 3.4).
     """
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)
@@ -421,7 +413,6 @@ def descent_starts(gradients: Gradients, q: FloatArray, free: list[int]) -> Desc
 
 
 def _hessian(gradients: Gradients, row: IntArray, q: FloatArray, free: list[int]) -> FloatArray:
-    """Return Hessians (N, m, m) of f with respect to the free coordinates."""
     step = SADDLE_STEP * np.eye(q.shape[1])[free]
     around = (q[:, None] + np.concatenate([step, -step])).reshape(-1, q.shape[1])
     g = gradients(np.repeat(row, 2 * len(free)), around)[1][:, free]

@@ -1,9 +1,8 @@
 """The best redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the parameter ranges, more densely where a small change of a single parameter moves
-joints far, as near a wrist singularity. Random steps from the best samples follow; the steps are
-halved after a failure. Steps in fixed directions would stop at limits, where the optimum often
-lies.
+Samples cover the parameter ranges. They are denser where a small change of a parameter moves joints
+far, as near a wrist singularity. Random steps start from the best samples. A failure halves the
+steps. Steps in fixed directions would stop at limits, where the optimum often lies.
 """
 
 from __future__ import annotations
@@ -23,20 +22,20 @@ from .slot_facts import facts_of
 
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
-"""A function of coordinates (N, n) and seeds (N, n) with values (N,) to be maximized."""
+"""A function of coordinates (N, n) and seeds (N, n), whose values (N,) are maximized."""
 
 _SAMPLES = {1: 64, 2: 20, 3: 12}
 """Samples per parameter, for each number of parameters."""
 _FEW = 4
 """Samples per parameter for larger numbers of parameters."""
 _FRACTIONS = np.linspace(0, 1, 5)
-"""Positions of samples between two samples of one parameter, as fractions of their distance."""
+"""Positions of samples between two samples of a parameter, as fractions of their distance."""
 _INTERVALS = 16
 """Maximum number of intervals that are sampled again at once."""
 _STARTS = 8
 """Number of best samples that are refined."""
 _DIRECTIONS = 5
-"""Number of random steps from a sample for one parameter; for p parameters, its p-th power."""
+"""Number of random steps from a sample for one parameter. For p parameters, its p-th power."""
 _MAX_ROWS = 100_000
 """Maximum number of rows that are solved at once."""
 
@@ -57,7 +56,7 @@ def best_parameters(
     fixed_q: Mapping[str, FloatArray],
     free: Sequence[str],
 ) -> dict[str, FloatArray]:
-    """Return all parameters (N,) that maximize an objective, for targets and seeds."""
+    """Return the parameters (N,) that maximize an objective, for targets and seeds."""
     target, seeds = rows
     per_row = _SAMPLES.get(len(free), _FEW) ** len(free) * len(_FRACTIONS)
     block = max(1, _MAX_ROWS // per_row)
@@ -72,8 +71,6 @@ def best_parameters(
 
 @dataclass(frozen=True)
 class _Search:
-    """The search for the parameters of N rows at once."""
-
     robot: Any
     make: Callable[..., Any]
     objective: Objective
@@ -81,7 +78,6 @@ class _Search:
     seeds: FloatArray
 
     def best(self, fixed_q: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
-        """Return the best values (N, p) of the free parameters."""
         start, low, high = self._ranges(free)
         per_axis = _SAMPLES.get(len(free), _FEW)
         unit = (np.arange(per_axis) + 0.5) / per_axis
@@ -114,7 +110,6 @@ class _Search:
     def _top(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the best of some values (N, m, p), with their objective."""
         found = self._values(fixed_q, free, values)
         order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
         centers = np.take_along_axis(values, order[..., None], 1)
@@ -123,7 +118,6 @@ class _Search:
     def _refined(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return parameter values (N, m), denser where joints move far, padded with NaN."""
         found: list[FloatArray] = []
         inner = np.sort(values, 1)[:, None]
         while inner.size:
@@ -143,7 +137,6 @@ class _Search:
     def _joint_moves(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return the largest joint displacement (N, m) in any slot from the previous value."""
         chosen, target, _ = self._at(fixed_q, free, values[..., None])
         q, residual, _ = chosen.inverse.ufunc(target, *chosen.parameters)
         q[~(residual <= chosen.inverse.near)] = np.nan
@@ -153,7 +146,6 @@ class _Search:
         return np.asarray(np.nan_to_num(moves).max((-2, -1)).reshape(values.shape))
 
     def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the parameters at the seeds (N, p), and lower and upper bounds of each (N, p)."""
         robot, moves = self.robot, self.make(self.seeds, {}).moves
         own = {item.name: item for item in robot.redundancy}
         start = np.stack([values_at(robot, name, self.seeds) for name in free], -1)
@@ -174,7 +166,10 @@ class _Search:
     def _values(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> FloatArray:
-        """Return the objective (N, m) at parameters (N, m, p); -inf without a solution."""
+        """Return the objective (N, m) at parameters (N, m, p).
+
+        The value is -inf without a solution.
+        """
         chosen, target, seeds = self._at(fixed_q, free, values)
         q, _, _, slot = chosen.solve(target, seeds)
         found = np.full(len(q), -np.inf)
@@ -187,7 +182,6 @@ class _Search:
     def _at(
         self, fixed_q: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
     ) -> tuple[Any, FloatArray, FloatArray]:
-        """Return the inverse, targets and seeds for parameters (N, m, p), as N m rows."""
         m = values.shape[1]
         target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
         at = {name: np.repeat(value, m) for name, value in fixed_q.items()}

@@ -23,11 +23,11 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of the joints theta (..., m) that follow from the coordinates of a coupled robot.
+    """Limits of the joints theta (..., m) of a coupled robot.
 
     Attributes:
         chain: The function from q to theta.
-        lower: Lower limits of theta (m,), -inf for joints that are coordinates.
+        lower: Lower limits of theta (m,). -inf for joints that are coordinates.
         upper: Upper limits of theta (m,).
         inverse: The name of the inverse.
         functions: The functions of the robot, keyed by name.
@@ -76,7 +76,7 @@ class JointLimits:
 def joint_limits_of(
     manifest: Manifest, functions: Mapping[str, Any], inverse: str
 ) -> JointLimits | None:
-    """Return the joint limits of a coupled robot, or None without couplings."""
+    """Return the joint limits of a coupled robot. None without couplings."""
     joints, C = manifest.loops.chain, np.array(manifest.loops.coupling)
     if not len(C):
         return None
@@ -129,7 +129,7 @@ facts_of: Callable[[Any], SlotFacts] = _facts_of
 
 
 def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """Return the number of windings (n,) of each coordinate in (low, high], rounded up."""
+    """Return the number of full turns (n,) of each coordinate in (low, high], rounded up."""
     turns = np.ceil((high - low) / TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
@@ -137,7 +137,7 @@ def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray
 def check_ascending(
     label: str, coordinates: Sequence[Coordinate], low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return limits (n,); raise an InputValueError unless lower <= upper."""
+    """Return limits (n,). Raise an InputValueError if a lower limit exceeds the upper limit."""
     for c, a, b in zip(coordinates, low, high, strict=True):
         if not a <= b:
             raise InputValueError(
@@ -167,7 +167,7 @@ def read_limits(
 
 
 def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
-    """Return weights (n,) from an argument: finite, not negative, and not all 0."""
+    """Return weights (n,) from an argument. They are finite, not negative, and not all 0."""
     array = real_array(label, "weights", weights)
     if array.shape != (n,):
         raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")

@@ -1,8 +1,8 @@
-"""Inverse kinematics solutions in fixed solution slots, and filters for them.
+"""Inverse kinematics solutions in fixed solution slots, with filters.
 
-Each solution slot belongs to one branch of the inverse, for every pose, even if the pose is out of
-reach on that branch. `labels` describes the branches. Filters clear `valid` and do not move
-solution slots. Each filter returns Solutions, so several filters can be applied in sequence:
+Each solution slot belongs to one branch of the inverse, for every pose. The pose may be out of
+reach on the branch. `labels` describes the branches. Filters change `valid` and do not move
+solution slots. Each filter returns Solutions, so filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -56,24 +56,25 @@ class Solutions(Fields):
     are the rows of `valid_q()`.
 
     Attributes:
-        q: (..., k, n) coordinates [rad or m]: a solution where `valid`, otherwise the least-squares
-            result on that branch, or NaN if an input is NaN.
+        q: (..., k, n) coordinates [rad or m]. Slots that are not `valid` hold the least-squares
+            result of the branch, or NaN if an input is NaN.
         residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
-            (projected) pose and `2 sin(angle/2)` times `unit_length`. The residual is infinite in a
-            different assembly mode, see `other_mode`.
-        margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
+            (projected) pose and `2 sin(angle/2)` times `unit_length`. The residual is infinite in
+            another assembly mode (see `other_mode`).
+        margin: (..., k) smallest margin of the solution steps on the branch: 0 at the workspace
             boundary, negative outside.
-        valid: (..., k) whether the solution slot holds a solution that no filter has removed: its
-            residual is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times
-            the rounding, which is `se3.deviation`, or half a unit of the last decimal of the
-            rotation if that is larger.
-        unit_length: The length [m] that is equivalent to 1 rad, as defined for the robot.
+        valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
+            of a solution is at most `tolerance`. For rounded poses, the limit is 10 `unit_length`
+            times the rounding. The rounding is `se3.deviation`, or half a unit of the last decimal
+            of the rotation if that is larger.
+        unit_length: The length [m] that is equivalent to 1 rad for the robot.
         tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
-        wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged: true for revolute joints
-            until `within_limits` lists their windings separately.
-        labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -", with the joints
-            and signs that select the branch; () after `sorted_by_distance` has reordered the slots.
+        wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged. True for revolute joints
+            until `within_limits` lists full turns separately.
+        labels: (k,) the branch in each solution slot, as "shoulder_pan +, elbow -". A label
+            contains the joints and signs that select the branch. The tuple is () after
+            `sorted_by_distance` has reordered the slots.
         windings: Number of consecutive solution slots that `within_limits` lists for each branch.
         joint_limits: The limits of coupled joints, or None.
     """

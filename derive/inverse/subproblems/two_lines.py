@@ -7,9 +7,9 @@ Derivation: each equation is subproblem 4 with two solutions. The common solutio
 be the difference between the two solutions of an equation. A solution has the error of the equation
 divided by sin(delta / 2). For a double solution, the error is the square root of the rounding
 error. If a = b = 0, the equation does not determine the angle. Therefore, the equation is used
-whose two solutions differ more, relative to its terms. If both have a double solution, the equation
-with the larger coefficients is used. For the second equation, sign 1 selects the solution that is
-nearer to the first equation's solution of sign 1.
+whose two solutions differ more, relative to its terms. If both equations have a double solution,
+the equation with the larger coefficients is used. For the second equation, sign 1 selects the
+solution that is nearer to the solution of the first equation with sign 1.
 
 Degenerate: if both equations have a double solution, the accuracy of the angle is 1e-8. If all
 coefficients are 0, the angle is arbitrary and set to 0.
@@ -31,12 +31,12 @@ from .sp4 import on_line
 from .turns import CosSin, perpendicular
 
 EQUATIONS = "two equations for one angle"
-"""Name of the subproblem in the description of a step."""
+"""Name of the subproblem in step descriptions."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """The equation ``a cos + b sin = e``, and the squared magnitude of the terms of e."""
+    """The equation ``a cos + b sin = e``, with the squared magnitude of the terms of e."""
 
     a: sp.Expr
     b: sp.Expr
@@ -45,22 +45,22 @@ class Line:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the angle does not occur in the equation."""
+        """Whether the equation does not contain the angle."""
         return bool(self.a == 0 and self.b == 0)
 
 
 def component(
     terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
 ) -> Line:
-    """Returns the equation ``h.R(k, theta) p = d`` of subproblem 4.
+    """Returns the equation ``h.R(k, theta) p = d`` in the form of subproblem 4.
 
     Args:
         terms: Table of named terms.
         h: The direction.
         k: The axis.
         p: The rotated vector.
-        d: The component of the rotated vector along h.
-        size2: Squared magnitude of the terms whose difference is p; by default the square of p.
+        d: The component d of the rotated vector along h.
+        size2: Squared magnitude of the terms whose difference is p. The default is the square of p.
     """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
     size2 = dot(terms, p, p) if size2 is None else size2
@@ -70,7 +70,7 @@ def component(
 
 
 def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTurn:
-    """Solves for the common angle of two equations from the better conditioned equation.
+    """Solves the better conditioned of two equations for their common angle.
 
     Args:
         terms: Table of named terms.
@@ -99,14 +99,13 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
 
 
 def _apart2(terms: Terms, line: Line) -> sp.Expr:
-    """Returns ``a^2 + b^2`` times the squared sine of half the difference of both solutions."""
+    """Returns ``(a^2 + b^2) sin^2(delta / 2)`` with the difference delta of both solutions."""
     rho2 = terms.let(line.a**2 + line.b**2)
     least = terms.let(MEETING_SOLUTIONS * rho2)
     return terms.let(sp.Max(terms.let(rho2 - line.e**2), least, evaluate=False))
 
 
 def _alone(terms: Terms, line: Line, sign: sp.Expr) -> FoundTurn:
-    """Solves a single equation as subproblem 4."""
     xi2 = terms.let(line.a**2 + line.b**2 - line.e**2)
     found = on_line(terms, line.a, line.b, line.e, sign, xi2)
     return FoundTurn(found.turn, Linear(line.a, line.b, line.e), sign, found.margin)

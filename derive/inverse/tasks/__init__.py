@@ -1,1 +1,1 @@
-"""Tasks of an inverse, and their generated functions over all solutions."""
+"""Tasks of an inverse, with their generated functions."""

@@ -1,7 +1,7 @@
-"""The orientation task: three revolute joints whose axes need not intersect.
+"""The orientation task of three revolute joints.
 
-The rotation of the tool is a product of the joint rotations, for any positions of the axes.
-Prismatic joints stay at 0, and redundant revolute joints are fixed. Maximum number of solutions: 2.
+The rotation of the tool does not depend on the positions of the axes. Prismatic joints stay at 0,
+and redundant revolute joints are fixed. Maximum number of solutions: 2.
 """
 
 from collections.abc import Sequence
@@ -25,11 +25,11 @@ NAME = "ik_orientation"
 TURNS = 3
 """Number of revolute joints that determine an orientation."""
 ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
-"""The rotation entries of a pose, row by row."""
+"""The entries of the rotation in a pose, row by row."""
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether three revolute joints are free, without two consecutive parallel axes.
+    """Whether three revolute joints are free and no two in succession are parallel.
 
     Args:
         lines: The chain.
@@ -41,12 +41,12 @@ def orients(lines: Lines, given: Sequence[int]) -> bool:
 
 
 def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> Solved:
-    """Returns the orientation task of a chain for which :func:`orients` holds.
+    """Returns the orientation task of a chain. The function :func:`orients` must hold.
 
     Args:
         robot: The description.
         lines: Its axes.
-        given: Indices of the fixed joints; their values are inputs after the orientation.
+        given: Indices of the fixed joints, whose values are inputs after the orientation.
     """
     terms = lines.terms
     work = Work(terms)

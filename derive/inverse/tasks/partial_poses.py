@@ -1,4 +1,4 @@
-"""Tasks with partial poses: position, position with pitch, and position with direction."""
+"""Tasks for parts of a pose: position, position with pitch, position with direction."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,11 +23,11 @@ from .task import InputLetter, Solved, Task, TaskInput
 
 X, Y, Z, PITCH = sp.symbols("_x _y _z _pitch", real=True)
 DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
-"""Target direction of the third tool axis (a vector of any length), in base axes."""
+"""Target direction of the third tool axis, a vector of any length in base axes."""
 POSITION: Vector = (X, Y, Z)
 """Target position of the tool origin in the base frame (meter)."""
 POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
-"""The position entries of a pose."""
+"""The entries of the position in a pose."""
 _DIRECTION_LETTERS = tuple(
     InputLetter(("u", r"\upsilon", r"\mathrm{u}"), component) for component in range(3)
 )
@@ -57,18 +57,18 @@ def partial_pose(
     identity: str,
     components: tuple[TaskComponent, ...] = (),
 ) -> Solved:
-    """Returns the task of a partial pose from the solved joints.
+    """Returns the task for a part of the pose.
 
     Args:
         name: Name of the generated function.
         robot: The description.
-        work: The record of the solution, which contains the solved joints.
-        task_input: The pose components that the task prescribes.
-        residual: A function that returns the deviation of a tool pose from the prescribed pose
-            components (meter or radian).
-        identity: One-line identity that the function satisfies.
-        components: Names of the pose components for the runtime, in the order of the input entries.
-            Without component names, the runtime does not refine solutions near singularities.
+        work: The record of the solution.
+        task_input: The parts of the pose that the task prescribes.
+        residual: A function that returns the deviation of a tool pose from the target (meter or
+            radian).
+        identity: Identity that the function satisfies, in one line.
+        components: Names of the parts of the pose for the runtime, in the order of the input
+            entries. Without names, the runtime does not refine solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -83,7 +83,6 @@ def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
 
 
 def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
-    """Solves for the position with the first three joints; the other joints stay at 0."""
     terms = lines.terms
     work = Work(terms)
     arm = Lines(terms, lines.axes[:3], lines.tolerance)
@@ -96,7 +95,6 @@ def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _move_in_space(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the first three joints move the tool origin in three directions."""
     column = home_of(robot, lines.terms)[:3, 3]
     return moves_in_space(replace(lines, axes=lines.axes[:3]), numbers(lines.terms, column))
 
@@ -120,12 +118,13 @@ def position(robot: SerialRobot, work: Work) -> Solved:
 
 
 def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) -> Solved:
-    """Returns the task for a tool position and an elevation of the tool axis.
+    """Returns the task for a tool position and the elevation of the tool axis.
 
     Args:
         robot: The description.
-        work: The record of the solution, which contains the solved joints.
-        up: The vertical direction (unit vector), in base axes; elevation 0 is perpendicular to it.
+        work: The record of the solution.
+        up: The vertical direction (unit vector) in base axes. The elevation of a horizontal
+            direction is 0.
         pitch: The elevation angle.
     """
     terms = work.terms
@@ -135,7 +134,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # For a pitch beyond 90 degrees, the tool axis leans backward; its elevation is 180 degrees
+        # For a pitch beyond 90 degrees, the tool axis leans backward. Its elevation is 180 degrees
         # minus the pitch.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
@@ -161,7 +160,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
 
 
 def position_direction(robot: SerialRobot, work: Work) -> Solved:
-    """Returns the task for a tool position and a tool-axis direction."""
+    """Returns the task for a tool position and the direction of the tool axis."""
     terms = work.terms
     wanted = unit_direction(terms)
 
@@ -189,23 +188,26 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
 
 
 def unit_direction(terms: Terms) -> Vector:
-    """Returns the target direction as a unit vector, in base axes, or NaN for a zero vector."""
+    """Returns the target direction as a unit vector in base axes.
+
+    The vector is NaN for a target of length zero.
+    """
     scale = terms.let(1 / terms.let(sp.sqrt(squares(terms, DIRECTION))))
     x, y, z = (terms.let(scale * component) for component in DIRECTION)
     return x, y, z
 
 
 def name_direction(work: Work) -> Vector:
-    """Returns the target direction as a unit vector, named for the article."""
+    """Names the unit vector of the target direction for the article, and returns the vector."""
     meaning = "the direction as a unit vector"
     return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
 
 
 def target_of_direction(robot: SerialRobot, work: Work) -> Target:
-    """Returns a pose with the target position and third axis; the other axes are arbitrary.
+    """Returns a pose with the target position and the target direction as third axis.
 
-    Source: Duff et al. 2017, Building an orthonormal basis, revisited: two perpendicular axes
-    without cancellation, for any direction.
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited. This construction of
+    the other two axes has no cancellation.
     """
     terms = work.terms
     direction = name_direction(work)

@@ -1,4 +1,4 @@
-"""Builds the generated function of a solved chain: all solution slots, residuals and margins."""
+"""Builds the generated function of a solved chain."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
@@ -23,19 +23,19 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""Symbols of the pose entries, row by row; a name in a robot file never starts with "_"."""
+"""Symbols of the pose entries, row by row. No name in a robot file starts with "_"."""
 ROUNDING = sp.Rational(1, 2**52)
 """Relative rounding error of a double."""
 
 
 def pose_argument(robot: SerialRobot) -> Argument:
-    """Returns the argument ``T``, the target pose of the tool."""
+    """Returns the argument ``T``, which is the target pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
 def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
-    """Returns the input argument for the value of a fixed joint.
+    """Returns the argument for the value of a fixed joint.
 
     Args:
         robot: The description.
@@ -48,7 +48,7 @@ def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argumen
 
 
 def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
-    """Returns the value of every moving joint; angles are atan2 expressions."""
+    """Returns the value of every moving joint. Angles are atan2 expressions."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for known in work.sums:
         *others, (last, _) = known.senses
@@ -60,7 +60,7 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the last of several parallel joint angles from their sum and the other angles.
+    """Returns the last of several parallel joint angles. The sum and the other angles are known.
 
     Several solutions share one angle sum, which saves calls of atan2.
     """
@@ -86,17 +86,17 @@ def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """Returns the larger of position error (meter) and orientation error (radian) of a pose.
+    """Returns the larger of position error (meter) and orientation error (radian).
 
-    The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2), which is sqrt(2)
-    times the angle for small angles.
+    The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2). For small
+    angles, this is sqrt(2) times the angle.
     """
     moved, turned = pose_errors(pose, wanted)
     return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
 
 
 def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Returns the differences from the target pose: position (meter) and rotation entries."""
+    """Returns the position error (meter) and the differences of the rotation entries."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
     return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
@@ -108,27 +108,29 @@ def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """Returns the residual from the squared distance and squared angle, or NaN if either is NaN.
+    """Returns the residual from a squared distance and a squared angle.
 
-    The C function fmax ignores NaN, so it would report a solution at a pose whose loops cannot be
-    closed. SymPy would simplify a comparison of real numbers and also lose NaN.
+    If either is NaN, the residual is NaN.
+
+    The C function fmax ignores NaN, so a pose whose loops cannot be closed would count as solved. A
+    SymPy comparison of real numbers would also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
 
 
 def with_rounding(terms: Terms, residual: sp.Expr, lengths: Iterable[sp.Expr]) -> sp.Expr:
-    """Returns the residual plus the rounding error of prismatic coordinates.
+    """Adds the rounding error of prismatic coordinates to a residual.
 
-    Almost parallel prismatic axes give coordinates of 1e15 m. The rounding errors of these
-    coordinates cancel in the residual, but not if the pose is computed in another way.
+    Almost parallel prismatic axes lead to coordinates of 1e15 m. The rounding errors of such
+    coordinates cancel in the residual, but not in a pose that is computed in another way.
     """
     sizes = [terms.let(sp.Abs(length)) for length in lengths if length.free_symbols]
     return terms.let(residual + ROUNDING * sp.Add(*sizes)) if sizes else residual
 
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """Returns the smallest margin of all solution steps and loops, or 1 if no step can fail."""
+    """Returns the smallest margin of all steps and loops. The margin is 1 if no step can fail."""
     margins = [*work.margins(), *loops]
     if not margins:
         return sp.Integer(1)
@@ -145,14 +147,14 @@ def of_pose_task(
     given: Mapping[int, sp.Expr],
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Returns the task ``ik`` for the tool pose from the solved joints.
+    """Returns the task ``ik`` of the tool pose.
 
     Args:
         robot: The description.
-        work: The record of the solution, which contains the solved joints.
-        arguments: The input arguments for values of fixed joints.
+        work: The record of the solution.
+        arguments: The arguments for the values of fixed joints.
         given: The fixed joint values, keyed by joint index.
-        inputs: Further inputs that the family needs, such as a swivel angle.
+        inputs: More inputs that the family needs, such as a swivel angle.
     """
     terms = work.terms
     values = values_of(work, robot, given)
@@ -173,7 +175,7 @@ def branches(
     given: Iterable[int] = (),
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """Returns the task of a serial robot over all solution slots, from its joint values."""
+    """Returns the task of a serial robot for all solution slots."""
     asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
@@ -197,11 +199,10 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """Returns the function of a task for all solution slots, from the entries of a single slot.
+    """Returns the function of a task for all solution slots. The entries of one slot are known.
 
-    The coordinates with the indices ``given`` are inputs, or functions of the inputs after the
-    first.
-    ``loops`` contains the margins of the closed loops.
+    The coordinates with the indices ``given`` depend only on the inputs after the first. ``loops``
+    contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -224,12 +225,10 @@ def function_of(
 
 
 def _labels(work: Work) -> tuple[str, ...]:
-    """Returns the label of each solution slot: the joints and the value of each branch sign."""
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # A solution step with two branch signs stores the first sign; the second sign is the next
-        # symbol.
+        # If a step has two branch signs, the step stores the first. The second is the next symbol.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(
@@ -244,5 +243,4 @@ def _labels(work: Work) -> tuple[str, ...]:
 
 
 def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
-    """Returns the name of a branch, either from the branch names of its loop or from the sign."""
     return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

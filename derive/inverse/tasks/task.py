@@ -1,4 +1,4 @@
-"""Tasks of an inverse: functions, inputs, and the form in which the article prints inputs."""
+"""Tasks of an inverse, with their functions and inputs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,12 +13,11 @@ from ..structure.lines import Lines
 
 @dataclass(frozen=True)
 class InputLetter:
-    """Printed form of an input symbol in the article.
+    """Form of an input symbol in the article.
 
     Attributes:
-        letters: LaTeX letters in order of preference; letters that denote robot parameters are
-            avoided.
-        component: Component index (0 to 2) of a vector input, or None for a scalar.
+        letters: LaTeX letters in order of preference. Letters of robot parameters are not used.
+        component: Index (0 to 2) of the component of a vector input. None for a scalar.
     """
 
     letters: tuple[str, ...]
@@ -31,8 +30,8 @@ class TaskInput:
 
     Attributes:
         argument: Symbols, shape, unit and meaning of the input.
-        printed: The printed form of each input symbol: a letter, or the tool-pose entry that equals
-            the symbol.
+        printed: The form of each input symbol in the article: a letter, or the entry of the tool
+            pose that equals the symbol.
     """
 
     argument: Argument
@@ -45,10 +44,9 @@ class Solved:
 
     Attributes:
         function: The generated function.
-        work: The solved joints and their solution steps.
+        work: The solved joints and the steps.
         given: Names of the fixed joints.
-        inputs: Inputs other than the pose and the fixed joints, with the letters that the article
-            prints.
+        inputs: Inputs other than the pose and the fixed joints, with their letters in the article.
     """
 
     function: SymbolicFunction
@@ -58,11 +56,11 @@ class Solved:
 
     @property
     def is_known(self) -> bool:
-        """Whether the prescribed pose components are known."""
+        """Whether the task states which parts of the pose it prescribes."""
         return self.function.role.domain == "pose" or bool(self.function.role.components)
 
     def with_search(self) -> "Solved":
-        """Returns the task with a flag that makes the runtime search for missed solutions."""
+        """Returns the task with a flag. The flag makes the runtime search for missed solutions."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
@@ -73,14 +71,14 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class Task:
-    """A task, other than the tool pose, that a family solves for an unmodified chain.
+    """A task of a family other than the tool pose. The chain has no fixed or added joints.
 
     Attributes:
         name: The name of the generated function, for example ``ik_position``.
-        solved: A function that solves the task for a robot and its axes.
-        applies: A function that returns whether the task applies to a robot of the family.
-        reads_base: Whether the task numbers the chain from the base even if the family numbers it
-            from the tool.
+        solved: A function that solves the task for a robot.
+        applies: A function that returns whether the task applies to a robot.
+        reads_base: Whether the task numbers the chain from the base even if the family numbers the
+            chain from the tool.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Tasks with partial poses for a planar arm on a rotating base: pitch or direction."""
+"""Tasks of a planar arm on a rotating base: position with pitch or with direction."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +33,6 @@ from .task import Solved, Task
 
 
 def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether axis 1 is parallel to the third base axis, so that the elevation is defined.
-
-    The tool axis must also move in the arm plane, and a fifth joint must rotate about the tool
-    axis.
-    """
     if abs(float(lines.axes[0].direction[2])) < 1 - TOOL_ON_AXIS:
         return False
     if len(lines.axes) > ARM:
@@ -46,14 +41,13 @@ def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the parallel joints rotate the tool axis, and axis 5 (if any) is the tool axis."""
     if len(lines.axes) > ARM:
         return max(off_axis(robot, lines, ARM)) < TOOL_ON_AXIS
     return off_axis(robot, lines, lines.axes.index(in_plane(lines)[0]))[1] > OBLIQUE_AXES
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """Returns the distance of the tool origin from an axis, and the sine of the axis tilt."""
+    """Returns (distance of the tool origin from an axis, sine of the tilt of the axis)."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])
@@ -65,13 +59,12 @@ def _home(robot: SerialRobot, lines: Lines) -> NDArray[np.float64]:
 
 
 def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
-    """Derives the task for position and tool-axis elevation over the base x-y plane."""
     terms, a2 = lines.terms, in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
     pitch = CosSin(*terms.cos_sin(PITCH))
     U, _ = turned_to_plane(work, lines, tool, POSITION)
-    # The tool may point away from axis 1 or towards it.
+    # The tool may point away from axis 1 or towards axis 1.
     sign = work.sign()
     _, _, up = IDENTITY
     outward = cross(terms, a2.h, up)
@@ -85,7 +78,6 @@ def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
-    """Derives the task for position and tool-axis direction."""
     terms, a1, a2 = lines.terms, lines.axes[0], in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
