@@ -1,4 +1,4 @@
-"""Settings of all tests: the garbage collector, and tests skipped because a program is missing."""
+"""Settings of all tests: the garbage collector, and reports of missing programs."""
 
 import gc
 
@@ -8,7 +8,7 @@ import pytest
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
 
-# Both limits measure wall-clock time, which on a busy machine says nothing about a test.
+# Both limits measure wall-clock time, which depends on the load of the machine.
 hypothesis.settings.register_profile(
     "untimed", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
 )
@@ -32,14 +32,12 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_finish():
-    """Excludes all modules that the tests import from garbage collection.
+    """Excludes all imported modules from garbage collection.
 
-    A full garbage collection then takes milliseconds. Without this exclusion, each garbage
-    collection takes 0.4 s, because SymPy, CasADi and Pinocchio are loaded, and tests for leaks need
-    dozens of collections.
+    A full garbage collection then takes milliseconds instead of 0.4 s. Tests for leaks need dozens
+    of collections.
     """
-    # At its first draw, Hypothesis searches all objects for references; at this point, few objects
-    # exist.
+    # At its first draw, Hypothesis searches all objects for references. Few objects exist here.
     hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)
     gc.collect()
     gc.freeze()
@@ -48,8 +46,7 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    # At the end, pytest would collect garbage ten times, although the process frees its memory
-    # anyway.
+    # At the end, pytest would collect garbage ten times. The process frees its memory anyway.
     gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
@@ -61,7 +58,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """Lists the missing programs and packages for which tests were skipped, one reason per line."""
+    """Lists the missing programs and packages, one per line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

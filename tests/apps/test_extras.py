@@ -1,4 +1,4 @@
-"""Functions that need an optional package name its pip command if it is not installed."""
+"""An error names the pip command of a missing optional package."""
 
 import builtins
 import sys
@@ -23,7 +23,7 @@ Q = np.array([0.3, 0.5, 0.1, 0.2])
 
 @pytest.fixture
 def hide(monkeypatch):
-    """Returns a function after which an import of a package fails as if it were absent."""
+    """Makes an import fail as if the package were absent."""
     real = builtins.__import__
 
     def hidden(package):

@@ -1,4 +1,4 @@
-"""Arguments that are not real numbers end with an error that names the argument."""
+"""Arguments that are not real numbers raise an error that names the argument."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Arguments that are not a path or not a count raise an error that names the argument."""
+"""Arguments that are not a path or a count raise an error that names the argument."""
 
 import re
 

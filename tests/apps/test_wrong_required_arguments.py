@@ -1,4 +1,4 @@
-"""Required arguments of the wrong type raise an error of chasles, for all public functions."""
+"""Public functions reject required arguments of the wrong type."""
 
 import inspect
 from importlib import import_module
@@ -29,7 +29,6 @@ FUNCTIONS = public_functions()
 
 
 def call(function, wrong):
-    """Calls a function with the same value for all required arguments."""
     parameters = inspect.signature(function).parameters.values()
     needed = [one for one in parameters if one.default is one.empty]
     needed = [one for one in needed if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]

@@ -1,4 +1,4 @@
-"""Arguments that are not a robot, motion or trajectory raise an error that names the argument."""
+"""Public functions reject arguments that are not a robot, motion or trajectory."""
 
 import inspect
 import re

@@ -42,7 +42,7 @@ def main(
 
 
 class Progress:
-    """Prints each failure immediately, and the progress at intervals."""
+    """Prints failures immediately, and the progress at intervals."""
 
     def __init__(self) -> None:
         """Starts the clock."""
@@ -50,7 +50,6 @@ class Progress:
         self.trials = 0
 
     def __call__(self, name: str, number: int, outcome: Outcome, seconds: float) -> None:
-        """Prints failures and progress after a trial."""
         self.trials += 1
         for failure in outcome.failures:
             out.print(f"{name}, trial {number}: {failure}", markup=False)
@@ -62,7 +61,7 @@ class Progress:
 
 
 def repeat(names: list[str], number: int) -> int:
-    """Repeats the trial with this number in the current process; returns 1 if the trial fails."""
+    """Repeats one trial in the current process. Returns 1 if the trial fails."""
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)
@@ -74,15 +73,13 @@ def repeat(names: list[str], number: int) -> int:
 
 
 def checked(outcome: Outcome | Tally) -> str:
-    """Formats the counts and the largest values of an outcome."""
     counts = [f"{count} {name}" for name, count in outcome.counts.items()]
     largest = [f"largest {name} {value:.2g}" for name, value in outcome.largest.items()]
     return ", ".join([*counts, *largest]) or "nothing checked"
 
 
 def summary(tallies: dict[str, Tally]) -> None:
-    """Prints a table of all campaigns, then each failure with the command that repeats the failed
-    trial."""
+    """Prints a table of all campaigns, and a command that repeats each failure."""
     table = Table("campaign", "trials", "seconds", "failures", "checked", title_justify="left")
     for name, tally in tallies.items():
         numbers = (tally.trials, f"{tally.seconds:.0f}", len(tally.failures))

@@ -1,4 +1,4 @@
-"""Bounds: maximum allowed values of the error measures of a robot."""
+"""Bounds: maximum allowed values of error measures."""
 
 from collections.abc import Mapping
 
@@ -6,14 +6,7 @@ from .campaign import Outcome
 
 
 def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "") -> Outcome:
-    """Returns an outcome with a failure if an error measure exceeds its bound or is NaN.
-
-    Args:
-        kind: The kind of robot, used as the name of the count.
-        figures: Object with one attribute for the bound of each error measure.
-        bars: Maximum of each error measure, keyed by name.
-        title: The name of the robot in a failure message; default: the kind.
-    """
+    """Returns an outcome that fails if an error measure exceeds its bound or is NaN."""
     values = {name: float(vars(figures)[name]) for name in bars}
     missed = [
         f"{name} {value:.3g}, bar {bars[name]:g}"

@@ -1,34 +1,33 @@
 """Identification of random robots: error reduction, confidence intervals and warnings.
 
-Even-numbered trials test errors and intervals. Each arm has axis errors up to 1 mm and
-1 mrad. The arm is measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses,
+Even trials test errors and intervals. Each arm has axis errors up to 1 mm and 1 mrad. The arm is
+measured at 60 configurations with noise of 0.02 mm and 0.05 mrad. The measurements are poses,
 positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
-The mean error at validation configurations, with all frames unknown, must decrease by a factor of
-20. If the Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error must be at
-most 1.1 times a reference error. An estimator that attains the Cramer-Rao bound exceeds this
-reference error with probability ``LEVEL``.
+The mean error at validation configurations must decrease by a factor of 20, with all frames
+unknown. The Cramer-Rao bound (`noise_bound.py`) may not allow this reduction. The error must then
+be at most 1.1 times a reference error, which an efficient estimator exceeds with probability
+``LEVEL``.
 
-The axis intervals must contain the true values in 95 of 100 arms. In the trials, the base frame is
-known, because an identified base frame shifts all axes equally. The confidence intervals of an
-arm are correlated, so their coverage has no simple distribution. A trial therefore tests the errors
-z of all axes, divided by their standard deviations. With the correlations R from independent
-derivatives, ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes
-and M redundant measurements. Fisher's method combines the probabilities of all arms, separately for
-too narrow and too wide intervals.
+The axis intervals must contain the true values in 95 of 100 arms. The base frame is known, because
+an identified base frame shifts all axes equally. The intervals of an arm are correlated, so their
+coverage has no simple distribution. A trial therefore divides the errors z of all k axes by their
+standard deviations. R is their correlation matrix from independent derivatives, and M is the number
+of redundant measurements. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom.
+Fisher's method combines the probabilities of all arms, separately for too narrow and too wide
+intervals.
 
 A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This probability is below
 1e-6 even with outliers, for which the F distribution is approximate. On six-axis arms, wrong
 standard deviations with 90 % or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one
-of four trials, and a coverage of 98 % three of four trials. The coverage itself is computed from
-the counts of a long campaign.
+of four trials, and a coverage of 98 % three of four. A long campaign measures the coverage itself.
 
 Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
 Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
-fit within the stated noise, without an error and without a warning about the robot. A warning or an
-error must follow measurements of a different robot, exchanged columns, or a wrong angle unit. A
-complete model without tolerances can fit a different robot and needs no warning. Too few values for
-the variables may cause an error.
+fit within the stated noise and cause no warning about the robot. Measurements of a different robot,
+exchanged columns and a wrong angle unit must cause a warning or an error. A complete model without
+tolerances can fit a different robot and needs no warning. Too few measured values may cause an
+error.
 """
 
 from collections.abc import Callable
@@ -90,12 +89,11 @@ class Judged:
     """Error measures of one arm.
 
     Attributes:
-        fall: Error of the nominal arm relative to the error of the identified arm.
-        over: Error of the identified arm relative to the Cramer-Rao bound.
+        fall: Ratio of the nominal error to the identified error.
+        over: Ratio of the identified error to the Cramer-Rao bound.
         is_reached: Whether the error is as small as for an efficient estimator.
         inside: Whether each interval contains the true value.
-        probability: Probability that random errors, relative to their intervals, are smaller than
-            the observed errors.
+        probability: Probability of random errors smaller than the observed errors.
     """
 
     fall: float
@@ -106,13 +104,12 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the errors and intervals of identified arms (even trial numbers), or the warnings (odd
-    trial numbers)."""
+    """Tests errors and intervals (even trials) or warnings (odd trials)."""
     return accusations(number // 2) if number % 2 else errors(number // 2)
 
 
 def accusations(number: int) -> Outcome:
-    """Identifies one robot from correct and wrong measurements of random devices."""
+    """Identifies one robot from correct and from wrong measurements."""
     robot = chasles.load(JUDGED[number % len(JUDGED)], parametric=True)
     failures, counts = [], {"right": 0, "wrong": 0, "too few": 0}
     for seed in np.random.default_rng(number).integers(1 << 32, size=DRAWS):
@@ -135,7 +132,7 @@ def accusations(number: int) -> Outcome:
 
 
 def errors(number: int) -> Outcome:
-    """Identifies several random arms of one robot with one kind of measurements."""
+    """Identifies several random arms of one robot."""
     kind = list(KINDS)[number % len(KINDS)]
     robot = chasles.load(ROBOTS[number // len(KINDS) % len(ROBOTS)], parametric=True)
     rng = np.random.default_rng(number)
@@ -178,9 +175,9 @@ def _intervals(
 ) -> tuple[np.ndarray, float]:
     """Returns whether the axis intervals contain the true values, and a probability.
 
-    The returned probability is the probability of errors smaller than the observed errors. Many
-    geometries are equivalent, so a Newton step on noise-free measurements expresses the true
-    geometry in the identified parameters.
+    The probability belongs to errors smaller than the observed errors. Many geometries are
+    equivalent. A Newton step on noise-free measurements expresses the true geometry in the
+    identified parameters.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)
@@ -250,7 +247,7 @@ SOUND = {_gross: _positions}
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:
-    """Returns the mean errors [m] of the registered nominal robot and of the calibrated robot."""
+    """Returns the mean errors [m] of the nominal and the calibrated robot."""
     true = drawn.T_W_base @ robot.fk_p(drawn.validation, drawn.p)
     measured = robot.fk(drawn.q)
     if isinstance(measurements, Poses):

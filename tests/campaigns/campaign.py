@@ -9,9 +9,9 @@ class Outcome:
     """The result of one trial.
 
     Attributes:
-        counts: Number of checked items (poses, branches, files), keyed by name; summed over trials.
-        failures: One line of text for each violated property.
-        largest: Values such as residuals, keyed by name; the maximum over all trials is reported.
+        counts: Number of checked items (poses, branches, files), keyed by name.
+        failures: One line for each violated property.
+        largest: Maximum values such as residuals, keyed by name.
     """
 
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -26,8 +26,7 @@ class Campaign:
     Attributes:
         name: The command-line name.
         summary: The property that each trial checks, as one sentence.
-        trial: Function that runs the trial with a specified number. All random values depend only
-            on the trial number, so the number reproduces the trial.
+        trial: Function that runs the trial with a number. The number seeds all random values.
     """
 
     name: str

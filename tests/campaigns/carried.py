@@ -1,7 +1,6 @@
 """Inverse of random platforms with joints before and behind the platform.
 
-``fk`` of every valid solution slot is the target pose, and one solution slot is the generating
-configuration.
+Valid solutions reach the target pose, and one of them is the generating configuration.
 """
 
 from tests.support.generators.carried_platforms import drawn_platform
@@ -11,7 +10,6 @@ from .legs import outcome
 
 
 def trial(number: int) -> Outcome:
-    """Compares the solution slots of one platform with its forward kinematics."""
     mechanism = drawn_platform(number)
     return outcome(mechanism, number, ", ".join(mechanism.actuated))
 

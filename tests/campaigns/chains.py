@@ -1,4 +1,4 @@
-"""Compares random chains with Pinocchio: poses, Jacobians and time derivatives of Jacobians."""
+"""Random chains agree with Pinocchio: poses, Jacobians and their time derivatives."""
 
 import random
 
@@ -23,7 +23,7 @@ CHAINS = 20
 
 
 def trial(number: int) -> Outcome:
-    """Checks CHAINS chains; an assertion states the seed of a failing chain."""
+    """Checks many chains. An assertion states the seed of a failing chain."""
     generator = random.Random(number)
     for _ in range(CHAINS):
         check_jacobians(generator.randrange(2**32))
@@ -32,11 +32,11 @@ def trial(number: int) -> Outcome:
 
 
 def check_jacobians(seed: int) -> None:
-    """Compares poses, Jacobians and their time derivatives of a seeded chain with Pinocchio."""
+    """Compares a random chain with Pinocchio."""
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()
-    # One frame per chain saves time; each frame is tested on many chains.
+    # One frame per chain saves time.
     name = tuple(FRAMES)[seed % len(FRAMES)]
     wanted = ("fk", "link_poses", f"jacobian_{name}", f"jacobian_{name}_dot")
     functions = dict(
@@ -63,7 +63,7 @@ def check_jacobians(seed: int) -> None:
 
 
 def _jacobian_and_rate(model, data, tool, reference, D_q):
-    """Returns Pinocchio's tool Jacobian for the coordinates, and its time derivative."""
+    """Returns Pinocchio's tool Jacobian and its time derivative."""
     J = pin.getFrameJacobian(model, data, tool, reference)
     J_dot = pin.getFrameJacobianTimeVariation(model, data, tool, reference)
     return J.reshape(6, -1) @ D_q, J_dot.reshape(6, -1) @ D_q
@@ -77,10 +77,9 @@ MOTIONS = (
 
 
 def check_motions(seed: int) -> bool:
-    """Compares the Hessian, twists and accelerations of the chain for a seed with Pinocchio.
+    """Compares Hessians, twists and accelerations of a chain with Pinocchio.
 
-    Returns:
-        Whether the chain has a coupled joint, which shares the coordinate of its leader.
+    Returns whether the chain has a coupled joint.
     """
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(2, 9))

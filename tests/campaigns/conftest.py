@@ -1,5 +1,4 @@
-"""Campaign tests compile robots with flags for fast compilation, because their code runs only
-once."""
+"""Fast compilation: the code of the campaign tests runs only once."""
 
 import pytest
 

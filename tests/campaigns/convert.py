@@ -1,4 +1,4 @@
-"""Random arms as robot files, URDF and tables: reading the text gives the same poses."""
+"""Random arms keep their poses in robot files, URDF files and tables."""
 
 from collections import Counter
 from pathlib import Path
@@ -19,7 +19,6 @@ ACCURACY = 1e-12
 
 
 def trial(number: int) -> Outcome:
-    """Converts ARMS arms to every format and reads the converted files."""
     counts: Counter[str] = Counter()
     failures, largest = [], 0.0
     for seed in range(number * ARMS, (number + 1) * ARMS):
@@ -40,8 +39,7 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Returns the largest difference of the poses read from the text, and from the CSV of a
-    table."""
+    """Returns the largest pose differences of the text and of the CSV table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

@@ -1,8 +1,7 @@
-"""Arms whose joints are coupled to motors by random invertible matrices of rational numbers.
+"""Arms whose joints are coupled to motors by random matrices of rational numbers.
 
-Poses, Jacobians, derivatives and rates must follow from the arm without couplings by matrix
-products. Each solution of the arm without couplings must be among the solutions, in motor
-coordinates.
+Matrix products with the uncoupled arm give the expected poses, Jacobians, derivatives and rates. In
+motor coordinates, each solution of the uncoupled arm must be among the solutions.
 """
 
 import numpy as np
@@ -18,7 +17,6 @@ BARS = {"pose": 1e-13, "jacobian": 1e-13, "rate": 1e-13, "maps": 1e-13, "lost": 
 
 
 def trial(number: int) -> Outcome:
-    """Tests one arm."""
     arm = coupled_arm(number)
     found = product_errors(arm, POSES, np.random.default_rng(number))
     kind = f"{len(arm.c)} joints" + ("" if found.solutions else ", no closed form")

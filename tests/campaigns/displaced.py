@@ -1,15 +1,15 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
-Even trials use a named arm of chasles, odd trials a random arm with round numbers. The errors of
-every joint and the tool are at most a random size between 0.1 and 10 (millimeter, milliradian).
-Every pose needs a solution, and no solution may be wrong. At most 1 in 10,000 regular
-configurations may be missing from the solutions of its pose. Missing configurations at multiples of
-90 degrees are counted, but do not fail the campaign. Six-joint arms of even trials are also solved
-as general arms, and the trial counts solutions found only by the general solver. Stricter rules
-apply to errors up to 3 (millimeter, milliradian). Each solution is in exactly one solution slot.
-Every configuration with a smallest singular value above 1e-3 is found, also at multiples of 90
-degrees. On some poses, the regular solutions must equal the set found by multi-start Newton
-iteration.
+Even trials use a named arm, odd trials a random arm with round numbers. All errors are at most a
+random size between 0.1 and 10 (millimeter, milliradian). Every pose needs a solution, and no
+solution may be wrong. The inverse may lose at most 1 in 10,000 regular configurations.
+Configurations at multiples of 90 degrees are counted, but do not fail the campaign. Six-joint arms
+of even trials are also solved as general arms.
+
+Stricter rules apply to errors up to 3 (millimeter, milliradian). Each solution is in exactly one
+solution slot. Every configuration with a smallest singular value above 1e-3 is found, also at
+multiples of 90 degrees. On some poses, the regular solutions must equal the set found by
+multi-start Newton iteration.
 """
 
 from math import ceil
@@ -53,7 +53,6 @@ SAME = 1e-5
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm of a trial number; counts arms with round numbers and without an ``ik``."""
     is_drawn, robot = number % 2 == 1, arm_of(number)
     with TemporaryDirectory() as folder:
         try:
@@ -84,7 +83,6 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm of a trial number, including its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else read(description(shown))
     return displaced(robot, size_of(number), number)
@@ -96,8 +94,7 @@ def size_of(number: int) -> float:
 
 
 def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
-    """Describes missing and duplicated solutions at random joint angles and at multiples of 90
-    degrees."""
+    """Describes missing and duplicated solutions."""
     failures = []
     for name, of in {"random": q, "right angles": right}.items():
         parts = np.array_split(of, max(1, -(-len(of) // PART)))
@@ -115,7 +112,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Counts duplicated solutions, and regular configurations that are in no solution slot."""
+    """Counts duplicated solutions and missing regular configurations."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))
@@ -126,7 +123,7 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 
 
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
-    """Counts the regular solutions of the pose at q found only by Newton's method."""
+    """Counts regular solutions that only Newton's method finds."""
     arm, T = judged.arm, judged.arm.fk(q)
     own = arm.ik(T, fixed=judged.fixed(q)).valid_q()
     fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
@@ -135,7 +132,7 @@ def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
-    """Counts the regular solutions found only by the general solver."""
+    """Counts regular solutions that only the general solver finds."""
     missing = 0
     for part in np.array_split(q, -(-len(q) // PART)):
         T = arm.fk(part)

@@ -1,6 +1,6 @@
-"""Compares exports (C++, CUDA kernels, MoveIt, MATLAB) with the C of shipped robots.
+"""Exports (C++, CUDA, MoveIt, MATLAB) agree with the C functions of shipped robots.
 
-The C is called pose by pose, because the batch code sums in another order.
+The C functions run pose by pose, because the batch code sums in another order.
 """
 
 import os
@@ -72,7 +72,7 @@ def trial(number: int) -> Outcome:
 
 
 def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Returns the differences of the CUDA kernels, compiled for the processor."""
+    """Compiles the CUDA kernels for the processor, and returns their differences."""
     shim, failures = Shim(name, folder), []
     q = rng.permutation(configurations(shim.robot, 10 * ROWS))[:ROWS]
     poses = rng.integers(-2, 3, (RIGHT_ANGLES, shim.robot.n)) * (np.pi / 2)
@@ -85,10 +85,10 @@ def in_cuda(name: str, folder: Path, rng: np.random.Generator) -> list[str]:
 def plugin_difference(
     robot: chasles.Robot, folder: Path, rng: np.random.Generator
 ) -> tuple[float, int]:
-    """Compares all solutions away from singularities, and forward kinematics.
+    """Compares forward kinematics and all regular solutions.
 
-    Returns the largest difference and the number of compared solutions. The difference is infinite
-    for a missing or additional solution.
+    Returns the largest difference and the number of compared solutions. A missing or additional
+    solution is an infinite difference.
     """
     package = moveit.exported(robot.name, folder)
     library = moveit.compiled(package, robot.name, tuple(EXACT.split()))
@@ -112,7 +112,7 @@ def plugin_difference(
 
 
 def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> list[str]:
-    """Returns the differences of the functions for MATLAB, called by Octave."""
+    """Calls the MATLAB functions in Octave, and returns their differences."""
     octave.exported(robot, folder)
     infos = [info for info in robot.manifest.functions if info.name in octave.FUNCTIONS]
     inputs = {info.name: inputs_of(robot, info, rng, ROWS) for info in infos}
@@ -145,14 +145,14 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 
 
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
-    """Returns the largest difference; infinite if unequal values include a NaN or infinity."""
+    """Returns the largest difference. Unequal NaN or infinite values count as infinite."""
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
     relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))
     return float(np.max(np.nan_to_num(relative, nan=np.inf), where=~is_same, initial=0.0))
 
 
 def built(robot: chasles.Robot, folder: Path) -> Path:
-    """Exports and compiles the C++ package of a robot with a program that evaluates its header."""
+    """Compiles the C++ package of a robot with a program that calls its functions."""
     functions = sorted(FUNCTIONS & set(robot.functions))
     write(robot_of(robot.name), folder, functions=functions, languages=["cpp"])
     (folder / "driver.cpp").write_text(driver(robot.name))
@@ -167,14 +167,14 @@ def built(robot: chasles.Robot, folder: Path) -> Path:
 
 
 def in_cpp(program: Path, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of a header function as a flat list, row by row."""
+    """Returns the outputs of a C++ function as a flat list, row by row."""
     rows = np.hstack([item.reshape(len(item), -1) for item in inputs]).tobytes()
     done = subprocess.run([program, info.name], input=rows, capture_output=True, check=True)
     return np.frombuffer(done.stdout).reshape(len(inputs[0]), -1)
 
 
 def in_c(robot: chasles.Robot, info: FunctionInfo, inputs: Sequence[np.ndarray]) -> np.ndarray:
-    """Returns the outputs of the robot's C function as a flat list, row by row."""
+    """Returns the outputs of a C function as a flat list, row by row."""
     function = robot.functions[info.name].ufunc
     results = (function(*row) for row in zip(*inputs, strict=True))
     as_tuples = (item if isinstance(item, tuple) else (item,) for item in results)

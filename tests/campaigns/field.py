@@ -1,7 +1,7 @@
 """Derives and tests real arms from external files.
 
 Each trial tests one arm at random joint angles and at multiples of 90 degrees. A pose is missed if
-it has no correct valid solution. A valid solution is wrong if it does not reach its pose. A regular
+it has no correct solution. A valid solution is wrong if it does not reach its pose. A regular
 random configuration is lost if it is not among the solutions. A redundant arm is solved with the
 fixed joint value of the configuration.
 """
@@ -26,7 +26,6 @@ MAX_LOST = 1e-4
 
 
 def trial(number: int) -> Outcome:
-    """Tests one arm; consecutive numbers cycle through the arms."""
     known = list(arms())
     with TemporaryDirectory() as folder:
         return judgement(known[number % len(known)], Path(folder), RANDOM, RIGHT, number)
@@ -35,12 +34,7 @@ def trial(number: int) -> Outcome:
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
     """Tests an arm at random joint angles and at multiples of 90 degrees.
 
-    Args:
-        arm: The arm.
-        folder: Output folder.
-        random: Number of random poses.
-        right: Number of poses at multiples of 90 degrees.
-        seed: Seed of the poses.
+    The arguments `random` and `right` are the numbers of both kinds of poses.
     """
     try:
         derived(arm, folder)
@@ -71,7 +65,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
-    """Solves the poses of configurations (m, n) with the inverse of chasles."""
+    """Solves the poses of configurations (m, n) with chasles."""
     found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 

@@ -1,11 +1,11 @@
 """Derives, compiles and tests arms that belong to no closed-form family.
 
 Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
-to two prismatic joints. The inverse of each arm solves poses at random joint angles and at
-multiples of 90 degrees. Every pose needs a solution, no solution may be wrong, and each regular
-configuration must be among the solutions. Arms with more than six joints solve the same poses again
-with the fixed joint values of other configurations. The trial also counts the poses for which
-multi-start Newton iteration finds a different number of solutions.
+to two prismatic joints. The inverse solves poses at random joint angles and at multiples of 90
+degrees. Every pose needs a solution, and no solution may be wrong. Each regular configuration must
+be among the solutions. Arms with more than six joints also solve the poses with other fixed joint
+values. Each trial counts the poses for which multi-start Newton iteration finds a different number
+of solutions.
 """
 
 from collections.abc import Collection, Sequence
@@ -54,22 +54,20 @@ LANGUAGES = emitters_of(("c", "python"))
 
 @dataclass(frozen=True)
 class Judged:
-    """A loaded arm whose solutions are verified with its description.
+    """A loaded arm whose description verifies its solutions.
 
-    Attributes:
-        robot: The description.
-        arm: The loaded robot.
+    The robot is the description, and the arm is the loaded robot.
     """
 
     robot: SerialRobot
     arm: chasles.Robot
 
     def fixed(self, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Returns the fixed joint values required by ``ik`` at configurations (m, n)."""
+        """Returns the fixed joint values that ``ik`` requires."""
         return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Returns poses (..., 4, 4) in extended precision, computed from the joint placements."""
+        """Computes poses (..., 4, 4) in extended precision from the joint placements."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
@@ -83,11 +81,10 @@ class Judged:
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, ...]:
-        """Counts regular configurations, lost (missed) configurations, unsolved poses and wrong
-        solutions.
+        """Counts regular and lost configurations, unsolved poses and wrong solutions.
 
-        A configuration is lost if it is regular and not among the solutions of its pose. A valid
-        solution is wrong if its pose error in extended precision exceeds ``WRONG``.
+        A regular configuration is lost if it is not among the solutions. A solution is wrong if its
+        pose error in extended precision exceeds ``WRONG``.
         """
         parts = np.array_split(q, max(1, -(-len(q) // PART)))
         return tuple(map(int, np.sum([self._lost(part) for part in parts], axis=0)))
@@ -104,21 +101,18 @@ class Judged:
         return [mark.sum() for mark in marks]
 
     def is_fixed(self, joint: int) -> bool:
-        """Tests whether ``ik`` has the value of a joint as an input."""
+        """Tests whether the value of a joint is an input of ``ik``."""
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Returns other configurations with the same poses, by multi-start iteration."""
+        """Finds other configurations with the same poses by multi-start iteration."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """Counts the poses with a different number of solutions found by Newton's method.
+        """Counts poses for which Newton's method finds a different number of solutions.
 
-        Args:
-            T: The target poses (m, 4, 4).
-            q: Configurations (m, n) with the fixed joint values.
-            random: Random generator of the start configurations.
+        The configurations q (m, n) contain the fixed joint values.
         """
         own = self.arm.ik(T, fixed=self.fixed(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
@@ -152,8 +146,7 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns random configurations (count, n), and configurations (right, n) at multiples of 90
-    degrees."""
+    """Returns configurations (count, n), and others (right, n) at multiples of 90 degrees."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
@@ -172,14 +165,13 @@ def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Returns pose errors (..., 6) from A to T in base axes: position, then axis times sine."""
+    """Returns pose errors (..., 6) in base axes: position, then axis times sine."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], np.stack(w, -1) / 2], -1)
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arm of a trial number."""
     robot, rng = arm_of(number), np.random.default_rng([number, 1])
     n = len(robot.moving)
     with TemporaryDirectory() as folder:
@@ -204,7 +196,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Returns the arm of a trial number: in turn a six-joint, a seven-joint or a longer arm."""
+    """Returns in turn a six-joint, a seven-joint or a longer arm."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
@@ -212,13 +204,13 @@ def arm_of(number: int) -> SerialRobot:
 def loaded(
     robot: SerialRobot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
 ) -> chasles.Robot:
-    """Derives a robot into a folder, compiles and loads it."""
+    """Derives, compiles and loads a robot."""
     put(files_of(derive(robot, functions=functions, **families), LANGUAGES), folder)
     return chasles.load(folder)
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describes counts of :meth:`Judged.lost` above the allowed number ``may_lose``."""
+    """Describes error counts above the allowed number ``may_lose``."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

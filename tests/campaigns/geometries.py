@@ -1,10 +1,9 @@
-"""Tests the general solver on every pattern of consecutive axes.
+"""The general solver on every pattern of consecutive axes.
 
 Consecutive axes are skew, parallel or intersecting, which gives 243 patterns of six joints. Each
-trial uses every ninth pattern, once with six revolute joints and once with a prismatic joint, and
-two longer arms. The solver is compiled once and reads the tables of each arm, so testing an arm
-takes a fraction of a second. Every pose needs a solution, and each regular configuration must be
-among the solutions of its pose.
+trial uses every ninth pattern, once with six revolute joints and once with a prismatic joint. Each
+trial also uses two longer arms. The solver is compiled once and reads the tables of each arm. Every
+pose needs a solution, and each regular configuration must be among the solutions.
 """
 
 import ctypes
@@ -69,7 +68,7 @@ class Arm(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Found:
-    """The number of unsolved poses, and of regular configurations that are not found."""
+    """Numbers of unsolved poses and of missing regular configurations."""
 
     none: int
     lost: int
@@ -90,7 +89,6 @@ def arms(number: int) -> Iterator[tuple[str, SerialRobot]]:
 
 @cache
 def library() -> ctypes.CDLL:
-    """Compiles the solver that reads the tables of any arm."""
     files = {name: support(name) for name in ("chasles_cos_sin.h", *SUPPORTS["general"])}
     flags = ("-std=gnu99", "-O2", "-fvisibility=default", UNPACKED)
     text = SHIM.read_text(encoding="utf-8")
@@ -99,8 +97,9 @@ def library() -> ctypes.CDLL:
 
 
 def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
-    """Tests an arm at random configurations, and at a third as many with multiples of 90 degrees.
-    Returns None if the arm belongs to a closed-form family (a different solver) or is singular.
+    """Tests an arm at random configurations and at multiples of 90 degrees.
+
+    Returns None if the arm is singular or belongs to a closed-form family.
     """
     q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
     found = judged_at(robot, q), judged_at(robot, right)
@@ -108,13 +107,12 @@ def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found]
 
 
 def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
-    """Tests an arm at configurations (m, n); returns None under the same conditions as `judged`."""
+    """Tests an arm at configurations (m, n). Returns None like `judged`."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
 
 
 def _taken(robot: SerialRobot) -> Choice | None:
-    """Passes the tables of an arm to the compiled solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:
@@ -124,7 +122,6 @@ def _taken(robot: SerialRobot) -> Choice | None:
 
 
 def _arm_of(tables: GeneralArm) -> Arm:
-    """Copies the tables of an arm to the C structure."""
     arm = Arm(joints=tables.joints, length=tables.length, orders=tables.order_count)
     arm.kind[:] = tables.kinds
     arm.direction[: len(tables.directions)] = tables.directions
@@ -136,8 +133,7 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solves the poses of configurations (m, n) and compares the solutions with the
-    configurations."""
+    """Solves the poses of configurations (m, n), and looks for the configurations."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))
@@ -159,7 +155,6 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 
 def trial(number: int) -> Outcome:
-    """Tests the arms of the trial with this number."""
     found = {name: judged(robot, POSES, number) for name, robot in arms(number)}
     failures = [
         f"{name}, {kind}: {own.none} without a solution, {own.lost} lost"

@@ -1,9 +1,9 @@
 """Mechanisms with displaced joints, whose loops are closed in the least-squares sense.
 
-In these mechanisms, pinned links replace the rods. Every joint and closure is shifted by up to 0.5
-mm and rotated by up to 2 mrad about each axis. The configurations must match an independent
-minimization with exact derivatives. Derivatives must agree with finite differences. ``actuators``
-and ``ik`` must return the coordinates from the chain and from the pose.
+Pinned links replace the rods. Every joint and closure is shifted by up to 0.5 mm and rotated by up
+to 2 mrad about each axis. The configurations must match an independent minimization with exact
+derivatives. Derivatives must agree with finite differences. ``actuators`` and ``ik`` must recover
+the coordinates.
 """
 
 import tempfile
@@ -48,12 +48,11 @@ class Judged:
 
     Attributes:
         closure: Largest joint difference from the least-squares minimum (radian, meter).
-        slope: Largest error of the derivative of the configuration with respect to the coordinates.
+        slope: Largest derivative error of the configuration.
         rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.
-        lost: Number of poses whose coordinates ``ik`` does not return, or 0 if the robot has no
-            inverse.
-        open: Number of configurations within a tenth of the limit range whose loops remain open.
+        lost: Number of coordinates that ``ik`` does not recover, or 0 without an inverse.
+        open: Number of configurations near the reference whose loops remain open.
     """
 
     closure: float
@@ -65,7 +64,6 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one displaced mechanism."""
     rng = np.random.default_rng(number)
     name = str(rng.choice(list(PLANES)))
     whole = on_links(read(ROBOTS / f"{name}.toml"), PLANES[name])
@@ -93,7 +91,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
 
 
 def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
-    """Returns coordinates (POSES, n) around the reference, within a tenth of the limit range."""
+    """Returns coordinates (POSES, n) within a tenth of the limit range from the reference."""
     limits = np.array([(c.lower, c.upper) for c in robot.coordinates], dtype=float)
     span = np.where(np.isfinite(limits).all(-1), limits[:, 1] - limits[:, 0], np.pi)
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))

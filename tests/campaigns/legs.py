@@ -1,12 +1,12 @@
 """Inverse of random platforms with jointed legs and iterated loops.
 
-Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs, which are all of one type or
-mixed. The platforms tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball joints. In
-platforms such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a
-delta with a telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist. ``fk`` of every
-valid solution slot is the target pose, one slot is the generating configuration, and no slot is
-valid in another assembly mode. ``fk`` agrees with Newton's method, which follows the line from the
-reference in small steps on the description.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. The six legs are all of one
+type or mixed. Tripteron, Exechon, 3-UPU, 3-URU, 3-PUU and 3-RUU have no ball joints. In platforms
+such as the 5-UPS/UPU, a passive chain guides the platform. Further kinds are a Par4, a delta with a
+telescopic shaft, a pentapod, and an Exechon or a Tricept with a wrist.
+
+Valid solutions must reach the target pose in the correct assembly mode. One solution must be the
+generating configuration. ``fk`` must agree with Newton's method in small steps from the reference.
 """
 
 import tempfile
@@ -44,8 +44,7 @@ FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 
 def trial(number: int) -> Outcome:
-    """Compares the solution slots of one platform with its forward kinematics."""
-    # Even-numbered platforms have a kind with a name, such as a tripteron.
+    # Even-numbered platforms have a named kind, such as a tripteron.
     if number % 2 == 0:
         kind = NAMED[number // 2 % len(NAMED)]
         return outcome(named(kind, number), number, kind)
@@ -61,7 +60,7 @@ def named(kind: str, number: int) -> Mechanism:
 
 
 def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
-    """Compares the solution slots of a platform at random inputs near its reference."""
+    """Compares the solutions of a platform with its forward kinematics near the reference."""
     derivation = derive(mechanism, functions=FUNCTIONS)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
@@ -87,10 +86,10 @@ def outcome(mechanism: Mechanism, number: int, title: str) -> Outcome:
 
 
 def from_newton(mechanism: Mechanism, q: Array, T: Array, size: float) -> Array:
-    """Returns the difference between poses T (N, 4, 4) and Newton's method, far from singularities.
+    """Returns the difference between poses T (N, 4, 4) and Newton's method.
 
-    Lengths are divided by ``size``. The difference is infinite for a pose that only Newton's method
-    finds.
+    Singular poses are not compared. Lengths are divided by ``size``. The difference is infinite for
+    a pose that only Newton's method finds.
     """
     model = Model(mechanism)
     z, regular = followed(model, q * model.ratio)

@@ -1,9 +1,8 @@
-"""Random coordinates of the shipped robots with loops. Most random coordinates cannot close the
-loops.
+"""Random coordinates of the shipped robots with loops. Most of them cannot close the loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
-loop equations of the description; otherwise all values must be NaN. For platforms, the actuators
-are solved from random poses of the platform.
+loop equations. Otherwise, all values must be NaN. For platforms, the actuators are solved from
+random poses.
 """
 
 import tomllib
@@ -32,13 +31,12 @@ def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """Returns the shipped robots with loops whose files match a pattern."""
     files = sorted(ROBOTS.glob(pattern))
     tables = {file: tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
-    # A file that extends another file includes the loops of the extended file.
+    # An extending file includes the loops of the extended file.
     found = (read(file) for file, at in tables.items() if has_loops(at) or "extends" in at)
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.loop_joints)
 
 
 def trial(number: int) -> Outcome:
-    """Tests many configurations of one robot."""
     robots = with_loops()
     mechanism = robots[number % len(robots)]
     closed, wrong, largest = judged(mechanism, np.random.default_rng(number))
@@ -48,7 +46,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Returns the numbers of closed and of wrong configurations, and the largest closure error."""
+    """Counts closed and wrong configurations. Returns also the largest closure error."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
@@ -64,7 +62,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, fl
 def _configurations(
     robot: chasles.Robot, numbers: Multistart, rng: np.random.Generator, is_map: bool
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Returns the values of all joints keyed by name, and whether they are valid and finite."""
+    """Returns joint values keyed by name, and the flags (valid, finite)."""
     if is_map:
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
@@ -82,7 +80,7 @@ def _configurations(
 
 
 def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterator[np.ndarray]:
-    """Yields random values of each coordinate from twice its limit range."""
+    """Yields random coordinates from twice the limit range."""
     for coordinate in coordinates:
         low, high = coordinate.lower, coordinate.upper
         if low is None or high is None or not np.isfinite(low) or not np.isfinite(high):

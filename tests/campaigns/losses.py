@@ -1,10 +1,10 @@
 """Finds poses that inverses of random arms miss.
 
-The trial derives one random arm. Each inverse of this arm solves poses at random coordinates, at
-multiples of 90 degrees and near these multiples. Every pose needs a solution, no solution may be
-wrong, and regular coordinates must be among the solutions. Nothing is compiled, because the
-equations run in CasADi. Poses that ``ik`` solves only after refinement are also counted. Six-joint
-arms without a closed-form family need compiled C, so the campaign ``general`` tests them.
+Each inverse of a random arm solves poses at random coordinates, at multiples of 90 degrees and near
+these multiples. Every pose needs a solution, and no solution may be wrong. Regular coordinates must
+be among the solutions. The equations run in CasADi, so nothing is compiled. Poses that ``ik``
+solves only after refinement are also counted. Six-joint arms without a closed-form family need
+compiled C, so the campaign ``general`` tests them.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ class Loss:
         structure: Description of the arm's structure.
         function: Name of the inverse.
         poses: Name of the pose set.
-        verdict: The counts after the refinement that ``ik`` applies.
+        verdict: The counts after refinement.
         unrefined: Number of unsolved poses without refinement.
     """
 
@@ -48,7 +48,7 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Whether errors remain after the refinement."""
+        """Tests whether errors remain after refinement."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:
@@ -62,14 +62,12 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one random arm. Odd trials fix random joints instead of the joints
-    selected by the closed-form family.
-    """
+    """Tests each inverse of one random arm. Odd trials fix random joints."""
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
     except TypeError:
-        # A known bug in SymPy raises a TypeError in comparisons for some arms.
+        # SymPy raises a TypeError in comparisons for some arms.
         return Outcome({"arms that SymPy cannot compare": 1})
     losses = [loss for case in cases for loss in losses_of(case, number)]
     counts = {"arms with an inverse": int(bool(cases)), "inverses": len(cases)}
@@ -87,12 +85,10 @@ def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
 
 
 def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, PoseSet]]:
-    """Yields the pose sets of an inverse; in some sets, joints that the inverse sets to 0 also
-    move."""
     fixed = replace(case, free=case.still)
     yield fixed, PoseSet("random", fixed.random(rng, RANDOM), regular=determines(fixed))
     q = right_angles(fixed, rng)
-    # A swivel angle may be singular at multiples of 90 degrees even if the Jacobian is regular.
+    # At multiples of 90 degrees, a swivel angle may be singular although the Jacobian is regular.
     regular = determines(fixed) and not set(fixed.given) & set(fixed.robot.functions)
     yield fixed, PoseSet("right angles", q, regular=regular)
     yield fixed, PoseSet("near right angles", nearly(fixed, rng, q))
@@ -114,14 +110,13 @@ def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
 
 
 def determines(case: Derived) -> bool:
-    """Whether the task has finitely many solutions for the solved joints."""
+    """Tests whether the task has finitely many solutions."""
     rows = case.jacobian(np.zeros((1, case.robot.n))).shape[-2]
     inputs = [name for name in case.given if name in case.robot.functions]
     return len(case.solved) <= rows + len(inputs)
 
 
 def title(case: Derived) -> str:
-    """Returns the title of the structure."""
     found = case.inverses.classification.found
     return found.title if found is not None else "no structure"
 

@@ -1,12 +1,11 @@
 """Compares the branches of random mechanisms with multi-start Newton iteration.
 
-Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. At several inputs, all branches of
-the map from actuators to main-chain joints and of the inverse map are compared. No branch may be
-missing, duplicated or wrong: a valid solution slot closes the loops with positive cylinder lengths.
-Without a mode on the reference branch, a function may return a finite value only if the value does
-not depend on the input. Mechanisms without a closed form are counted, and compared only at inputs
-for which no mode exists. ``fk`` of every valid ``ik`` solution slot is the target pose, and one
-slot is the generating configuration.
+Each mechanism of ``drawn_mechanisms.py`` is derived and loaded. The trial compares all branches of
+the actuator map and of its inverse at several inputs. No branch may be missing, duplicated or
+wrong. A valid solution closes the loops with positive cylinder lengths. Without an assembly mode, a
+finite value is correct only if the value does not depend on the input. Mechanisms without a closed
+form are counted, and compared only at inputs without a mode. Valid solutions of ``ik`` must reach
+the target pose, and one of them must be the generating configuration.
 """
 
 import tempfile
@@ -57,9 +56,9 @@ class Verdict:
         faults: Number of faults, keyed by kind.
         branches: Number of compared branches.
         inputs: Number of compared inputs.
-        largest: Largest loop residual of a valid solution slot relative to the mechanism size.
+        largest: Largest loop residual of a valid solution, divided by the mechanism size.
         open: Whether the loops have no closed form.
-        open_inputs: Number of inputs without an assembly mode on the reference branch.
+        open_inputs: Number of inputs without an assembly mode.
     """
 
     seed: int
@@ -73,7 +72,6 @@ class Verdict:
 
 
 def trial(number: int) -> Outcome:
-    """Compares all branches of one random mechanism."""
     verdict = judged(drawn_mechanism(number), number)
     counts = {
         "mechanisms without a closed form": int(verdict.open),
@@ -87,13 +85,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(drawn: DrawnMechanism, seed: int, inputs: int = INPUTS) -> Verdict:
-    """Derives, loads and tests a mechanism.
-
-    Args:
-        drawn: The mechanism.
-        seed: Seed of the mechanism.
-        inputs: Number of inputs.
-    """
+    """Derives, loads and tests a mechanism at random inputs."""
     verdict = Verdict(seed, drawn.family)
     derivation = derive(drawn.mechanism)
     with tempfile.TemporaryDirectory() as folder:
@@ -135,7 +127,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         moved = theta[::2] + numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::2].shape)
         theta = np.vstack([theta, moved])
     else:
-        # The changed joint values of the main chain are not compatible with the loops.
+        # The changed joint values do not close the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
@@ -157,14 +149,10 @@ def _silent(
     values: np.ndarray,
     closed: np.ndarray,
 ) -> None:
-    """Counts results that are finite for open loops or not finite for closed loops.
+    """Counts finite results for open loops and non-finite results for closed loops.
 
-    Args:
-        verdict: Receives the faults.
-        robot: The robot.
-        domain: Input domain of the functions.
-        values: Input values (N, n), away from dead points.
-        closed: (N,) whether the loops close, from an independent oracle.
+    The input values (N, n) are away from dead points. An independent oracle determines `closed`
+    (N,).
     """
     verdict.open_inputs += int((~closed).sum())
     if closed.sum() < 2:
@@ -192,17 +180,17 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Counts a fault if the map at the reference returns a different branch."""
+    """Counts a fault if the map returns a different branch at the reference."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """Checks that a result is reported as valid exactly if the actuators reproduce theta.
+    """Checks that a result is valid exactly if the actuators reproduce theta.
 
-    Near a dead point, a wrong mode may be within the tolerance. The returned chain joints must
-    therefore be closer to theta than half the distance to any other mode.
+    Near a dead point, a wrong mode may be within the tolerance. The result must therefore be closer
+    to theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
@@ -226,7 +214,7 @@ def _count(
     labels: tuple[str, ...],
     modes: list[list[dict[str, float]]],
 ) -> None:
-    """Compares the branches of each input one to one."""
+    """Matches the branches of each input one to one."""
     (known, values), (names, (branches, valid, margin)) = given, found
     verdict.faults["unlabelled"] += int(len(set(labels)) < len(labels) or not all(labels))
     for row, of in enumerate(modes):
@@ -269,7 +257,7 @@ def _match(
 def _distinct(
     numbers: Multistart, names: list[str], modes: list[dict[str, float]]
 ) -> list[dict[str, float]]:
-    """Returns the modes that differ in the named values; passive joints do not count."""
+    """Returns the modes that differ in the named values, without passive joints."""
     kept: list[dict[str, float]] = []
     for mode in modes:
         values = np.array([mode[name] for name in names])

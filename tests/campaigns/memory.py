@@ -1,7 +1,7 @@
 """Runs the generated C of shipped robots with compiler sanitizers.
 
-Sanitizers detect out-of-bounds access, undefined behavior and data races. Out-of-bounds access and
-data races may leave the results unchanged.
+Sanitizers detect out-of-bounds access, undefined behavior and data races, which may leave the
+results unchanged.
 """
 
 import os
@@ -31,9 +31,9 @@ SOLVER_SOURCES = [
 ]
 GCC = shutil.which("gcc")
 
-# A default build contains code for several instruction sets and selects one set at run time. The
-# test hides newer instruction sets, so that the code for each set runs. Linux lists the instruction
-# sets of the processor.
+# A default build contains code for several instruction sets and selects one at run time. The test
+# hides newer instruction sets so that all code runs. Linux lists the instruction sets of the
+# processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
@@ -51,7 +51,6 @@ CASES = 40 * 6 + 4
 
 
 def build(name, folder, *flags, compiler=GCC):
-    """Compiles the test driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     (folder / "glue.c").write_bytes(write_glue(manifest))
     paths = [*INCLUDES, f"-I{manifest.folder}", SUPPORT]
@@ -64,7 +63,6 @@ def build(name, folder, *flags, compiler=GCC):
 
 
 def build_solvers(name, folder, sanitizers):
-    """Compiles the solver driver with the single-pose functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
     (folder / "glue.c").write_bytes(write_glue(replace(manifest, files=files)))
@@ -84,7 +82,6 @@ def run(program, mode, given="", sets=()):
 
 
 def trial(number: int) -> Outcome:
-    """Runs all functions of one random robot with one sanitizer."""
     draw = random.Random(number)
     name, kind = draw.choice(ROBOTS), draw.choice(("address", "undefined", "thread"))
     flags = ["-O0", f"-fsanitize={kind}", "-fno-sanitize-recover=all"]

@@ -1,9 +1,8 @@
-"""Tests that mutated URDFs keep their structure and their stated pose error.
+"""Mutated URDFs keep their structure and their stated pose error.
 
-Each trial writes a shipped serial robot as a URDF in doubles, mutates it several times (see
-``tests/support/generators/mutated_urdfs.py``), and reads and classifies the mutants. A mutant must
-keep the structure of its robot, or state the conditions that it violates. Pinocchio computes the
-pose of the tool from the same file for comparison.
+Each trial writes a shipped serial robot as a URDF and mutates the file (see
+``tests/support/generators/mutated_urdfs.py``). A mutant must keep the structure of its robot, or
+state the violated conditions. Pinocchio computes the tool pose from the same file for comparison.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -40,8 +39,8 @@ class Finding:
         mutant: The mutant.
         cleaning: Summary of the snapped numbers.
         excess: Maximum pose difference, divided by the stated pose error; values above 1 are wrong.
-        kept: Whether the mutant has the structure and the solution method of its arm.
-        missed: Description of the structural conditions of the arm that the mutant violates.
+        kept: Whether the mutant keeps the structure and the solution method.
+        missed: Description of the violated structural conditions.
     """
 
     mutant: Mutant
@@ -52,11 +51,10 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether poses are within the stated error, and a changed structure is explained."""
+        """Tests whether poses are accurate and a changed structure is explained."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:
-        """Returns a one-line description of the finding."""
         structure = "structure kept" if self.kept else f"structure missed: {self.missed or '?'}"
         made = ", ".join(self.mutant.made)
         return (
@@ -66,7 +64,6 @@ class Finding:
 
 
 def trial(number: int) -> Outcome:
-    """Tests mutants of one robot; consecutive numbers cycle through the robots."""
     robots = serial_robots()
     arm = arm_of_robot(robots[number % len(robots)])
     found = list(findings([arm], range(number * MUTANTS, (number + 1) * MUTANTS)))
@@ -92,7 +89,7 @@ def serial_robots() -> list[SerialRobot]:
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """Tests the mutants with these numbers; consecutive numbers cycle through the arms."""
+    """Tests numbered mutants of several arms."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
@@ -111,7 +108,6 @@ def read_mutant(path: Path, mutant: Mutant) -> SerialRobot:
 
 
 def classified(robot: SerialRobot) -> Classification:
-    """Classifies the structure of a robot's axes."""
     return classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
 
@@ -124,7 +120,7 @@ def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Pat
 
 
 def in_words(found: Classification, wanted: Attempt) -> str:
-    """Describes the conditions of a required structure that a chain does not fulfil."""
+    """Describes the structural conditions that a chain violates."""
     for attempt in found.attempts:
         if _name(attempt) == _name(wanted):
             off = [r for r in attempt.requirements if r.deviation > EXACT_STRUCTURE]
@@ -137,7 +133,7 @@ def _name(attempt: Attempt | None) -> tuple[object, ...]:
 
 
 def excess(robot: SerialRobot, path: Path) -> float:
-    """Returns the maximum difference to Pinocchio's poses, divided by the stated pose error."""
+    """Returns the maximum difference to Pinocchio's poses in units of the stated error."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(path))
@@ -171,7 +167,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
 
 
 def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
-    """Returns the tool pose (4, 4) of a robot without parameters, in double precision."""
+    """Returns the tool pose (4, 4) of a robot without parameters."""
     T = matrix(robot.base)
     values = iter(q)
     for joint in robot.joints:
@@ -185,8 +181,7 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Returns a placement (4, 4) in double precision, with the angle ``more`` added to its
-    angles."""
+    """Returns a placement (4, 4), with the angle ``more`` added to its angles."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)

@@ -1,10 +1,9 @@
-"""Compares assembly modes of random planar platforms with Newton's method.
+"""Assembly modes of random planar platforms agree with Newton's method.
 
-Each platform has three legs with revolute and prismatic joints. The function must report a complete
-list of modes at the reference and at random inputs near the reference. The list must include every
-mode that Newton's method finds from random starts, and Newton's method must converge back to each
-listed mode. Modes with a margin below 1e-4 are not compared, because Newton's method converges
-slowly there.
+Each platform has three legs with revolute and prismatic joints. At the reference and at nearby
+inputs, the function must report a complete list of modes. The list must include every mode that
+Newton's method finds from random starts. Newton's method must converge back to each listed mode.
+Modes with a margin below 1e-4 are not compared, because Newton's method converges slowly there.
 """
 
 import tempfile
@@ -38,9 +37,9 @@ class Compared:
     """The modes of a platform at one input.
 
     Attributes:
-        missed: Number of modes found only by Newton's method.
+        missed: Number of modes that only Newton's method finds.
         wrong: Number of modes from which Newton's method moves to a different pose.
-        unsure: Whether the function reports that its list of modes may be incomplete.
+        unsure: Whether the list of modes may be incomplete.
         modes: Number of assembly modes that the function returns.
     """
 
@@ -51,7 +50,6 @@ class Compared:
 
 
 def trial(number: int) -> Outcome:
-    """Compares the modes of one random platform at several inputs."""
     rng = np.random.default_rng(number)
     platform = drawn_platform(rng)
     with tempfile.TemporaryDirectory() as folder:
@@ -86,7 +84,7 @@ def compared(
     rng: np.random.Generator,
     starts: int,
 ) -> Compared:
-    """Compares the modes of a platform at one input with Newton's method."""
+    """Compares the modes at one input with Newton's method."""
     theta, margin, unsure = robot.functions["modes"](q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)
@@ -112,7 +110,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Whether Newton's method with random passive joints converges back to a mode."""
+    """Tests whether Newton's method with random passive joints converges back to a mode."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 
@@ -120,7 +118,7 @@ def _stays(
 def newton(
     platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """Returns distinct modes (n, 3) found by Newton's method from poses and random joints."""
+    """Returns the distinct modes (n, 3) that Newton's method finds."""
     slides = np.array([leg.kinds[leg.passive] == "P" for leg in platform.legs])
     size = _size(poses)
     passive = rng.uniform(-np.pi, np.pi, (len(poses), 3))

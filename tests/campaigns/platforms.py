@@ -1,10 +1,10 @@
-"""Compares assembly modes of random six-rod platforms with Newton's method.
+"""Assembly modes of random six-rod platforms agree with Newton's method.
 
 The platforms are general, flat, or have three double joints on the platform (6-3) or on platform
-and base (3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton
-iteration may be missing, and every mode must have the correct rod lengths. Singular modes are not
-compared, because Newton's method does not converge at them. The script counts modes that Newton's
-method does not find, and platforms with a possibly incomplete mode list.
+and base (3-3). The rod lengths belong to a random pose. The solver must find all modes that
+multi-start Newton iteration finds, with correct rod lengths. Singular modes are not compared,
+because Newton's method does not converge at them. The trial counts modes that Newton's method
+misses, and possibly incomplete mode lists.
 """
 
 import ctypes
@@ -48,7 +48,6 @@ __attribute__((visibility("default"))) void modes(
 
 @cache
 def library() -> ctypes.CDLL:
-    """Compiles the C solver with a function for the parameters of any platform."""
     files = {name: support(name) for name in SUPPORTS["hexapod"]}
     source = Source("platform_modes", {"modes.c": SHIM, **files}, ())
     return ctypes.CDLL(str(compiled(source)))
@@ -79,10 +78,10 @@ class Judged:
     """The modes of a platform, compared with Newton's iteration.
 
     Attributes:
-        missed: Number of modes found only by Newton's method.
+        missed: Number of modes that only Newton's method finds.
         wrong: Number of modes whose rod lengths are wrong.
         more: Number of regular modes that Newton's method does not find.
-        unsure: Whether the C solver reports that its list of complex modes may be incomplete.
+        unsure: Whether the list of complex modes may be incomplete.
         modes: Number of modes found by the C solver.
     """
 
@@ -94,7 +93,6 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Compares the modes of random platforms of each kind."""
     rng = np.random.default_rng(number)
     kinds = KINDS * OF_EACH_KIND
     found = [judged(*random_rods(kind, rng), STARTS, rng) for kind in kinds]
@@ -113,7 +111,7 @@ def trial(number: int) -> Outcome:
 
 
 def random_rods(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns rod ends a and b (6, 3), and rod lengths (6,) of a random pose."""
+    """Returns rod ends a and b (6, 3), and rod lengths (6,) at a random pose."""
     a = rng.normal(size=(6, 3))
     b = rng.normal(size=(6, 3)) * rng.uniform(0.3, 1)
     if kind == "flat":
@@ -156,15 +154,13 @@ def judged(
 
 
 def modes(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns the modes (n, 6) of the C solver, and whether the list may be incomplete."""
     found = solved(numbered(a, b, lengths), a, lengths)
     return found.theta[np.isfinite(found.margin)], found.unsure
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Results of the C solver: joints (n, 6) and margins (n,) of all solution slots, and
-    ``unsure``."""
+    """Results of the C solver: joints (n, 6), margins (n,) and ``unsure``."""
 
     theta: np.ndarray
     margin: np.ndarray
@@ -174,10 +170,9 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform whose rod lengths are near the lengths ``usual``.
+    """Returns the parameters of a platform with rod lengths near ``usual``.
 
-    Without elimination, platforms with double joints are solved by path tracking, like general
-    platforms.
+    Without elimination, path tracking solves platforms with double joints.
     """
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
@@ -191,7 +186,6 @@ def numbered(
 
 
 def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
-    """Returns the results of the C solver for a platform at rod lengths."""
     n = platform.paths
     theta, margin, unsure = np.empty((n, 6)), np.empty(n), np.empty(1)
     q = np.concatenate([a.ravel(), lengths])
@@ -203,10 +197,10 @@ def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
 def newton(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns quaternions and positions of the distinct modes found from random start poses."""
+    """Returns quaternions and positions of distinct modes from random start poses."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
-    # The length of the first rod is the distance between its ends.
+    # The first rod has the length between its ends.
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]
@@ -241,7 +235,7 @@ def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np
 def excess(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, e: np.ndarray, p: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns rod length errors (n, 6), and derivatives with respect to a twist."""
+    """Returns rod length errors (n, 6) and their derivatives with respect to a twist."""
     r = b @ np.swapaxes(rotations(e), 1, 2)
     d = p[:, None] + r - a
     distance = np.linalg.norm(d, axis=-1)
@@ -250,7 +244,6 @@ def excess(
 
 
 def rotations(e: np.ndarray) -> np.ndarray:
-    """Returns rotation matrices (n, 3, 3) of unit quaternions."""
     w, v = e[:, 0, None, None], e[:, 1:]
     zero = np.zeros(len(e))
     x, y, z = v.T
@@ -260,7 +253,6 @@ def rotations(e: np.ndarray) -> np.ndarray:
 
 
 def quaternions(theta: np.ndarray) -> np.ndarray:
-    """Returns quaternions from yaw, pitch and roll."""
     e = np.tile([1.0, 0, 0, 0], (len(theta), 1))
     for k, axis in zip((3, 4, 5), AXES, strict=True):
         turn = np.zeros((len(theta), 4))

@@ -1,9 +1,9 @@
 """Reads mutated files of every kind that chasles reads.
 
 Each trial mutates the files in `corpus`, results of a robot, and manifests. Mutations change bytes,
-words, lines, JSON values or arrays. A reader must end within the time limit with a value, or with
-an error of chasles that states the file. Most descriptions in XML are read in the process of the
-trial; some are read in a separate process, as in normal use.
+words, lines, JSON values or arrays. A reader must return a value within the time limit, or raise an
+error of chasles that states the file. Some XML descriptions are read in a separate process, as in
+normal use.
 """
 
 import json
@@ -59,8 +59,7 @@ class Reader:
         files: Number of files per trial.
         file: Name of the file that is read.
         corpus: Valid files.
-        read: Reads a file.
-        mutation: Mutation that keeps words, values or arrays.
+        read: Reads a file. mutation: Mutates words, values or arrays.
     """
 
     name: str
@@ -72,7 +71,6 @@ class Reader:
 
 
 def trial(number: int) -> Outcome:
-    """Reads the mutated files of the trial with this number."""
     dice = random.Random(number)
     counts: dict[str, int] = {}
     failures = []
@@ -93,7 +91,6 @@ def trial(number: int) -> Outcome:
 
 
 def readers() -> tuple[Reader, ...]:
-    """Returns all readers."""
     return (*_robot_readers(), *_tree_readers(), *_mesh_readers(), *_data_readers())
 
 
@@ -195,7 +192,7 @@ def _opened(file: Path) -> object:
     try:
         return opened(file).robot(None, None, None)
     except NotExact as error:
-        # The function that starts the separate process adds the file name to the error.
+        # The process pool adds the file name to the error.
         raise DescriptionError(f"{file}: {error}") from error
 
 
@@ -208,7 +205,6 @@ def _manifest(file: Path) -> object:
 
 
 def mutant(reader: Reader, dice: random.Random) -> bytes:
-    """Returns a mutated file of a reader."""
     content = dice.choice(reader.corpus)
     if dice.random() < BYTEWISE:
         return mutated_bytes(content, dice, dice.choice(reader.corpus))
@@ -216,7 +212,7 @@ def mutant(reader: Reader, dice: random.Random) -> bytes:
 
 
 def attempt(reader: Reader, path: Path) -> str:
-    """Reads a file; returns "read", "refused", or a description of the failure."""
+    """Reads a file. Returns "read", "refused", or a description of the failure."""
     try:
         with at_most(SECONDS):
             reader.read(path)

@@ -1,8 +1,8 @@
-"""Resolves the redundancy of the photographic robot on random paths of a camera.
+"""Redundancy of the photographic robot on random camera paths.
 
-The camera moves on a spline through random points for 10 s, and its axis points at a fixed target.
-Limits are random. If a dense grid contains a continuous motion within the limits, the resolved
-motion must exist, stay within the limits and be on the path.
+The camera moves on a spline through random points for 10 s, and points at a fixed target. Limits
+are random. If a dense grid contains a continuous motion, the robot must find a motion on the path
+within the limits.
 """
 
 import numpy as np
@@ -23,7 +23,6 @@ ON_PATH = 1e-9
 
 
 def trial(number: int) -> Outcome:
-    """Compares the resolved motion on a random path with a dense grid."""
     robot, rng = chasles.load("photo_robot"), np.random.default_rng(number)
     limits, T, q_seed = drawn_path(robot, rng)
     try:

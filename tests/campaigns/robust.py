@@ -1,9 +1,8 @@
 """Reads and derives mutated robot files and random arms with round numbers.
 
-Each trial mutates the shipped robot files and some URDFs, and reads the mutants. A few valid
-mutants and some random arms are derived. Every attempt must end within the time limit, with a robot
-or with an error of chasles. An error in a file must state the file. Every other exception is a
-failure.
+Each trial mutates the shipped robot files and some URDFs. A few valid mutants and some random arms
+are derived. Every attempt must end within the time limit, with a robot or an error of chasles. An
+error in a file must state the file.
 """
 
 import random
@@ -56,19 +55,18 @@ Text = tuple[str, str]
 
 @dataclass(frozen=True)
 class Attempt:
-    """Result of one attempt; the message contains the error and the location of a crash."""
+    """Result of one attempt. The message contains the error and its location."""
 
     end: Literal["made", "refused", "endless", "crashed"]
     message: str = ""
 
     @property
     def is_good(self) -> bool:
-        """Whether the attempt gave a robot or a chasles error within its time limit."""
+        """Tests whether the attempt returned a robot or a chasles error in time."""
         return self.end in ("made", "refused")
 
 
 def trial(number: int) -> Outcome:
-    """Reads the random files of a trial, and derives the robots."""
     with TemporaryDirectory() as folder:
         attempts = list(_attempts(number, Path(folder)))
     counts = dict.fromkeys(("read", "derived", "refused"), 0)
@@ -82,7 +80,7 @@ def trial(number: int) -> Outcome:
 
 
 def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]:
-    """Yields the file of each attempt, whether it is derived, and the result."""
+    """Yields a file, whether its robot is derived, and the result."""
     derived = 0
     for k, text in enumerate(islice(mutants(random.Random(number)), READ)):
         path = written(folder / f"{number}_mutant_{k}", text)
@@ -96,7 +94,7 @@ def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]
 
 
 def sources() -> list[Text]:
-    """Returns the shipped robot files, a URDF with both joint types, and a calibrated arm."""
+    """Returns the shipped robot files, a URDF and a calibrated arm."""
     shipped = [
         (".toml", path.read_text(encoding="utf-8")) for path in sorted(ROBOTS.glob("*.toml"))
     ]
@@ -104,7 +102,7 @@ def sources() -> list[Text]:
 
 
 def mutants(dice: random.Random) -> Iterator[Text]:
-    """Yields an endless sequence of mutated sources."""
+    """Yields mutated sources endlessly."""
     texts = sources()
     while True:
         suffix, text = dice.choice(texts)
@@ -112,14 +110,14 @@ def mutants(dice: random.Random) -> Iterator[Text]:
 
 
 def written(stem: Path, text: Text) -> Path:
-    """Writes a text to a file; returns its path."""
+    """Writes a text to a file and returns its path."""
     path = stem.with_name(stem.name + text[0])
     path.write_text(text[1], encoding="utf-8")
     return path
 
 
 def attempt(path: Path, *, derive: bool) -> Attempt:
-    """Reads a file and optionally derives its robot; keeps the file of a failure."""
+    """Reads a file and optionally derives its robot. Failing files are kept."""
     found = _attempt(path, derive=derive)
     if not found.is_good:
         KEPT.mkdir(parents=True, exist_ok=True)

@@ -57,7 +57,6 @@ USER_FLAGS_EVERY = 5
 
 
 def campaign(name: str) -> Campaign:
-    """Returns a campaign by name."""
     found: Campaign = import_module(f"{__package__}.{name}").CAMPAIGN
     return found
 
@@ -69,7 +68,7 @@ class Tally:
     Attributes:
         trials: Number of finished trials.
         seconds: Total time of the finished trials.
-        counts: Number of checked items by kind, summed over all robots.
+        counts: Number of checked items by kind.
         largest: Maxima of the reported values.
         failures: Trial number and text of each failure.
     """
@@ -81,7 +80,6 @@ class Tally:
     failures: list[tuple[int, str]] = field(default_factory=list)
 
     def add(self, number: int, outcome: Outcome, seconds: float) -> None:
-        """Adds the outcome of a trial."""
         self.trials += 1
         self.seconds += seconds
         self.counts.update(outcome.counts)
@@ -101,17 +99,10 @@ def run(
     workers: int,
     report: Report,
 ) -> dict[str, Tally]:
-    """Runs campaigns in parallel; each gets the same time and at least one trial.
+    """Runs campaigns in parallel. Each campaign gets the same time and at least one trial.
 
-    Args:
-        names: Names of the campaigns.
-        seconds: Time after which no trial starts, except the first trial of each campaign.
-        seed: Seed that determines the trial numbers, see ``TRIALS_OF_A_SEED``.
-        workers: Number of parallel trials.
-        report: Function that is called after each trial.
-
-    Returns:
-        The outcomes, keyed by campaign.
+    The seed determines the trial numbers (``TRIALS_OF_A_SEED``). After `seconds`, only the first
+    trials of campaigns may start. The function `report` is called after each trial.
     """
     tallies = {name: Tally() for name in names}
     started: Counter[str] = Counter()
@@ -136,13 +127,13 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """Returns a campaign that has not run yet, otherwise the campaign with the least used time."""
+    """Returns the campaign with the least used time, or a new campaign."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]
     if is_over:
         return None
-    # The expected duration of a running trial is the mean duration of the finished trials.
+    # A running trial counts with the mean duration of the finished trials.
     return min(tallies, key=lambda name: _expected(tallies[name], started[name]))
 
 
@@ -151,7 +142,7 @@ def _expected(tally: Tally, started: int) -> float:
 
 
 def isolated(name: str, number: int) -> tuple[Outcome, float]:
-    """Runs a trial in a separate process; returns its outcome and duration in seconds.
+    """Runs a trial in a separate process. Returns its outcome and duration in seconds.
 
     A crash, an exception or a timeout is a failure.
     """
@@ -180,7 +171,7 @@ def _send_outcome(send: Connection, name: str, number: int) -> None:
 
 
 def outcome_of(chosen: Campaign, number: int) -> Outcome:
-    """Runs a trial in this process; an exception is a failure."""
+    """Runs a trial in this process. An exception is a failure."""
     try:
         with _settings(number):
             return chosen.trial(number)
@@ -192,7 +183,7 @@ def outcome_of(chosen: Campaign, number: int) -> Outcome:
 
 @contextmanager
 def _settings(number: int) -> Iterator[None]:
-    """Context in which a trial uses a separate cache and its compiler flags."""
+    """Gives a trial its own cache and compiler flags."""
     before = dict(os.environ)
     with TemporaryDirectory(prefix="chasles-campaign-") as folder:
         os.environ["CHASLES_CACHE"] = folder

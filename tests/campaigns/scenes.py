@@ -1,9 +1,9 @@
-"""Checks planned paths of robots with loops in random scenes at a finer resolution.
+"""Planned paths of robots with loops, checked at a finer resolution.
 
-Each scene has spheres that almost touch the robot in random configurations, so paths pass close to
-them. A planned and shortened path is sampled at ten times as many configurations as the planner
-tested. At each sample there must be no collision, and the loops must be closed. The joints must
-match the continuation of the start by Newton's method, which keeps the assembly mode.
+Spheres almost touch the robot in random configurations, so paths pass close to them. Each path is
+sampled at ten times as many configurations as the planner tested. At each sample, the robot must
+not collide, and the loops must be closed. The joints must match a continuation by Newton's method,
+which keeps the assembly mode.
 """
 
 from dataclasses import dataclass, field, fields
@@ -44,7 +44,7 @@ class Scene:
         checked: Number of checked configurations on the path.
         touching: Number of configurations in collision.
         open: Number of configurations with an open loop.
-        changed: Number of configurations in a different assembly mode than the start.
+        changed: Number of configurations in a wrong assembly mode.
     """
 
     found: bool
@@ -56,19 +56,18 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class _Recording(ConfigurationSpace):
-    """A planning space that records all tested configurations."""
+    """A planning space that records the tested configurations."""
 
     tested: list[FloatArray] = field(default_factory=list)
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """Records the configurations and returns their distances."""
+        """Records configurations and returns their distances."""
         self.tested.append(q)
         found: FloatArray = super().distances(q)
         return found
 
 
 def trial(number: int) -> Outcome:
-    """Plans and checks paths in random scenes; consecutive trials cycle through the robots."""
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     keys = np.random.default_rng(number).integers(2**31, size=SCENES).tolist()
     found = [planned(robot, key) for key in keys]
@@ -86,12 +85,7 @@ def trial(number: int) -> Outcome:
 
 
 def planned(robot: chasles.Robot, key: int) -> Scene:
-    """Plans a path in a random scene and checks the path.
-
-    Args:
-        robot: A robot with loops.
-        key: Seed of the random numbers.
-    """
+    """Plans a path in a random scene and checks the path."""
     space, (start, goal) = drawn(robot, np.random.default_rng(key))
     space.tested.clear()
     plan = prm(space, SAMPLES, neighbors=NEIGHBOURS, rng=key).plan(start, goal)
@@ -103,7 +97,7 @@ def planned(robot: chasles.Robot, key: int) -> Scene:
 
 
 def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
-    """Counts configurations (m, n) with open loops, and configurations in a wrong assembly mode."""
+    """Counts configurations (m, n) with open loops and with a wrong assembly mode."""
     robot, bounds = space.robot, space.bounds
     assert bounds is not None
     z = robot.configuration(places)
@@ -123,7 +117,7 @@ def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
 
 
 def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
-    """Returns a space with spheres near some configurations, and two free configurations (2, n)."""
+    """Returns a space with random spheres, and two free configurations (2, n)."""
     size = skeleton(robot).size
     radius = 0.01 * size
     empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)

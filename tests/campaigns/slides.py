@@ -1,5 +1,4 @@
-"""Tests arms with prismatic joints: decoupled arms, arms with intersecting axes, planar arms, and
-cranes.
+"""Arms with prismatic joints: decoupled, intersecting and planar arms, and cranes.
 
 Axes and lengths are random in even trials. In odd trials, lengths are round, and many are 0.
 """
@@ -32,7 +31,6 @@ def arms_of(number: int) -> list[SerialRobot]:
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one arm of each group."""
     cases = [case for arm in arms_of(number) for case in cases_of(arm)]
     losses = [loss for case in cases for loss in losses_of(case, number)]
     counts = {"inverses": len(cases), "losses without refinement": len(losses)}

@@ -1,7 +1,7 @@
-"""Tests the inverses of arms with two to four joints and axes in any direction.
+"""Inverses of arms with two to four joints and axes in any direction.
 
-Each regular random configuration must be among the solutions, and Newton iteration from many starts
-must find the same number of solutions.
+Each regular random configuration must be among the solutions. Multi-start Newton iteration must
+find the same number of solutions.
 """
 
 import random
@@ -34,14 +34,12 @@ COUNTED = 5
 
 
 def arm(kinds: str, seed: int) -> SerialRobot:
-    """Returns an arm with axes in any direction."""
     draw = random.Random(f"{kinds}{seed}")
     directions = [[draw.randint(-9, 9) for _ in range(3)] for _ in kinds]
     return robot(kinds, [d if any(d) else [1, 0, 0] for d in directions], 2 * seed)
 
 
 def trial(number: int) -> Outcome:
-    """Tests each inverse of one arm of each kind."""
     of_kinds = {kinds: inverses_of(arm(kinds, number)) for kinds in KINDS}
     failures = [
         f"{kinds}: no {name}"
@@ -55,19 +53,18 @@ def trial(number: int) -> Outcome:
 
 
 def expected(kinds: str) -> set[str]:
-    """Returns the names of inverses that every arm of a kind must have."""
+    """Returns the names of the inverses that every arm of a kind must have."""
     return {"ik", "ik_orientation"} if kinds.count("R") == ORIENTING else {"ik"}
 
 
 def inverses_of(robot: SerialRobot) -> list[Derived]:
-    """Returns the inverses of an arm, which include the orientation task of three revolute
-    joints."""
+    """Returns the inverses of an arm. Three revolute joints add an orientation task."""
     found = inverses_for_fixed(robot, Terms({}), FAMILIES, ())
     return [case for case in cases_of(robot, found) if case.function in FUNCTIONS]
 
 
 def faults(case: Derived, number: int) -> Iterator[str]:
-    """Yields descriptions of lost configurations and of different numbers of solutions."""
+    """Describes lost configurations and different numbers of solutions."""
     rng = np.random.default_rng(number)
     chosen = replace(case, free=case.still)
     poses = PoseSet("random", chosen.random(rng, POSES), regular=determines(chosen))

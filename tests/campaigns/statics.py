@@ -1,7 +1,7 @@
-"""Static loads of the shipped mechanisms against MuJoCo's inverse dynamics at rest.
+"""Static loads of mechanisms agree with MuJoCo's inverse dynamics at rest.
 
-A trial has random configurations, masses on all bodies, gravity and a wrench on the tool. Forces of
-actuators and struts, and the wrenches of all joints, must equal MuJoCo's values.
+A trial has random configurations, masses, gravity and a wrench on the tool. Actuator and strut
+forces and all joint wrenches must equal MuJoCo's values.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,6 @@ class Differences:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one mechanism."""
     robot, rng = chasles.load(MECHANISMS[number % len(MECHANISMS)]), np.random.default_rng(number)
     masses = random_masses(robot, rng)
     gravity, wrench = rng.normal(size=3) * 5, rng.normal(size=(STATES, 6)) * 50

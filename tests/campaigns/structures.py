@@ -1,7 +1,7 @@
 """Finds poses that inverses of random arms with a known axis structure miss.
 
-The campaign ``losses`` tests arms with round numbers, which rarely have each of these structures.
-In this campaign, the structure is fixed, and lengths and angles are random decimals.
+The structure is fixed, and lengths and angles are random decimals. The campaign ``losses`` tests
+round numbers, which rarely have these structures.
 """
 
 from tests.support.generators.drawn_arms import cases_of
@@ -30,7 +30,7 @@ STRUCTURES = (
 def trial(number: int) -> Outcome:
     """Tests each inverse of one arm, whose skew axes have right or random angles.
 
-    In every third arm, the axes are numbered from the tool to the base.
+    Every third arm is reversed: its axes start at the tool.
     """
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)

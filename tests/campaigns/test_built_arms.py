@@ -5,23 +5,22 @@ from tests.support.generators.driven_arms import drawn_arm
 
 
 def test_inverse_of_built_arm_stays_within_error_limits():
-    """A parallelogram of the arm folds behind a fixed joint."""
+    """A parallelogram folds behind a fixed joint."""
     assert_within_bars(judged(141))
 
 
 def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
-    """The arm has a column and two joints; the last joint rotates the tool about the tool
-    origin."""
+    """The last joint of the three-joint arm rotates about the tool origin."""
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
 def test_inverse_of_designed_arm_stays_within_error_limits():
-    """A crank drives the joint that the inverse fixes."""
+    """A crank drives the fixed joint."""
     assert_within_bars(judged_arm(drawn_arm(2, tool=()).mechanism, 2))
 
 
 def test_inverse_of_built_arm_is_complete_near_singularities():
-    """The nominal arm does not reach some poses that the built arm reaches on several branches."""
+    """The built arm has several solutions for poses that the nominal arm cannot reach."""
     assert_within_bars(judged(99150880000001))
 
 

@@ -45,15 +45,14 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 
 
 def maps_of(mechanism, folder):
-    """Returns a robot with only the maps of a mechanism."""
+    """Derives only the maps of a mechanism."""
     known = makers(solved(mechanism))
     write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)
 
 
 def test_nearby_assembly_mode_is_kept_distinct():
-    """The crank is 1e-4 rad from its folded position, so the crossed mode is within the
-    tolerance."""
+    """The crank is 1e-4 rad from folding, so the crossed mode is within the tolerance."""
     drawn = drawn_mechanism(474)
     numbers = Multistart(drawn.mechanism)
     theta = np.array([[1.2654e-4, -1.2654e-4]])
@@ -77,7 +76,7 @@ def test_multi_start_oracle_configurations_are_closed():
 
 
 def test_three_crank_linkage_is_mobile_only_uncrossed():
-    """From a random configuration, Newton's method may converge to the other assembly mode."""
+    """From a random start, Newton's method may converge to the other assembly mode."""
     drawn = drawn_mechanism(617)
     crossed = {"a_crank": -2.585394, "a_bar": 3.012836}
     numbers = Multistart(drawn.mechanism)

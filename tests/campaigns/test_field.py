@@ -1,4 +1,4 @@
-"""The URDFs of real arms match the arms, and the campaign detects faulty inverses."""
+"""URDFs of real arms match the arms, and the campaign detects faulty inverses."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypat
         path.write_text(arm.urdf(), encoding="utf-8")
         compiled(read(path), folder / arm.name, FUNCTIONS, C_ALONE)
 
-    # The campaign itself compiles all functions with the default flags.
+    # The campaign itself compiles with the default flags.
     monkeypatch.setattr(field, "derived", derived)
     arm = from_ssik(prebuilt()["universal_robots_ur5"])
     outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)
@@ -78,9 +78,9 @@ def test_underivable_arm_is_reported(tmp_path):
 
 
 def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
-    """Six-joint arms have an even number of solutions.
+    """Without refinement, a double solution occurs in several solution slots.
 
-    Without refinement, a double solution occurs in several solution slots.
+    Six-joint arms have an even number of solutions.
     """
     pytest.importorskip("ssik")
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])

@@ -1,4 +1,4 @@
-"""No pose of a general arm with intersecting, parallel or skew axes is missed."""
+"""General arms with intersecting, parallel or skew axes miss no pose."""
 
 import numpy as np
 import pytest
@@ -99,8 +99,7 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """Joints 1 and 4 of the nominal arm have a self-motion; in the arm with errors, this motion
-    moves the tool."""
+    """The self-motion of joints 1 and 4 moves the tool of the arm with errors."""
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

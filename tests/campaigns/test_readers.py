@@ -1,4 +1,4 @@
-"""Mutated files of every kind are read, or refused with an error that names the file."""
+"""Mutated files are read or refused with an error that names the file."""
 
 import random
 import re

@@ -1,4 +1,4 @@
-"""Mutated robot files result in a robot or in an error of chasles."""
+"""Mutated robot files give a robot or an error of chasles."""
 
 import random
 from itertools import islice

@@ -1,17 +1,16 @@
-"""Simulated laser tracker measurements, from the table to errors at validation configurations.
+"""Simulated laser tracker measurements, from the table to validation errors.
 
 Each arm has zero offsets up to three degrees, axis errors of 0.7 mm and 0.7 mrad, and periodic
-drive errors. The links of each arm also sag by 0.2 mm, which no model of the program describes. A
-table in mm and degrees contains 36 configurations with three targets each; the poses of base and
-targets are unknown. The model error is measured at 200 further configurations.
+drive errors. The links sag by 0.2 mm, which no model of the program describes. A table in mm and
+degrees contains 36 configurations with three targets each. The poses of base and targets are
+unknown. The model error is measured at 200 further configurations.
 
-The program must read the values of the table exactly. The selected model must be more accurate than
-free axes without drives. The error of the selected model must also be smaller than the sag, which
-is the only unmodeled effect. Over 120 random arms of four robots, the model error was 0.044 mm
-with a standard deviation of 0.007 mm. Relative to free axes, the error was 0.31 with a standard
-deviation of 0.10. The bounds of 0.2 mm and 1 are more than six standard deviations above these
-means. If the errors are normally distributed, a correct program fails with a probability of about
-1e-10 per arm.
+The program must read the table exactly. The selected model must be more accurate than free axes
+without drives. The error of the selected model must also be smaller than the sag. Over 120 random
+arms of four robots, the model error was 0.044 mm with a standard deviation of 0.007 mm. Relative to
+free axes, the error was 0.31 with a standard deviation of 0.10. The bounds of 0.2 mm and 1 are more
+than six standard deviations above these means. If the errors are normally distributed, a correct
+program fails with a probability of about 1e-10 per arm.
 """
 
 import csv
@@ -43,7 +42,6 @@ prismatic joints [m]."""
 
 
 def trial(number: int) -> Outcome:
-    """Calibrates several random arms of one robot."""
     robot = chasles.load(ARMS[number % len(ARMS)], parametric=True)
     rng = np.random.default_rng(number)
     found = [measured(robot, rng) for _ in range(DRAWS)]
@@ -55,7 +53,7 @@ def trial(number: int) -> Outcome:
 
 
 def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
-    """Returns the validation errors [m] of the models of a random arm, and failures."""
+    """Returns validation errors [m] keyed by model, and failures."""
     drawn = _Arm(robot, random)
     q, validation = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
@@ -83,7 +81,7 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
 
 
 def _same(read: np.ndarray, points: np.ndarray) -> bool:
-    """Tests whether positions agree to the last digit, with NaN for unseen targets."""
+    """Tests whether positions agree to the last digit. Unseen targets are NaN."""
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 

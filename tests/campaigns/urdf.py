@@ -1,4 +1,4 @@
-"""Compares the link poses of random URDF files with Pinocchio's reader."""
+"""The link poses of random URDF files agree with Pinocchio's reader."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +12,6 @@ FILES = 10
 
 
 def trial(number: int) -> Outcome:
-    """Compares FILES random files; an assertion states the seed of a wrong pose."""
     with TemporaryDirectory() as folder:
         for seed in range(number * FILES, (number + 1) * FILES):
             compare(Path(folder) / f"{seed}.urdf", seed)

@@ -1,4 +1,4 @@
-"""Runs a function in a forked process, in parallel with this process."""
+"""A function runs in a forked process, in parallel with this process."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are fo
 
 @pytest.fixture
 def alone(monkeypatch):
-    """Reports a single thread, because the threads of the test runner hold no lock."""
+    """Reports a single thread, because the test runner's threads hold no lock."""
     monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 
@@ -75,8 +75,7 @@ def test_error_in_parent_ends_the_fork(alone):
 
     with pytest.raises(ArithmeticError):
         fail_in_fork()
-    # The other process closed its end of the pipe when it ended, so a read returns the end of the
-    # file.
+    # The other process has closed its end of the pipe, so a read returns the end of the file.
     assert os.read(read, 1) == b""
     os.close(read)
 

@@ -1,4 +1,4 @@
-"""Temporary folders of killed processes are removed, and no process removes a folder in use."""
+"""Temporary folders of killed processes are removed, and folders in use are kept."""
 
 import os
 import signal

@@ -1,8 +1,7 @@
-"""The inverse of robots with loops returns every solution, each in exactly one solution slot.
+"""The inverse of robots with loops returns every solution exactly once.
 
-For a delta robot, an independent Newton's method on the rods finds all actuator values for a
-platform position from many start values. For random mechanisms, the poses come from random
-configurations.
+For a delta robot, Newton's method finds all actuator values from many start values. For random
+mechanisms, the poses come from random configurations.
 """
 
 import numpy as np
@@ -26,8 +25,7 @@ SEEDS = (0, 1, 14)
 
 
 def slots(functions, compiled, T):
-    """Returns coordinates (N, k, n), margins and validity (N, k) of the solution slots at poses
-    (16, N)."""
+    """Returns coordinates (N, k, n), margins and validity (N, k) at poses (16, N)."""
     ik = next(f for f in functions if f.name == "ik")
     found = []
     for signs in patterns(ik) if ik.signs else [None]:
@@ -47,8 +45,7 @@ def apart(q, other, turns, size):
 
 
 def faults(functions, compiled, q, turns, size):
-    """Counts repeated solutions away from dead points, and configurations without a solution
-    slot."""
+    """Counts repeated solutions and missing configurations away from dead points."""
     T = np.array(compiled["fk"](q.T)).reshape(16, -1)
     closed = np.isfinite(T).all(0)
     q, T = q[closed][:POSES], T[:, closed][:, :POSES]
@@ -63,14 +60,14 @@ def faults(functions, compiled, q, turns, size):
 
 
 def evaluated(mechanism):
-    """Returns ``fk`` and ``ik`` of a mechanism as equations and in CasADi."""
+    """Returns `fk` and `ik` as equations and in CasADi."""
     functions = derive(mechanism, functions=FUNCTIONS).functions
     assert {f.name for f in functions} == {*FUNCTIONS}
     return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
 
 
 def drawn_faults(seed):
-    """Returns the faults of a random mechanism whose inverse has no input besides the pose."""
+    """Counts faults of a random mechanism whose inverse depends on the pose only."""
     mechanism = drawn_mechanism(seed).mechanism
     functions, compiled = evaluated(mechanism)
     assert all(len(f.inputs) == 1 for f in functions)
@@ -105,12 +102,12 @@ PLATFORM_POSES = 4
 
 
 def rods(q, p):
-    """Returns squared rod lengths minus l^2 of three arms at q (..., 3), and their derivatives."""
+    """Returns squared rod lengths minus l^2 for q (..., 3), and their derivatives."""
     f, slope = [], []
     for k in range(3):
         c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
         out, cross_p, up = c * p[0] + s * p[1], -s * p[0] + c * p[1], p[2]
-        # Each arm of the delta rotates about y of the arm frame; a positive angle lowers the arm.
+        # Each arm rotates about y of its frame. A positive angle lowers the arm.
         x = out + PLATFORM - BASE - ARM * np.cos(q[..., k])
         z = up + ARM * np.sin(q[..., k])
         f.append(x**2 + cross_p**2 + z**2 - ROD**2)
@@ -119,7 +116,7 @@ def rods(q, p):
 
 
 def holding(p, rng):
-    """Finds all actuator values for platform position p by Newton's method."""
+    """Finds all actuator values at a platform position by Newton's method."""
     q = rng.uniform(-np.pi, np.pi, (400, 3))
     for _ in range(60):
         f, slope = rods(q, p)
@@ -141,8 +138,7 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
         poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
-        # Further actuator values also reach the position, but in a different assembly mode of the
-        # rods.
+        # Further actuator values reach the position in a different assembly mode.
         wanted = every[np.abs(poses - T).max(0) < 1e-9]
         q, _, residual = slots(functions, compiled, T)
         found = q[0][residual[0] < 1e-9]

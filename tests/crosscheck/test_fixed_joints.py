@@ -1,4 +1,4 @@
-"""Compares fixed joints with Pinocchio's reduced models, which lack these joints."""
+"""Fixed joints agree with Pinocchio's reduced models, which lack these joints."""
 
 import random
 
@@ -22,7 +22,7 @@ MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def model_of(S, M):
-    """Returns the model of a chain with home screws S (6, n) and tool home pose M."""
+    """Builds a chain with home screws S (6, n) and tool home pose M."""
     model, parent, at = pin.Model(), 0, pin.SE3.Identity()
     for k, (v, w) in enumerate(zip(S[:3].T, S[3:].T, strict=True)):
         turns = np.linalg.norm(w) > 0.5
@@ -39,7 +39,7 @@ def model_of(S, M):
 
 
 def reduced_jacobian(model, q, locked):
-    """Returns the tool's mixed Jacobian (6, free) of the model without the fixed joints."""
+    """Returns the tool's mixed Jacobian (6, free) without the fixed joints."""
     reduced = pin.buildReducedModel(model, [int(k) + 1 for k in np.flatnonzero(locked)], q)
     data = reduced.createData()
     return pin.computeFrameJacobian(
@@ -48,8 +48,10 @@ def reduced_jacobian(model, q, locked):
 
 
 def damped(J, V, unit, length, rank):
-    """Evaluates the damped least-squares equation of rates.py. Returns joint rates and the smallest
-    singular value of the Jacobian."""
+    """Solves the damped least-squares equation of rates.py.
+
+    Returns joint rates and the smallest singular value of the Jacobian.
+    """
     row = np.repeat([1 / length, 1.0], 3)
     U, sigma, W = np.linalg.svd(row[:, None] * J * unit, full_matrices=False)
     U, sigma, W = U[:, :rank], sigma[:rank], W[:rank]
@@ -124,7 +126,7 @@ def test_random_chain_rates_with_fixed_joints_match_reduced_model():
 
 
 def random_screws(dice, rng, n):
-    """Returns random screws (6, n), mostly revolute; many axes are parallel or intersect."""
+    """Returns random screws (6, n). Many axes are parallel or intersect."""
     columns = []
     for _ in range(n):
         axis = np.eye(3)[dice.randrange(3)] if dice.random() < 0.6 else rng.normal(size=3)
@@ -137,7 +139,7 @@ def random_screws(dice, rng, n):
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_track_keeps_fixed_joints_exactly(name):
-    """The robot can follow the path without its fixed joints; their values stay bitwise equal."""
+    """The robot can follow the path without its fixed joints, whose values stay bitwise equal."""
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
     for _ in range(4):
@@ -161,7 +163,7 @@ def test_track_keeps_fixed_joints_exactly(name):
 
 @pytest.mark.parametrize("name", [*SERIAL, "well_manipulator", "excavator", "board_installer"])
 def test_ik_numeric_with_fixed_joints_solves_reachable_poses(name):
-    """Reachable poses are found from distant start configurations, and fixed joints do not move."""
+    """Poses are reachable from distant start configurations."""
     robot = chasles.load(name)
     rng = np.random.default_rng(11)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -2.5)
@@ -192,7 +194,7 @@ def test_fixed_values_are_kept_per_pose_on_any_thread_count():
     assert np.array_equal(one.q, many.q)
     assert np.array_equal(one.q[:, 1], q[:, 1])
     assert one.valid.mean() > 0.99
-    # A fixed value that violates a joint limit stays fixed, too.
+    # A fixed value stays fixed even if it violates a joint limit.
     beyond = np.array([0.0, 9.0, 0.4, 0.1, 0.2, 0.3])
     kept = robot.ik_numeric(robot.fk(beyond), beyond + 0.1 * np.eye(6)[0], fixed=1)
     assert kept.q[1] == 9.0
@@ -274,7 +276,7 @@ def test_null_space_motion_keeps_fixed_joints(redundancy):
         assert np.abs(moved.qd - plain.qd).max() > 1e-6
         np.testing.assert_allclose(moved.twist[:3], plain.twist[:3], atol=1e-12)
         if redundancy == "manipulability":
-            # The null-space motion increases the manipulability of the free joints.
+            # The null-space motion increases the manipulability.
             null = moved.qd - plain.qd
 
             def measure(x):

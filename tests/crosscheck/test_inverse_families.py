@@ -1,4 +1,4 @@
-"""Compares each family of inverses with independent forward kinematics, on random arms.
+"""Each family of inverses agrees with independent forward kinematics on random arms.
 
 ``make campaign ONLY=structures`` tests more arms of each structure.
 """
@@ -81,7 +81,7 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """Derives each arm and inverse only once, whether arguments are positional or keywords."""
+    """Derives each arm and inverse only once for positional and keyword arguments."""
     return _arm(chain, function, right)
 
 
@@ -90,7 +90,7 @@ def some(arm, count, seed=1):
 
 
 def assert_nothing_is_missed(arm, grid=True):
-    """Asserts that no solution is missed or wrong, also at and near multiples of 90 degrees."""
+    """Asserts that no solution is missed or wrong."""
     found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
     assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
     assert found.worst <= WORST_INVERSE
@@ -103,7 +103,7 @@ def assert_nothing_is_missed(arm, grid=True):
 
 
 def assert_complete(arm, monkeypatch):
-    """Asserts that the solution slots contain every solution of Newton's method."""
+    """Asserts that the inverse returns every solution of Newton's method."""
     monkeypatch.setattr(verdict, "STARTS", STARTS)
     rng = np.random.default_rng(2)
     for row, found in zip(q := some(arm, TARGETS), arm.answers(q).q, strict=True):
@@ -133,7 +133,7 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
 def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     if "P" in chain:
-        # For three revolute joints, the structural requirements belong to the orientation task.
+        # For three revolute joints, the structure belongs to the orientation task.
         structure, moves = arm.inverses.classification.found.requirements
         names = structure.text.removeprefix("joints ").partition(":")[0].split(", ")
         expected = re.sub(r"\d", lambda number: names[int(number[0]) - 1], ARMS[chain])
@@ -286,7 +286,7 @@ def test_nan_target_has_no_valid_solution(chain):
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
 @pytest.mark.parametrize("moved", [False, True])
 def test_residual_equals_remaining_distance_or_angle(by, moved):
-    """A target that is tilted or lifted out of the plane of a planar arm has no solution."""
+    """A planar arm cannot reach a target that is tilted or lifted out of its plane."""
     arm = arm_of("R=R=R")
     T = arm.targets(some(arm, 100))
     if moved:

@@ -1,4 +1,4 @@
-"""Compares inverses with independent code and other solvers, on difficult poses."""
+"""Inverses agree with independent code and other solvers on difficult poses."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_no_reachable_configuration_is_missed(case):
     for poses in sets(case, SMALL):
         verdict = judged(case, poses, lambda q: own_answers(case, q))
         assert (verdict.missed, verdict.wrong, verdict.lost or 0) == (0, 0, 0), poses.name
-        # Close to a dead point, the loops determine the actuators only to half of the digits of a
+        # Close to a dead point, the loops determine the actuators to half of the digits of a
         # double.
         if poses.name == "random" and not case.robot.loops:
             assert verdict.worst <= WORST_INVERSE

@@ -1,8 +1,8 @@
-"""Compares identification Jacobians with Pinocchio's kinematic regressors.
+"""Identification Jacobians agree with Pinocchio's kinematic regressors.
 
 The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
-more joint at the tool. A regressor returns the tool twist per displacement of each placement. The
-displacement per parameter is a complex-step derivative, exact up to rounding error.
+more joint at the tool. A regressor returns the tool twist per displacement of each placement. A
+complex-step derivative returns the displacement per parameter, exact up to rounding errors.
 """
 
 import numpy as np
@@ -28,7 +28,6 @@ FRAMES = {
 
 
 def largest_difference(path, random, names=("identification_jacobian",)):
-    """Returns the largest difference over all parameters at a random configuration."""
     robot = read(path)
     derived = derive(robot, functions=names)
     functions = lower(derived.functions, robot.name)
@@ -56,14 +55,7 @@ def test_identification_jacobian_matches_pinocchio_in_every_frame():
 
 
 def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
-    """Returns the tool twist (6, k) per unit of each parameter.
-
-    Args:
-        found: The geometry of a robot.
-        q: Coordinates.
-        p: Parameters.
-        frame: The frame LOCAL, LOCAL_WORLD_ALIGNED or WORLD of Pinocchio.
-    """
+    """Returns the tool twist (6, k) per unit of each parameter."""
     symbols = [*found.q, *(parameter.symbol for parameter in found.parameters)]
     values = np.array([*q, *p], dtype=float)
     placements, joints = _segments(found)
@@ -97,8 +89,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """Splits the chain into the motions between joints, and the joints as tuples (is revolute,
-    axis, value)."""
+    """Splits the chain into motions, and joints as tuples (is revolute, axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)
@@ -121,7 +112,7 @@ def _joint(described):
 
 
 def _placement(motions, symbols):
-    """Returns a placement as a function from real or complex numbers to a matrix (4, 4)."""
+    """Returns a placement (4, 4) as a function of real or complex numbers."""
     arguments = [m.angle if isinstance(m, Rotation) else list(m.vector) for m in motions]
     evaluated = sp.lambdify([symbols], arguments)
 

@@ -1,4 +1,4 @@
-"""Compares manipulability, which mixes meter and radian, with the Robotics Toolbox."""
+"""Manipulability in meter and radian agrees with the Robotics Toolbox."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 def models():
     """Returns the toolbox's models.
 
-    The toolbox's panda has a different hand frame, and no tool in this test.
+    The toolbox's panda has no tool in this test.
     """
     panda = rtb.models.DH.Panda()
     panda.tool = np.eye(4)
@@ -28,8 +28,7 @@ def models():
 def test_manipulability_measures_match_robotics_toolbox(name, components):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
-    # Our panda includes the hand, so its Jacobian is passed to the toolbox. For the other robot
-    # model, the toolbox computes the Jacobian.
+    # Our panda includes the hand, so its Jacobian is passed to the toolbox.
     given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
     found = robot.manipulability(q, components=components, characteristic_length=1.0)
     for field, method in (("measure", "yoshikawa"), ("min_singular_value", "minsingular")):
@@ -44,8 +43,7 @@ def test_manipulability_measures_match_robotics_toolbox(name, components):
 
 
 def test_manipulability_gradient_matches_robotics_toolbox():
-    """The toolbox's `jacobm` is the gradient for all components, and requires a regular matrix J
-    J^T for the Jacobian J."""
+    """The toolbox's `jacobm` is the gradient for all components and a regular matrix J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):

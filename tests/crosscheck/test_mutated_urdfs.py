@@ -1,4 +1,4 @@
-"""Mutated URDFs keep the structure of the shipped robot, and their poses agree with Pinocchio."""
+"""Mutated URDFs keep the robot's structure, and their poses agree with Pinocchio."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Compares iterative inverses with SciPy's bounded least squares and the Robotics Toolbox."""
+"""Iterative inverses agree with SciPy's bounded least squares and the Robotics Toolbox."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_peer_model_has_same_kinematics_and_limits(name):
 
 
 def reach_beyond(robot, count):
-    """Returns poses whose position is 10 % farther from the base than the tool can reach."""
+    """Returns poses that are 10 % farther from the base than the tool can reach."""
     T = numeric_task(robot.name, 2000).T
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
@@ -71,13 +71,12 @@ def reach_beyond(robot, count):
 
 
 def some(robot, count):
-    """Returns random coordinates within the limits."""
     limits = np.clip([robot.lower, robot.upper], -np.pi, np.pi)
     return np.random.default_rng(8).uniform(*limits, (count, robot.n))
 
 
 def scipys(error, robot, q, jac="2-point"):
-    """Returns the smallest error norm within the limits that SciPy finds."""
+    """Returns the smallest error norm that SciPy finds within the limits."""
     tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
     limits = (robot.lower, robot.upper)
     return np.sqrt(2 * optimize.least_squares(error, q, jac, limits, **tight).cost)

@@ -1,4 +1,4 @@
-"""Compares random chains with Pinocchio: poses, Jacobians and accelerations."""
+"""Random chains agree with Pinocchio: poses, Jacobians and accelerations."""
 
 import pytest
 

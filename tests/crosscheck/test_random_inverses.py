@@ -1,4 +1,4 @@
-"""Inverses of random arms with round dimensions: no pose is missed, and no solution is wrong.
+"""Inverses of random arms with round dimensions miss no pose and return no wrong solution.
 
 The joint angles are random, or multiples of 90 degrees. ``make campaign ONLY=losses`` tests more
 arms.
@@ -32,8 +32,7 @@ SLIDES = (
 
 
 def clean(case, seed):
-    """Tests that all solutions at random joint angles and multiples of 90 degrees are found without
-    refinement."""
+    """Tests that all solutions are found without refinement."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -74,7 +73,7 @@ def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     assert found.valid.any(axis=1).all()
     bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
     assert 0 < bent.sum() < 1000
-    # If an arm can reach the pose with joint 4 at 0, joint 4 is 0.
+    # Joint 4 is 0 if the arm can then reach the pose.
     q[:, 3] = 0
     assert not case.found(q).q[..., 3].any()
 
@@ -106,8 +105,7 @@ def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():
-    """Two fixed prismatic joints displace an axis from the next axis, unless their displacements
-    cancel."""
+    """Two fixed prismatic joints separate adjacent axes unless their displacements cancel."""
     assert not cases_of(random_arm(62867))
 
 
@@ -119,8 +117,7 @@ def test_nearly_folded_elbow_misses_no_pose(seed):
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
 def test_refinement_recovers_poses_that_closed_form_misses(seed):
-    """Poses at and near multiples of 90 degrees are refined in the same way as in a robot's
-    ``ik``."""
+    """The refinement is the same as in a robot's ``ik``."""
     rng = np.random.default_rng(seed)
     unrefined = 0
     for case in cases_of(random_arm(seed)):

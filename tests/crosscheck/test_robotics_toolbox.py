@@ -1,4 +1,4 @@
-"""Compares the shipped DH robots with the Robotics Toolbox: poses, Jacobians and Hessian."""
+"""DH robots agree with the Robotics Toolbox: poses, Jacobians and Hessians."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def stanford():
 
 def panda():
     robot = rtb.models.DH.Panda()
-    # The toolbox's model ends at a hand; our model ends at the hand frame rotated to the flange.
+    # The toolbox's model ends at a hand. Our model ends at the flange.
     robot.tool = np.eye(4)
     return robot
 
@@ -45,8 +45,7 @@ def test_dh_robots_match_robotics_toolbox(model):
         close(robot.fk(q), oracle.fkine(q).A)
         close(robot.jacobian_mixed(q), oracle.jacob0(q))
         close(robot.jacobian_body(q), oracle.jacobe(q))
-        # The first index of the toolbox's Hessian is the joint with respect to which the Jacobian
-        # is differentiated.
+        # The first index of the toolbox's Hessian is the joint of differentiation.
         close(robot.hessian_mixed(q), oracle.hessian0(q).transpose(1, 2, 0))
         for link, expected in zip(robot.link_poses(q), oracle.fkine_all(q)[1:], strict=True):
             close(link, expected.A)

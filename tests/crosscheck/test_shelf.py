@@ -1,7 +1,7 @@
-"""Compares poses and limits of arms derived on first use with other descriptions.
+"""Poses and limits of arms derived on first use agree with other descriptions.
 
-The file `shelf_poses.json` states the source of each arm, the constant rotations of base and tool
-between its frames and ours, and the rounding of its angles (1.5708 for pi/2).
+The file `shelf_poses.json` states the source of each arm and its constant base and tool rotations.
+The file also states the rounding of angles (1.5708 for pi/2).
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Compares compiled shipped robots with Pinocchio models from independent parameters."""
+"""Compiled robots agree with Pinocchio models from independent parameters."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ FRAMES = {
     "body": pin.ReferenceFrame.LOCAL,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
 }
-# Rows (kind, theta, d, a, alpha); "r" is revolute and "p" is prismatic. The name of each table
+# Rows (kind, theta, d, a, alpha). "r" is revolute and "p" is prismatic. The name of each table
 # states its convention.
 DISTAL = {
     "bricklaying_planar": [
@@ -115,7 +115,7 @@ def shift(x, y, z):
 
 
 def parts(name):
-    """Returns the joint type and the placements before and after the motion of every joint."""
+    """Returns each joint's type and the placements before and after its motion."""
     for kind, theta, d, a, alpha in DISTAL.get(name, ()):
         yield kind, turn("z", theta) * shift(0, 0, d), shift(a, 0, 0) * turn("x", alpha)
     for kind, alpha, a, theta, d in PROXIMAL.get(name, ()):
@@ -179,6 +179,6 @@ def test_kinematics_agree_with_pinocchio(name):
 
 def test_every_shipped_serial_robot_is_compared():
     serial = [name for name in chasles.robots() if not chasles.load(name).loops]
-    # Other tests compare the inverse of general arms with published numbers.
+    # Other tests compare general arms with published numbers.
     others = {"bricklaying_gantry", "jaco2"}
     assert sorted(ROBOTS) == sorted(set(serial) - others)

@@ -1,4 +1,4 @@
-"""Gantries, machine tools, cranes and planar arms with a prismatic joint miss no pose.
+"""Gantries, machine tools, cranes and planar arms with prismatic joints miss no pose.
 
 The campaign `slides` tests other arms of these kinds.
 """
@@ -24,7 +24,7 @@ TELESCOPIC = "a telescope with two parallel axes among 2, 3, 4, and intersecting
 
 
 def lost_of(cases):
-    """Describes the sets of poses for which an inverse misses solutions."""
+    """Describes the pose sets for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
@@ -32,7 +32,7 @@ def lost_of(cases):
 def test_arms_with_decoupled_joints_solve_every_pose(kinds, seed):
     cases = cases_of(decoupled(kinds, seed))
     titles = {case.inverses.classification.found.title for case in cases}
-    # Three joints that move the tool point in all directions determine the position of this point.
+    # Three joints that move a point in all directions determine its position.
     assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
     assert not lost_of(cases)
 
@@ -68,7 +68,7 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds, seed):
 
 @pytest.mark.parametrize("kinds", ["RPRR", "PRRR", "RRRP", "RRR"])
 def test_position_determines_angles_of_aligned_axes(kinds):
-    """If the axes are aligned, the orientation determines only the sum of two angles."""
+    """If the axes are aligned, the orientation determines only a sum of two angles."""
     directions = iter([[0, 0, 1], [0, 1, 0], [1, 0, 0]])
     axes = [[0.6, 0, 0.8] if kind == "P" else next(directions) for kind in kinds]
     (case,) = [case for case in cases_of(robot(kinds, axes, 0)) if case.function == "ik"]

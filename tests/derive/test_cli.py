@@ -1,4 +1,4 @@
-"""The command line: written files, up-to-date checks and error messages."""
+"""The command line of `derive`: written files, up-to-date checks and errors."""
 
 import json
 import math
@@ -155,8 +155,7 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
-    """Replaces the shipped robots by a single robot, because only a check of all robots reports
-    this error."""
+    """Only a check of all robots reports this error, so one robot replaces the shipped robots."""
     to = tmp_path / "out"
     monkeypatch.setattr(build, "GENERATED", to)
     monkeypatch.setattr(build, "ROBOTS", arm.parent)
@@ -255,7 +254,7 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     assert loaded.cleaning.numbers[0].taken == "pi/2"
     assert loaded.notes == tuple(manifest["notes"])
     cleaned = (to / "arm" / "arm.c").read_text()
-    # The selection of functions is one of the options stored in the folder.
+    # The folder stores the selected functions as an option.
     assert run("derive", *words).output == CURRENT
     exact = run("derive", *words, "--exact")
     assert "cleaned" not in exact.output
@@ -307,7 +306,7 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """Signals at intervals of half a millisecond interrupt some functions during their exit."""
+    """The signals also interrupt functions during their exit."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(100):
         with pytest.raises(OutOfTime), at_most(1e-3):

@@ -1,5 +1,7 @@
-"""Functions in a separate process obey limits on time and memory, and their errors are raised in
-the caller."""
+"""Functions in a separate process obey time and memory limits.
+
+The caller raises their errors.
+"""
 
 from functools import partial
 
@@ -23,7 +25,7 @@ SHORT = Limits(seconds=0.6, memory=1 << 30)
 
 @pytest.fixture(params=["forked", "started"])
 def run(request, monkeypatch):
-    """Runs each test of isolated functions as on Linux, and as on other systems."""
+    """Runs each test as on Linux, and as on other systems."""
     if request.param == "started":
         monkeypatch.setattr(isolation, "_forked", isolation._started)
     return isolated
@@ -83,7 +85,7 @@ def test_robot_is_read_in_either_process(run, tmp_path):
 
 
 def test_errors_with_causes_arrive_while_dask_is_imported(tmp_path):
-    """Dask lets pickle include the causes of errors."""
+    """With Dask, pickle includes the causes of errors."""
     pytest.importorskip("distributed", reason="missing package distributed")
     file = tmp_path / "arm.urdf"
     file.write_text("<robot><link>")

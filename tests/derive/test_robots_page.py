@@ -1,4 +1,4 @@
-"""The page of arms that load by name: all arms are read, and one arm of each kind is classified."""
+"""The page of arms that load by name: one arm of each kind is classified."""
 
 import runpy
 from pathlib import Path

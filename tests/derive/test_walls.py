@@ -1,4 +1,4 @@
-"""The output of the compiler does not depend on the date, the host or the directory."""
+"""The compiler's output does not depend on the date, the host or the directory."""
 
 import ast
 from functools import cache

@@ -26,7 +26,7 @@ def fragments(name):
 def test_references_list_each_cited_work(name):
     parts = fragments(name)
     listed = parts.pop("references")
-    # The fragment about the parameters cites the source of the parameter values in full.
+    # The fragment cites the source of the parameter values in full.
     parts.pop("parameters")
     cited = {found for text in parts.values() for found in CITATION.findall(text)}
     assert cited

@@ -1,4 +1,4 @@
-"""The ``.casadi`` files contain the position equations, and CasADi derives other functions."""
+"""``.casadi`` files contain the position equations. CasADi derives other functions."""
 
 import re
 
@@ -24,13 +24,13 @@ def loaded(name):
 
 @pytest.mark.parametrize("name", SAMPLE)
 def test_casadi_file_contains_all_functions_except_derivatives(name):
-    """Functions with several outputs either repeat other functions, or return all branches."""
+    """Functions with several outputs repeat other functions or return all branches."""
     manifest = read_manifest(GENERATED / name)
     single = [f.name for f in manifest.functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if chasles.load(name).loop_solution == "newton":
-        # The margin of iterated loops is the solver's determinant. Start values that are inputs
-        # exist in C code only.
+        # The margin of iterated loops is the solver's determinant. Only C code has start values as
+        # inputs.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

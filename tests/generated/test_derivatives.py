@@ -1,4 +1,4 @@
-"""Compares closed-form derivatives with CasADi's automatic differentiation."""
+"""Closed-form derivatives agree with CasADi's automatic differentiation."""
 
 import casadi as ca
 import numpy as np
@@ -14,7 +14,7 @@ ROBOTS = [name for name in FULL if name in NAMES]
 
 
 def mixed_jacobian(name):
-    """Returns the mixed Jacobian as a CasADi expression, by differentiation of fk."""
+    """Differentiates fk to the mixed Jacobian as a CasADi expression."""
     fk = casadi_function(GENERATED / name, "fk")
     q = ca.SX.sym("q", fk.numel_in(0))
     T = fk(q)
@@ -27,7 +27,7 @@ def mixed_jacobian(name):
 
 
 def change_of_frame(representation, T):
-    """Returns the matrix that converts a mixed Jacobian to a different representation."""
+    """Returns the matrix from a mixed Jacobian to another representation."""
     R, p, none = T[:3, :3], T[:3, 3], ca.SX(3, 3)
     if representation == "space":
         return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [none, ca.SX.eye(3)]])

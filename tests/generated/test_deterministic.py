@@ -1,5 +1,4 @@
-"""Equal descriptions give equal bytes in all generated files: C code, headers, CasADi files, LaTeX
-and manifests.
+"""Equal descriptions give equal bytes in all generated files.
 
 The bytes do not depend on directory, hash seed, date or processor.
 """
@@ -56,7 +55,6 @@ def test_generated_files_do_not_depend_on_environment(tmp_path):
 
 
 def committed(name):
-    """Returns the bytes of a committed file. The robots in one folder share the support headers."""
     own, shared = GENERATED / name, GENERATED / "support" / Path(name).name
     path = own if own.is_file() else shared
     return path.read_bytes() if path.is_file() else None

@@ -71,7 +71,7 @@ def slider_crank():
         hinge("coupler", "crank_body", moved(0.3, 0, 0)),
         Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
     )
-    # The z axis of the block is along the guide, and the pin axis is the normal of the plane.
+    # The z axis of the block is along the guide. The pin axis is the normal of the plane.
     across = Frame("block", (Rotation("y", -sp.pi / 2),))
     robot = Mechanism(
         "slider_crank",
@@ -128,8 +128,7 @@ def platform_3rrr():
         Joint("y", "prismatic", (LYING,), (ACROSS,), "by", "bx"),
         hinge("phi", "by"),
     ]
-    # Each crank makes an angle with the line to its platform joint, so that the forearm reaches the
-    # joint.
+    # Each crank is inclined so that the forearm reaches its platform joint.
     gap, crank, forearm = 0.2, 0.17, 0.13
     turn = math.acos((gap**2 + crank**2 - forearm**2) / (2 * gap * crank))
     bend = math.acos((crank**2 + forearm**2 - gap**2) / (2 * crank * forearm)) - math.pi
@@ -212,7 +211,6 @@ every = pytest.mark.parametrize("name", MECHANISMS)
 
 @cache
 def pictured(name):
-    """Returns a mechanism, its reference values, and its drawing."""
     robot, values = MECHANISMS[name]()
     return robot, values, drawn(robot, values)
 
@@ -285,7 +283,7 @@ def test_closures_and_struts_are_drawn(name):
 def test_robots_stand_upright_in_their_plane(name):
     robot, values = MECHANISMS[name]()
     _, paper, is_planar = on_paper(robot, values)
-    # A loop that contains only prismatic joints does not define a plane.
+    # Prismatic joints alone define no plane.
     assert is_planar == (name not in {"delta", "welded", "universal"})
     vertical = paper.along([0, 0, 1])
     assert abs(vertical[0]) < 1e-9
@@ -295,7 +293,7 @@ def test_robots_stand_upright_in_their_plane(name):
 
 @needs("pdflatex")
 def test_drawings_compile_and_fit_the_page(tmp_path):
-    """All drawings are compiled in one run; each is a page of the document."""
+    """One run compiles all drawings as pages of a document."""
     pictures = "".join(pictured(name)[2] for name in MECHANISMS)
     (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, pictures))
     run = subprocess.run(

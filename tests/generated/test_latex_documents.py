@@ -43,7 +43,7 @@ HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + 
 
 
 def hostile():
-    """A helical joint, a coupled joint, an unusual offset, and special characters of LaTeX."""
+    """Returns a robot with a helical and a coupled joint, and special characters of LaTeX."""
     h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
     zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
     rows = (
@@ -98,7 +98,7 @@ def chain(count, *, crossed):
 
 
 def calibrated():
-    """A robot with six joints, whose parameters are all symbolic."""
+    """Returns a six-joint robot with symbolic parameters."""
     parameters, joints = [], []
     for k in range(1, 7):
         own = {f: sp.Symbol(f"{f}_{k}", real=True) for f in ("a", "alpha", "d", "theta")}
@@ -111,7 +111,7 @@ def calibrated():
 
 
 def imported():
-    """A URDF with prismatic, fixed and mimic joints, and notes with many angles."""
+    """Writes a URDF with prismatic, fixed and mimic joints, and notes with many angles."""
     rows = (
         ("mount", "fixed", "1 0 0", "3.14159265358979"),
         ("slider_along_x", "prismatic", "1 0 0", "-1.57079632679"),
@@ -145,9 +145,8 @@ BUILT = {
 
 @cache
 def printed(name):
-    """Returns the robot, the text of its document, and its LaTeX fragments keyed by file."""
+    """Returns the robot, its document, and its LaTeX fragments keyed by file."""
     robot = BUILT[name]() if name in BUILT else robot_of(name)
-    # The equations of serial robots do not depend on the derived functions.
     return text_and_fragments(robot, ["fk", "ik"] if isinstance(robot, Mechanism) else ["fk"])
 
 
@@ -159,7 +158,7 @@ def text_and_fragments(robot, functions):
 
 
 def compiled(folder, text, shown):
-    """Compiles a document together with its LaTeX fragments, and returns the log."""
+    """Compiles a document with its LaTeX fragments, and returns the log."""
     (folder / FOLDER).mkdir()
     for name, fragment in shown.items():
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
@@ -188,7 +187,7 @@ def assert_clean(log, pages=MAX_PAGES):
 
 @pytest.fixture(scope="module", params=[*SHIPPED, *BUILT])
 def name(request):
-    """Orders the tests by robot, so that a worker derives few robots twice."""
+    """Orders the tests by robot, so that a worker rarely derives a robot twice."""
     return request.param
 
 
@@ -201,7 +200,7 @@ def test_latex_documents_compile_cleanly(name, tmp_path):
 
 @pytest.mark.parametrize("name", [*SHIPPED, "imported"], indirect=True)
 def test_latex_fragments_compile_in_plain_article(name, tmp_path):
-    """LaTeX fragments do not print the title or the source of the description."""
+    """LaTeX fragments do not print the title or the source."""
     _, _, shown = printed(name)
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)
@@ -209,7 +208,7 @@ def test_latex_fragments_compile_in_plain_article(name, tmp_path):
 
 
 def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
-    """Oblique prismatic joints and actuator-dependent radii give the platform long equations."""
+    """Oblique prismatic joints and actuator-dependent radii give long equations."""
     platform = drawn_platform(np.random.default_rng(203))
     robot = read_text(platform.text("platform"))
     _, document, shown = text_and_fragments(robot, ["chain_fk"])

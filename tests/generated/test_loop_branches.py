@@ -1,4 +1,4 @@
-"""No solution is wrong or missed for loops out of reach, at dead points and on every branch."""
+"""No solution of a loop is wrong or missed out of reach, at dead points or on any branch."""
 
 from contextlib import suppress
 from functools import partial
@@ -29,7 +29,7 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     np.testing.assert_array_equal(finite, valid)
     # A solution step after an open loop has no margin.
     assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
-    # Only these robots have cranks without dead points, so that all their samples are valid.
+    # The cranks of these robots have no dead points, so all their samples are valid.
     assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
     assert m.gap(z[finite]).max() < 1e-9
     for function in ("fk", "chain", "jacobian_mixed", "chain_D_q"):
@@ -53,7 +53,7 @@ def test_fk_is_correct_or_nan_outside_limits(name):
 
 
 def random_chains(name, n, seed):
-    """Returns joints of the main chain around the reference, also far out of reach."""
+    """Returns main-chain joints around the reference and far out of reach."""
     r = robot(name)
     start = r.chain(r.reference.q)
     turning = np.array([joint.kind == "revolute" for joint in r.chain_joints])
@@ -63,7 +63,7 @@ def random_chains(name, n, seed):
 
 
 def reaches(r, theta):
-    """Tests whether actuator values exist on any branch for these joints."""
+    """Tests whether any branch has actuator values for these joints."""
     margin = r.actuator_margin(theta)
     return (np.isfinite(margin) & (margin >= 0)).all(-1)
 
@@ -76,7 +76,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # The solution may be on any branch. Different branches have different joints of the main chain.
+    # The solution may be on any branch. Branches differ in their main-chain joints.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
@@ -126,7 +126,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Returns the points just before and just after each segment leaves the closed region."""
+    """Returns the points just before and after each segment leaves the closed region."""
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
     way = start + parts[:, None, None] * (goals - start)
@@ -150,7 +150,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # Before and beyond the dead point, the margin is linear in the distance to the dead point.
+    # Near the dead point, the margin is linear in the distance to it.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
@@ -211,13 +211,13 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
     for branches in theta:
         good = branches[np.isfinite(branches).all(-1)]
         apart = np.abs(wrapped(good[:, None] - good[None])).max(-1) + np.eye(len(good))
-        # Branches that differ only in passive joints have the same main-chain joint values.
+        # Branches that differ only in passive joints have equal main-chain joints.
         assert apart.min() > 1e-6 or name in ("excavator", "board_installer")
     assert margin.shape[:2] == valid.shape
 
 
 def closest(m, z, known):
-    """Returns the smallest loop residual over many start values of the unknown joints."""
+    """Returns the smallest loop residual over many start values."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]
@@ -261,7 +261,7 @@ def roots(f, points=20_001):
 
 
 def left_over(name, known):
-    """Returns the complex residual of a planar loop as a function of its only unknown."""
+    """Returns the complex residual of a planar loop with one unknown."""
     e = lambda angle: np.exp(1j * angle)  # noqa: E731
     return {
         "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,
@@ -318,8 +318,7 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # The loops also close at these cylinder lengths, and both configurations are among the
-        # branches.
+        # The loops also close at these cylinder lengths. The branches contain both configurations.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)
@@ -335,7 +334,7 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # Branches with the same triangles but negative cylinder lengths are not valid.
+    # Negative cylinder lengths with the same triangles are not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):

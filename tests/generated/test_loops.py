@@ -1,8 +1,7 @@
-"""Compares robots whose loops have a closed form with independent oracles.
+"""Robots with closed-form loops agree with independent oracles.
 
-The oracles are body placements in NumPy with Newton's method, automatic differentiation of the
-CasADi functions, and finite differences; for closures, complex steps and the implicit function
-theorem.
+The oracles are NumPy body placements with Newton's method, automatic differentiation, and finite
+differences. Closures are compared with complex steps and the implicit function theorem.
 """
 
 from functools import cache
@@ -99,7 +98,7 @@ def test_configuration_stays_on_reference_branch(name):
 
 
 def relative(found, expected):
-    """Returns the largest difference relative to 1 or the largest entry of its row."""
+    """Returns the largest difference relative to 1 or to the largest entry of the row."""
     axes = tuple(range(1, expected.ndim))
     size = np.maximum(1.0, np.abs(expected).max(axes, keepdims=True))
     return float((np.abs(found - expected) / size).max())
@@ -122,7 +121,7 @@ def test_derivatives_match_implicit_function_theorem(name):
 
 
 def tip_rates(m, z, rates):
-    """Returns the linear and angular velocity of the tool in base axes, from a complex step."""
+    """Computes the tool twist in base axes by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -131,8 +130,7 @@ def tip_rates(m, z, rates):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
-    """Poses are equal; Jacobians of the tool are chain Jacobians times the derivative of the chain
-    joints."""
+    """Poses are equal. The chain rule gives the Jacobians of the tool."""
     mechanism = read(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
     derived = derive(mechanism.main_chain, functions=["fk", *kinds])
@@ -154,7 +152,7 @@ def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
 
 
 def as_casadi(name, function, *symbols):
-    """Returns a generated function of symbols; selects the symbols that the function needs."""
+    """Returns a generated function of the symbols it needs."""
     kept = casadi_function(GENERATED / name, function)
     given = dict(zip(["q", "qd", "qdd"], symbols, strict=False))
     return kept(**{key: given[key] for key in kept.name_in()})[function]
@@ -237,7 +235,6 @@ def test_derivatives_match_finite_differences(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_constraint_derivatives_match_finite_differences(name):
-    """The identities hold with closed and with open loops; the null space is the loop motion."""
     r, m = robot(name), model(name)
     _, z = far_from_dead_points(name, 60, seed=14)
     J = r.constraint_D_z(z)
@@ -288,7 +285,7 @@ def turned(name, difference):
 
 
 def on_the_branch(name, q, back):
-    """Tests whether the chain's actuators are on the reference branch, away from its dead point."""
+    """Tests whether the actuators are on the reference branch, away from its dead point."""
     r = robot(name)
     if name not in INVERTIBLE:
         return np.ones(len(q), dtype=bool)
@@ -323,7 +320,7 @@ def test_actuator_derivatives_match_finite_differences(name):
 
 
 def slope(function, step=1e-4):
-    """Returns the derivative of a function at 0 by fourth-order differences."""
+    """Differentiates a function at 0 by fourth-order differences."""
     near = function(step) - function(-step)
     far = function(2 * step) - function(-2 * step)
     return (8 * near - far) / (12 * step)
@@ -336,14 +333,14 @@ COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"
 
 
 def arguments(name, function, n):
-    """Returns inputs of a function at closed configurations of the robot."""
+    """Returns inputs of a function at closed configurations."""
     given = closed_states(name, n)
     return [given[argument.name] for argument in function.inputs]
 
 
 @cache
 def closed_states(name, n):
-    """Returns values of all possible arguments at closed configurations."""
+    """Returns all possible arguments at closed configurations."""
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, n, seed=31)
     q, z = q[on_the_branch(name, q, q)], z[on_the_branch(name, q, q)]
@@ -359,7 +356,6 @@ def closed_states(name, n):
 def test_single_pose_batch_and_casadi_results_agree(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
-        # Functions with handwritten C have no equations in CasADi.
         if function.solutions or key not in kernels(name):
             continue
         inputs = arguments(name, function, 40)

@@ -14,30 +14,30 @@ POSES, STEP = 50, 1e-6
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def exact(request, tmp_path_factory):
-    """Returns a platform with more actuators than degrees of freedom, and its model."""
+    """Returns a platform with redundant actuators, and its model."""
     return platform(tmp_path_factory, drawn_overactuated(request.param, 2))
 
 
 @pytest.fixture(scope="module", params=PLATFORMS)
 def least(request, tmp_path_factory):
-    """Returns a platform with least-squares closure, and the numerical model of this platform."""
+    """Returns a platform with least-squares closure, and its model."""
     mechanism = drawn_overactuated(request.param, 3, closure="least squares")
     return platform(tmp_path_factory, mechanism)
 
 
 def platform(tmp_path_factory, mechanism):
-    """Returns a compiled platform, and a model without swing angles of struts."""
+    """Returns a compiled platform and its model without swing angles."""
     robot = compiled(mechanism, tmp_path_factory.mktemp("platform") / "spare", None, ["c"])
     return robot, Model(on_balls(mechanism))
 
 
 def poses_near(robot, seed=0, reach=0.1):
-    """Returns main-chain joint values (N, n_theta) near the reference, which is 0."""
+    """Returns main-chain joint values (N, n_theta) near 0, the reference."""
     return np.random.default_rng(seed).uniform(-reach, reach, (POSES, len(robot.chain_joints)))
 
 
 def free_directions(robot, theta):
-    """Returns the components of the tool's twist that the main chain can move."""
+    """Returns the twist components that the main chain can move."""
     return np.flatnonzero(np.abs(robot.chain_jacobian_mixed(theta)).max((0, -1)) > 0)
 
 
@@ -96,8 +96,7 @@ def test_consistent_actuators_return_their_pose(least):
 
 
 def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
-    """A Gauss-Newton step on the closure errors of a NumPy model leaves the configuration
-    unchanged."""
+    """A Gauss-Newton step on a NumPy model leaves the configuration unchanged."""
     robot, model = least
     rng = np.random.default_rng(4)
     q = robot.actuators(poses_near(robot)) + rng.uniform(-1e-3, 1e-3, (POSES, robot.n))
@@ -106,8 +105,7 @@ def test_inconsistent_actuators_return_the_pose_of_least_gaps(least):
     gaps, J = model.gaps(z), model.D_z(z)[..., model.chain]
     assert np.abs(gaps).max() > 1e-4
     gradient = (J.mT @ gaps[..., None])[..., 0]
-    # The gaps of the model are squared lengths divided by twice a length, and differ from the true
-    # gaps by second order.
+    # The gaps of the model differ from the true gaps by second order.
     assert np.abs(gradient).max() < 1e-5
 
 

@@ -1,4 +1,4 @@
-"""Platforms on legs: assembly modes, kinematics in both directions, velocities, singularities."""
+"""Platforms on legs: assembly modes, kinematics, velocities and singularities."""
 
 from functools import cache
 from itertools import product
@@ -31,7 +31,7 @@ def within(name, n, seed):
 
 
 def twists(m, z, rates):
-    """Returns tool twists (N, 6) in base axes from all joint velocities, by a complex step."""
+    """Computes tool twists (N, 6) in base axes by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -91,7 +91,7 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     np.testing.assert_array_equal(valid.any(-1), closed)
     assert 200 < closed.sum() < 4800
     apart = np.abs(wrapped(q[closed][:, :, None] - expected[closed][:, None])).max(-1)
-    # Near stretched legs, two branches of a leg merge, and angles are less accurate.
+    # Two branches merge near stretched legs, where angles are less accurate.
     margin = r.actuator_margin(pose[closed]).min(-1)
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
@@ -114,9 +114,6 @@ def test_assembly_modes_contain_reference_mode(name):
     q = within(name, 2000, 2)
     modes = r.fk_planar_all(q).x
     assert np.nanmin(np.abs(modes - r.chain(q)[:, None]).max(-1), axis=-1).max() < 1e-9
-
-
-# --- forward kinematics of spatial platforms by Newton's method ---
 
 
 @pytest.mark.parametrize("name", ITERATED)
@@ -272,8 +269,7 @@ def test_stretched_leg_is_type_1_singularity(name):
     r, rod = robot(name), PLANAR[name]
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert min(regular) > 0.02
-    # The distance of the first platform pin from the first crank axis is nearly the sum of the
-    # crank and rod lengths.
+    # The first platform pin is almost one crank and one rod length from its crank axis.
     along = np.array([0.1, 0.05]) - planar.DIRECTIONS[0]
     along = along / np.linalg.norm(along)
     sizes = []
@@ -287,7 +283,7 @@ def test_stretched_leg_is_type_1_singularity(name):
         assert found.type_2.max() > 0.02
     assert len(sizes[0]) > 3
     assert sizes[0].max() < 0.1
-    # The smallest singular value decreases with the square root of the leg's remaining reach.
+    # The smallest singular value decreases with the square root of the leg's reach.
     np.testing.assert_allclose(sizes[0], 10 * sizes[1], rtol=0.02)
 
 
@@ -298,13 +294,11 @@ def turned(vector, angle):
 
 @pytest.mark.parametrize("name", PLANAR)
 def test_concurrent_rods_are_type_2_singularity(name):
-    """The platform is at the center, and rotated so that all rods (nearly) intersect at the
-    center."""
+    """The platform is at the center, and all rods (nearly) intersect there."""
     r, rod = robot(name), PLANAR[name]
-    # The rods lie along the lines from the center to the pins, so the end of each crank is one rod
-    # length beyond its pin.
+    # The rods lie on lines through the center, so each crank ends one rod length beyond its pin.
     reach = planar.PLATFORM + rod
-    # Returns the intersection of the circle of possible crank ends with the crank circle.
+    # Intersects the circle of possible crank ends with the crank circle.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -327,8 +321,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
 
 
 def test_stewart_quarter_turn_is_type_2_singularity():
-    """Pose at Fichter's singularity: platform and base are similar, and the yaw angle is 90
-    degrees."""
+    """Fichter's singularity: platform and base are similar, and the yaw is 90 degrees."""
     r = robot("stewart_gough")
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert regular.type_2 > 0.05
@@ -346,17 +339,15 @@ AROUND = np.radians([0, 120, 240])
 
 
 def elbows(q):
-    """Returns the midpoints (N, 3, 3) of the ball joints at the ends of the arms."""
     out, down = R_B + ARM * np.cos(q), -ARM * np.sin(q)
     return np.stack([out * np.cos(AROUND), out * np.sin(AROUND), down], -1)
 
 
 def spheres(q):
-    """Returns both points (N, 2, 3) at the rod length from all three shifted elbows.
+    """Returns both points (N, 2, 3) at the rod length from three shifted elbows.
 
-    The elbows are shifted inward by the platform radius. The differences of the sphere equations
-    are equations of planes. The intersection line of the planes intersects the first sphere in two
-    points.
+    The elbows are shifted inward by the platform radius. Differences of the sphere equations are
+    planes. Their common line meets the first sphere in two points.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     center = elbows(q) - R_P * inwards
@@ -399,8 +390,7 @@ def test_delta_is_invalid_if_spheres_do_not_intersect():
 
 
 def test_delta_actuators_match_half_angle_solution():
-    """The elbow of a leg is on a circle: The crank angle q satisfies E cos q + F sin q + G = 0,
-    which half angles solve."""
+    """The crank angle q satisfies E cos q + F sin q + G = 0, which half angles solve."""
     r = robot("delta")
     q = within("delta", 2000, 17)
     p = r.fk(q)[:, :3, 3]
@@ -412,7 +402,7 @@ def test_delta_actuators_match_half_angle_solution():
     root = np.sqrt(E**2 + F**2 - G**2)
     branches = np.stack([2 * np.arctan2(-F + side * root, G - E) for side in (1, -1)], -1)
     found = r.actuators(r.chain(q))
-    # The half-angle formulas lose digits if the two branches nearly merge.
+    # The half-angle formulas lose digits near merging branches.
     assert np.abs(wrapped(branches - found[..., None])).min(-1).max() < 1e-9
     np.testing.assert_allclose(found, q, atol=CLOSED)
     every, valid, _ = r.actuator_branches(r.chain(q[:200]))

@@ -1,4 +1,4 @@
-"""Compares compiled C with the equations at 30-digit precision."""
+"""Compiled C agrees with the equations at 30-digit precision."""
 
 import mpmath
 import numpy as np
@@ -49,7 +49,7 @@ def from_sympy(expression):
 
 
 def poses_by_matrices(robot, q):
-    """Returns link and tool poses as products of elementary matrices, joint by joint."""
+    """Returns link and tool poses as products of elementary matrices."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     positions = iter(robot.joint_values([sp.Float(value, DIGITS) for value in q]))
     T = mpmath.eye(4)
@@ -125,7 +125,7 @@ def test_every_function_matches_equations_at_30_digits(name):
 
 
 def evaluated(derived, numbers):
-    """Evaluates every symbol of a derivation at 30-digit precision."""
+    """Evaluates every symbol at 30-digit precision."""
     terms = derived.terms
     values = {symbol: terms.value(symbol) for symbol in (*terms.parameters, *terms.constants)}
     values = {symbol: from_sympy(value) for symbol, value in values.items()}
@@ -140,12 +140,11 @@ def evaluated(derived, numbers):
 
 
 def is_known(function, numbers):
-    """Tests whether a function has only these inputs; test_branches compares inverses."""
     return {argument.name for argument in function.inputs} <= numbers.keys()
 
 
 def exactly(expression, values):
-    """Evaluates a SymPy expression in mpmath, node by node."""
+    """Evaluates a SymPy expression in mpmath."""
     if expression in values:
         return values[expression]
     if expression.is_Number or expression.is_NumberSymbol:

@@ -1,4 +1,4 @@
-"""All modes of the shipped platforms, and the leg lengths at a pose."""
+"""Modes of the shipped platforms, and leg lengths at a pose."""
 
 from functools import cache
 
@@ -38,7 +38,7 @@ def test_assembly_modes_close_and_contain_reference(name):
     assert np.abs(rods).max() < CLOSED
     assert np.isnan(found.T[~found.valid]).all()
     assert np.isnan(found.margin[~found.valid]).all()
-    # Real solutions occur in pairs, and their solution slots come first.
+    # Real solutions occur in pairs, in the first solution slots.
     assert (found.valid.sum(-1) % 2 == 0).all()
     assert (found.valid[:, :-1] >= found.valid[:, 1:]).all()
     assert np.nanmin(apart(found.T, r.fk(q)[:, None]), axis=-1).max() < 1e-9
@@ -57,7 +57,7 @@ def test_hexapod_modes_are_sorted_from_highest():
 
 
 def test_hexapod_with_equal_legs_has_16_modes():
-    """At this symmetric pose the legs have equal lengths, so that modes could coincide."""
+    """At a symmetric pose with equal legs, modes could coincide."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
     assert found.complete
@@ -89,7 +89,7 @@ def test_hexapod_ik_returns_leg_lengths():
     assert 50 < found.count.sum() < 450
     np.testing.assert_array_equal(found.valid, apart(r.fk(found.q), T[:, None]) < 1e-9)
     np.testing.assert_allclose(found.q[:, 0], r.actuators(theta), atol=1e-15)
-    # At this pose, yaw and roll are not determined separately.
+    # Yaw and roll are ambiguous at this pose.
     right = np.eye(4)
     right[:3, :3], right[2, 3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.6
     sampling_limits = r.ik(right)

@@ -1,1 +1,1 @@
-"""Compares identities of SO(3) and SE(3) with series, 40-digit arithmetic and Pinocchio."""
+"""Identities of SO(3) and SE(3) agree with series, 40-digit arithmetic and Pinocchio."""

@@ -1,4 +1,4 @@
-"""The Lie algebras so(3) and se(3): hat, vee and the bracket of twists (v, omega)."""
+"""The Lie algebras so(3) and se(3): hat, vee, and the bracket of twists (v, omega)."""
 
 from chasles.derive.terms.lie import Matrix, checked, hat_so3, stack, triangular, twist
 

@@ -1,4 +1,4 @@
-"""Functions of a robot in JAX and PyTorch: values, derivatives, batches and compilation."""
+"""Functions of a robot in JAX and PyTorch."""
 
 import sys
 from functools import cache
@@ -33,7 +33,7 @@ def torch():
 
 
 def configurations(robot, count):
-    """Returns random configurations away from singularities, where differences are accurate."""
+    """Returns random configurations away from singularities."""
     rng = np.random.default_rng(4)
     if robot.reference:
         return np.array(robot.reference.q) + rng.uniform(-0.1, 0.1, (count, robot.n))
@@ -48,7 +48,6 @@ def fixed_of(robot, q):
 
 
 def differences(function, q):
-    """Returns the derivatives of a function at configurations, by central differences."""
     step = 1e-5
     columns = []
     for k in range(q.shape[-1]):
@@ -58,7 +57,6 @@ def differences(function, q):
 
 
 def mapping_flags(address):
-    """Returns the flags of the memory mapping that contains an address."""
     inside = False
     for line in Path("/proc/self/smaps").read_text().splitlines():
         head, *flags = line.split()

@@ -1,5 +1,4 @@
-"""Fixtures: a parametric arm, and measurements of a random arm with a slightly different
-geometry."""
+"""Fixtures for calibration tests: a parametric arm and its measurements."""
 
 from functools import cache
 
@@ -13,8 +12,6 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="session")
 def loaded(tmp_path_factory):
-    """Loads a robot by name, with only its pose functions and parametric functions."""
-
     @cache
     def by_name(name):
         folder = tmp_path_factory.mktemp("parametric") / name
@@ -30,5 +27,5 @@ def arm(loaded):
 
 @pytest.fixture
 def truth(arm, request):
-    """Returns an arm with axis and tool errors of up to 1 mm and 1 mrad, and 60 configurations."""
+    """Returns an arm with errors of up to 1 mm and 1 mrad, and 60 configurations."""
     return drawn(arm, getattr(request, "param", 0))

@@ -1,5 +1,4 @@
-"""Correct measurements cause no warning, even if they are few, exact or scalar; wrong measurements
-cause a warning."""
+"""Correct measurements cause no warning. Wrong measurements cause a warning."""
 
 import math
 from dataclasses import replace
@@ -40,14 +39,14 @@ MODELS = {
 
 @pytest.fixture(scope="module")
 def linear_delta(tmp_path_factory):
-    """A delta printer: three carriages on columns, six rods, and a platform that stays level."""
+    """A delta printer with three carriages, six rods and a level platform."""
     functions = ["fk", "fk_p", "identification_jacobian"]
     folder = tmp_path_factory.mktemp("linear") / LINEAR_DELTA
     return compiled(description_of(LINEAR_DELTA), folder, functions)
 
 
 def end_stops(robot, found):
-    """Returns the end stop errors minus their mean, which is equivalent to the bed height."""
+    """Subtracts the mean end stop error, which is equivalent to the bed height."""
     offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
     errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])
     return errors - errors.mean()
@@ -81,7 +80,7 @@ def test_exact_bed_contacts_give_end_stops(linear_delta, model):
 
 
 def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
-    """The nozzle keeps its orientation, so its offset and the bed position are equivalent."""
+    """The nozzle does not rotate, so its offset is equivalent to the bed position."""
     q = bed_contacts(25, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
     undetermined = {item.name for item in found.unidentifiable}
@@ -92,8 +91,7 @@ def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
 
 @pytest.mark.parametrize("device", DEVICES)
 def test_correct_measurements_get_no_accusation(arm, device):
-    """Some random samples have too few measurements; the first sample with enough measurements must
-    cause no warning."""
+    """Random samples with too few measurements are skipped."""
     for seed in range(4):
         said = verdict(arm, simulated(arm, seed, device=device))
         if not said.is_too_few:
@@ -103,16 +101,13 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 @pytest.mark.parametrize(("name", "seed"), [("ur5e", 496852550), ("irb120", 3276006344)])
 def test_few_correct_distances_fit_beyond_the_first_local_minimum(loaded, name, seed):
-    """If the target starts at the tool origin, the fit of seven distances or nine contacts ends at
-    a local minimum with errors of millimeters."""
+    """From a start at the tool origin, the fit has errors of millimeters at a local minimum."""
     arm = loaded(name)
     said = verdict(arm, simulated(arm, seed))
     assert said.is_clean, said.text
 
 
 def test_few_contacts_suggest_no_correction_of_the_table(loaded):
-    """Nine contacts give two equations more than unknowns, and eight shifted contacts give one
-    equation more."""
     arm = loaded("irb120")
     right = simulated(arm, 3276006344)
     draw = with_exchanged_columns(right, 3)
@@ -133,8 +128,6 @@ def test_surplus_is_residual_degrees_of_freedom_without_parameters(arm, device):
 
 
 def test_measurements_of_other_robots_get_a_doubt(arm):
-    """The tested mistakes are a link that is 20 mm longer, swapped columns, and angles in
-    degrees."""
     right = simulated(arm, 0)
     for wrong in (
         simulated(arm, 0, another=True),
@@ -145,15 +138,14 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """A complete model explains a 20 mm longer link by a length error of forty tolerances."""
+    """The complete model can fit the long link only with a length error of forty tolerances."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its standard deviation" in verdict(arm, draw).text
 
 
 def test_many_errors_of_three_tolerances_get_a_doubt(arm):
-    """If a different robot was measured, each single offset may be within its limit although all
-    offsets are large."""
+    """If a different robot was measured, all offsets may be large but within their limits."""
     draw = next(d for d in (simulated(arm, seed) for seed in range(40)) if d.parameter_std)
     found = identify(
         arm, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std
@@ -169,7 +161,7 @@ def test_many_errors_of_three_tolerances_get_a_doubt(arm):
 
 @pytest.mark.parametrize("seed", [0, 1, 24, 34, 70])
 def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
-    """The linear sphere equations do not determine the center height, or are inconsistent."""
+    """The linear sphere equations do not determine the height of the center."""
     random = np.random.default_rng(seed)
     T = se3.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
     target, center = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
@@ -181,7 +173,6 @@ def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
 
 
 def linearized(random, noise, few=12, parameters=30):
-    """Returns few measured values, many parameters with tolerances, and the residual errors."""
     J = random.normal(size=(few, parameters))
     D = np.eye(parameters) * 2.0
     true = random.normal(size=parameters) / 2.0
@@ -189,7 +180,6 @@ def linearized(random, noise, few=12, parameters=30):
 
 
 def test_noise_estimate_with_tolerances_equals_noise_of_random_measurements():
-    """Over many samples, the estimated noise scatters about the true noise and is never zero."""
     many = [linearized(np.random.default_rng(s), 3.0, few=200).noise() for s in range(10)]
     assert np.median(many) == pytest.approx(3.0, rel=0.1)
     few = [linearized(np.random.default_rng(s), 1.0).noise() for s in range(50)]
@@ -197,13 +187,12 @@ def test_noise_estimate_with_tolerances_equals_noise_of_random_measurements():
 
 
 def least_squares_errors(random, count, variables, noise=1.0):
-    """Returns least-squares residuals of normally distributed errors."""
     J, e = random.normal(size=(count, variables)), noise * random.normal(size=count)
     return Linearized(e - J @ np.linalg.lstsq(J, e)[0], J, np.zeros(0), np.zeros((0, variables)))
 
 
 def test_few_surplus_numbers_leave_no_row_out():
-    """With three residual degrees of freedom, the median of the errors may be small by chance."""
+    """With three degrees of freedom, the median of the errors may be small by chance."""
     every = np.ones(14, dtype=bool)
     for seed in range(200):
         at = least_squares_errors(np.random.default_rng(seed), 14, 11)
@@ -225,7 +214,6 @@ def test_limit_of_rows_is_five_deviations_of_many_numbers():
 
 
 def test_gross_error_among_few_measurements_is_left_out(arm):
-    """Among 25 target rows for 7 variables, the row with a 5 mm error is identified."""
     draw = simulated(arm, 3, device="three targets")
     draw.measurements.points[2, 1] += 5e-3
     found = identify(arm, draw.q, draw.measurements, vary=("offset",))

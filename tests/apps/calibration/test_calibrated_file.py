@@ -1,7 +1,4 @@
-"""The robot file of a calibrated arm reproduces the arm and its inverse.
-
-The command `chasles calibrate` writes this file.
-"""
+"""The file that `chasles calibrate` writes reproduces the calibrated arm and its inverse."""
 
 import csv
 
@@ -19,7 +16,7 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="module")
 def driven(arm):
-    """Returns a geometry with axis, tool and transmission errors, and motor positions."""
+    """Returns a geometry with transmission errors, and motor positions."""
     random, p = np.random.default_rng(3), drawn(arm, 0).p
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
@@ -28,7 +25,7 @@ def driven(arm):
 
 @pytest.fixture(scope="module")
 def mine(arm, driven, tmp_path_factory):
-    """Returns the robot that is loaded from the file of the calibrated arm."""
+    """Loads the robot from its calibrated file."""
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))
@@ -37,8 +34,7 @@ def mine(arm, driven, tmp_path_factory):
 
 
 def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine):
-    """Transmissions have no effect on forward kinematics: `fk` takes joint positions, not motor
-    positions."""
+    """`fk` takes joint positions, so transmissions do not change the result."""
     q = np.random.default_rng(0).uniform(-2, 2, (2000, 6))
     assert_allclose(mine.fk(q), arm.fk_p(q, truth.p), atol=1e-14)
     found = mine.ik(mine.fk(q))

@@ -1,7 +1,4 @@
-"""Robots with loops: parameter derivatives, identification, and the calibrated robot file.
-
-The campaign `as_built` tests the maps of randomly calibrated excavators and board installers.
-"""
+"""Calibration of robots with loops: derivatives, identification and robot files."""
 
 import tempfile
 from contextlib import contextmanager
@@ -56,7 +53,6 @@ FUNCTIONS = {
 
 @cache
 def parametric(name):
-    """Returns a nominal robot with its parametric functions."""
     folder = Path(tempfile.mkdtemp()) / name
     functions = sorted(set(FUNCTIONS[name]))
     languages = ["c", "casadi"] if name == "four_bar" else ["c"]
@@ -64,7 +60,7 @@ def parametric(name):
 
 
 def drawn(robot, random, error):
-    """Returns a geometry whose axes, rods and tool have random errors."""
+    """Returns a geometry with random errors in axes, rods and tool."""
     p = np.array([item.value for item in robot.geometry])
     moved = np.array([item.part in ("axis", "loop", "tool") for item in robot.geometry])
     p[moved] += random.uniform(-error, error, moved.sum())
@@ -78,14 +74,13 @@ def around(robot, random, count):
 
 
 def everywhere(robot, random, count):
-    """Returns coordinates within the limits; the range of a crank without limits is almost a whole
-    turn."""
+    """Returns coordinates within the limits. A crank without limits rotates almost a full turn."""
     low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
     return random.uniform(low, high, (count, robot.n))
 
 
 def differences(function, x, T):
-    """Returns the tool twist in base axes per unit of each entry of x, by central differences."""
+    """Differentiates the tool pose by central differences, as twists in base axes."""
     columns = []
     for unit in np.eye(len(x)) * STEP:
         near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))
@@ -148,7 +143,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
     )
     assert before / after > MIN
     assert 0.8 < found.noise < 1.2
-    # Random noise may exceed the outlier limit in some rows; only such rows may be excluded.
+    # Random noise may exceed the outlier limit in a few rows.
     drawn_noise = np.abs(measured._errors(T, np.zeros(0))).reshape(-1, 6).max(1)
     beyond = np.array(measured.labels)[drawn_noise > OUTLYING]
     assert found.outliers == tuple(beyond)
@@ -159,7 +154,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
     q = everywhere(robot, random, 60)
     start = Poses(robot.fk(q), SIGMA)._start(robot.fk(q))
     problem = problem_at(robot, q, start, ("loop",))
-    # At this distance from the solution, rounding decides where a single fit ends.
+    # So close to the solution, rounding errors decide where a fit ends.
     starts = [problem.x0.copy() for _ in range(7)]
     for k, x in enumerate(starts):
         x[problem.names.index("rocker_pin_a_x")] = 0.24 + k * 1e-9
@@ -171,7 +166,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
 
 
 def test_identify_converges_for_tool_that_hardly_rotates():
-    """The start values displace the base and the targets equally, by tens of centimeters."""
+    """The start values displace the base and the targets by tens of centimeters."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
@@ -183,7 +178,7 @@ def test_identify_converges_for_tool_that_hardly_rotates():
 
 
 def test_identify_explains_delta_whose_probe_is_decimeters_from_its_start():
-    """No tolerance restricts the probe position, which is decimeters away from its start value."""
+    """The start value of the probe position is wrong by decimeters and has no tolerance."""
     robot, random = parametric("delta"), np.random.default_rng(6)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -204,8 +199,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
-    # The link lengths are ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. The shift of an axis
-    # moves the link before the axis, but not the link after it.
+    # The link lengths are ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. An axis shift moves
+    # the link before the axis only.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)
@@ -274,7 +269,7 @@ def test_first_order_tool_errors_match_monte_carlo_for_loops():
     ids=["axis and tool", "axis, tool and loop"],
 )
 def test_identification_rank_matches_paper_formula(parts, rank):
-    """The rank is 4 r + 2 t + 6 for r revolute joints and t telescopes, plus 3 per cylinder."""
+    """The rank is 4 r + 2 t + 6 for r revolute and t telescopic joints, plus 3 per cylinder."""
     robot = parametric("well_manipulator")
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
@@ -286,10 +281,7 @@ def test_identification_rank_matches_paper_formula(parts, rank):
 
 @pytest.mark.parametrize("name", ["slider_crank", "delta"])
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
-    """The option "geometry" selects axes and loops.
-
-    Each group of parameters can also be identified together with the base.
-    """
+    """The part "geometry" contains axes and loops."""
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
     measured = Poses(robot.fk(q), SIGMA)
@@ -308,7 +300,7 @@ def test_vary_keyword_selects_only_its_own_parameter_parts(name):
 
 
 def calibrated(name, seed):
-    """Returns a random calibrated robot from its file, refined from its nominal design."""
+    """Loads a random calibrated robot that is refined from its nominal design."""
     robot = parametric(name)
     p = drawn(robot, np.random.default_rng(seed), DRAWN)
     text = robot_file(robot, p, f"mine_{seed}", "a test", name)
@@ -316,14 +308,13 @@ def calibrated(name, seed):
 
 
 def configurations(name, seed):
-    """Returns coordinates within the limits of the nominal robot."""
     robot = parametric(name)
     return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (CONFIGURATIONS, robot.n))
 
 
 @pytest.fixture(scope="module")
 def built_four_bar(tmp_path_factory):
-    """Returns a calibrated robot with its maps between actuators and main-chain joints."""
+    """Returns a calibrated four-bar with actuator maps."""
     folder = tmp_path_factory.mktemp("built") / "four_bar"
     return compiled(calibrated("four_bar", 5), folder, ["chain", "actuators"], ["c"])
 
@@ -346,7 +337,7 @@ def test_joint_values_that_violate_loop_closure_are_invalid(built_four_bar):
 
 @contextmanager
 def few_samples():
-    """Context in which a derivation tests an inverse at 20 configurations instead of 100."""
+    """Reduces the test configurations of a derivation from 100 to 20."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nominal_mechanism, "SAMPLES", 20)
         patch.setattr(nominal_mechanism, "MAX_DRAWN", 120)
@@ -355,8 +346,7 @@ def few_samples():
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """Returns a delta robot whose platform rotates slightly, because its rods have unequal
-    lengths."""
+    """Returns a delta robot whose platform tilts slightly because its rods are unequal."""
     folder = tmp_path_factory.mktemp("built") / "delta"
     with few_samples():
         return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
@@ -369,7 +359,7 @@ def test_built_delta_ik_recovers_generating_configuration(built_delta):
     found = built_delta.ik(T)
     assert found.valid.any(1).all()
     assert_allclose(np.abs(found.q - q[:, None]).max(-1).min(-1), 0, atol=SAME)
-    # The nominal orientation is not reachable by the robot as built.
+    # The built robot cannot reach the nominal orientation.
     T[:, :3, :3] = np.eye(3)
     assert not built_delta.ik(T).valid.any()
 
@@ -407,7 +397,6 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
-    """The printed inverse fixes three joints at their symbolic values."""
     with few_samples():
         derivation = derive(calibrated("well_manipulator", 5), functions=["ik"])
     printed = inverse_of_loops(LoopPage.of(derivation))

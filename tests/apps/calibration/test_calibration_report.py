@@ -1,4 +1,4 @@
-"""Calibration reports and their content, in HTML, in LaTeX and on the command line."""
+"""Calibration reports in HTML, in LaTeX and on the command line."""
 
 import subprocess
 import xml.etree.ElementTree as ET
@@ -28,7 +28,6 @@ def chosen(arm):
 
 @pytest.fixture(scope="module")
 def folder(chosen, tmp_path_factory):
-    """Returns the folder of a LaTeX report."""
     folder = tmp_path_factory.mktemp("report")
     chosen.calibration.save(folder / "report.tex")
     return folder

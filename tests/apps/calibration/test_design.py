@@ -1,4 +1,4 @@
-"""Compares optimal designs and error predictions with linear algebra and Monte Carlo analysis."""
+"""Optimal designs and predicted errors agree with linear algebra and Monte Carlo analysis."""
 
 import numpy as np
 import pytest

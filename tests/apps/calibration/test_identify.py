@@ -1,4 +1,4 @@
-"""Identification of random arms: validation error, confidence intervals, outliers, wrong input."""
+"""Identification of random arms from exact, noisy and wrong measurements."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def measured_positions(arm, truth, random):
 
 
 def errors_elsewhere(arm, truth, found, random):
-    """Returns errors of three tool points at new configurations [m]: calibrated and nominal."""
+    """Returns calibrated and nominal position errors at new configurations [m]."""
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
     true = truth.positions(arm, q)
     T = found.poses(q)
@@ -79,10 +79,7 @@ def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
 
 
 def test_confidence_intervals_cover_truth_in_95_percent(arm):
-    """Only the identified parameters of the 20 arms have errors, so the true values are unique.
-
-    The campaign `calibration` tests the intervals of many arms.
-    """
+    """Only the identified parameters have errors, so the true values are unique."""
     inside = []
     for seed in range(20):
         random = np.random.default_rng(seed)
@@ -123,8 +120,6 @@ def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
 
 
 def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
-    """The default, "geometry" and ("axis",) select the same variables; "offset" selects different
-    variables."""
     measurements = measured_positions(arm, truth, np.random.default_rng(0))
     whole, named, axes, offsets = (
         identify(arm, truth.q, measurements, robust=False, **words)
@@ -178,7 +173,7 @@ def test_calibration_summary_lists_counts_and_parameters(arm, truth):
 
 
 def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
-    """The noise scales the weight of parameter_std, so the noise must not be zero."""
+    """The weight of parameter_std is proportional to the noise, so the noise must not be zero."""
     parameter_std = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
     found = identify(arm, truth.q, exact, vary=("offset", "axis"), parameter_std=parameter_std)
@@ -190,7 +185,6 @@ def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("turned", [1.0, 0.3])
 def test_register_points_recovers_random_frames_and_targets(count, turned):
-    """Exact measurements recover the frames exactly, also for small rotations between poses."""
     for seed in range(10):
         random = np.random.default_rng(seed)
         T = se3.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])

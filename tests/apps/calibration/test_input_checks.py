@@ -1,4 +1,4 @@
-"""Input checks diagnose wrong signs, columns, rows and targets of several arms."""
+"""Diagnosis of wrong signs, columns, rows and targets."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
 
 @pytest.fixture(params=ARMS)
 def case(loaded, request):
-    """A test case: a robot, its coordinates, and measured positions."""
+    """Returns a robot, its coordinates and measured positions."""
     robot = loaded(request.param)
     truth = drawn(robot, 3, zero=0.02, count=24)
     points = truth.positions(robot, truth.q)
@@ -74,8 +74,9 @@ def test_coupled_joint_column_is_diagnosed(case, sign, word):
 
 @pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
 def test_wrong_joint_zero_is_diagnosed(case, degrees):
-    """A zero error of the first joint moves the base; a zero error of the last joint moves the
-    tool."""
+    """A wrong zero of the first joint moves the base. A wrong zero of the last joint moves the
+    tool.
+    """
     robot, q, points = case
     k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
     wrong = q.copy()
@@ -85,13 +86,12 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
         said = " ".join(found(robot, wrong, points).warnings)
     except InputValueError as error:
         said = str(error)
-    # Small tools rotate about a wrist axis, so the zero error of that joint is ambiguous.
+    # A small tool rotates about a wrist axis, so the zero error of the wrist is ambiguous.
     assert f"zero of {name} is off by {degrees} deg" in said or "check its zero offset" in said
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
-    """The mistake adds the value of one joint to a later joint, and reverses the sign of the later
-    joint."""
+    """One joint value is added to a later joint, whose sign is reversed."""
     robot = loaded("ur5e")
     truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()
@@ -180,7 +180,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
 
 
 def as_quaternions(R):
-    """Converts to unit quaternions w, x, y, z with SciPy, as reference values for chasles."""
+    """Converts with SciPy, as a reference for chasles."""
     return Rotation.from_matrix(R).as_quat(scalar_first=True)
 
 

@@ -1,4 +1,4 @@
-"""The iteration agrees with SciPy on random problems, with and without a loss function."""
+"""The Levenberg-Marquardt iteration agrees with SciPy on random problems."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ SCALE = 1e-3
 
 
 class Drawn:
-    """Residuals A x + sin(B x) - y for small variables x, with outliers in some entries of y."""
+    """Residuals A x + sin(B x) - y with outliers in y."""
 
     def __init__(self, seed, weakest):
         random = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Parameter tolerances, weights, and selection of the model with the best prediction."""
+"""Tolerances and weights of parameters, and selection of models."""
 
 import numpy as np
 import pytest
@@ -20,8 +20,7 @@ def measured(robot, truth, q, seed=0):
 
 
 def with_offsets(robot, seed):
-    """Returns axis errors and zero offsets as large as the tolerances; other parameters are
-    nominal."""
+    """Returns random axis errors and zero offsets of the size of their tolerances."""
     truth, random = drawn(robot, seed, count=30), np.random.default_rng(seed)
     p = nominal(robot)
     for part, sigma in TOLERANCES.items():
@@ -31,10 +30,7 @@ def with_offsets(robot, seed):
 
 
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
-    """Zero offsets and axis errors are redundant.
-
-    Only different standard deviations distinguish zero offsets from axis errors.
-    """
+    """Only standard deviations distinguish zero offsets from axis errors."""
     inside = []
     for seed in range(10):
         truth = with_offsets(arm, seed)

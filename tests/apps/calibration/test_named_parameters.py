@@ -1,4 +1,4 @@
-"""Calibration of named parameters in a robot file, each shared by several joints or rods."""
+"""Calibration of named parameters that several joints or rods share."""
 
 import re
 
@@ -17,7 +17,6 @@ CHANGED = {"r_b": 0.2017, "l_r_2": 0.7988, "tower_2": np.radians(120.4)}
 
 
 def delta_text():
-    """Returns a delta robot with parameters for a pair of rods and for the angle of a tower."""
     text = description("delta").read_text(encoding="utf-8")
     text = text.replace('name = "delta"', 'name = "named_delta"')
     text = text.replace(
@@ -34,8 +33,7 @@ def delta_text():
 
 
 def robots(text, changed, folder):
-    """Returns two compiled robots: one from the text, with `fk_p`, and one from the changed
-    text."""
+    """Compiles a nominal and a changed robot."""
     built = text
     for old, new in changed.items():
         assert built.count(old) == 1
@@ -47,7 +45,7 @@ def robots(text, changed, folder):
 
 @pytest.fixture(scope="module")
 def delta(tmp_path_factory):
-    """Returns the nominal robot with parametric functions, and the robot as built."""
+    """Returns the nominal robot and the robot as built."""
     changed = {
         "r_b = { value = 200": "r_b = { value = 201.7",
         "l_r_2 = { value = 800": "l_r_2 = { value = 798.8",
@@ -57,7 +55,6 @@ def delta(tmp_path_factory):
 
 
 def geometry(robot, changed):
-    """Returns the nominal geometry with changed values."""
     return np.array([changed.get(item.name, item.value) for item in robot.geometry])
 
 
@@ -93,8 +90,8 @@ def test_identified_parameters_are_within_their_intervals(delta):
         low, high = found.confidence_intervals[rows].T
         inside += ((low <= [*CHANGED.values()]) & ([*CHANGED.values()] <= high)).sum()
         np.testing.assert_allclose(found.values[rows], [*CHANGED.values()], atol=3e-4)
-    # Each of the 24 intervals contains the true value with probability 0.95. In only one of 200
-    # samples, 19 intervals or fewer contain the true value.
+    # Each of the 24 intervals contains the true value with probability 0.95. Fewer than 20 hits
+    # occur in one of 200 samples.
     assert inside >= 20
 
 

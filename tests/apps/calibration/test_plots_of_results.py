@@ -1,4 +1,4 @@
-"""Plots of tool errors, designs and roadmaps show the values in the results."""
+"""Plots of tool errors, designs and roadmaps show the correct values."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Joint compliance under gravity, identified in equilibrium and stored in robot files."""
+"""Joint compliance under gravity: identification and robot files."""
 
 import numpy as np
 import pytest
@@ -29,14 +29,13 @@ def part(arm, name):
 
 
 def torques(arm, q, p):
-    """Returns the gravity torques: the displacements of the tool, divided by the compliance."""
     J, by_compliance = arm.jacobian_p(q, p), arm.identification_jacobian(q, p)
     columns = by_compliance[..., part(arm, "compliance")]
     return (J * columns).sum(-2) / (J**2).sum(-2)
 
 
 def in_equilibrium(arm, q, p):
-    """Returns poses with springs and gravity in equilibrium, for the true geometry."""
+    """Returns poses in which springs and gravity are in equilibrium."""
     rigid = np.where(part(arm, "compliance"), 0, p)
     sagged = q
     for _ in range(8):
@@ -113,7 +112,7 @@ FUNCTIONS = ["fk", "coordinates_from_readings", "readings_from_coordinates"]
 
 
 def sagging(arm, random, soft=slice(None)):
-    """Returns a geometry with errors in all parameters, transmissions and joint compliances."""
+    """Returns a geometry with errors in all parameters and compliant joints."""
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "offset", "transmission", "tool") for g in arm.geometry])
     p[off] += random.uniform(-1e-3, 1e-3, off.sum())
@@ -123,7 +122,6 @@ def sagging(arm, random, soft=slice(None)):
 
 
 def check_file(arm, folder, functions, seed, soft=slice(None)):
-    """Checks that the calibrated arm reproduces the model poses from readings, and vice versa."""
     random = np.random.default_rng(seed)
     p, shown = sagging(arm, random, soft), random.uniform(-0.5, 1, (500, arm.n))
     mine = compiled(read_text(robot_file(arm, p, "mine", "simulated")), folder, functions, ["c"])

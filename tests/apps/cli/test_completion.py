@@ -1,4 +1,4 @@
-"""Shell completion works, and a pipe receives each line as soon as it is printed."""
+"""Shell completion, and output through a pipe."""
 
 import subprocess
 import sys

@@ -1,5 +1,4 @@
-"""Tests `chasles actuators` at joint values for which the loops cannot close, if an iteration
-solves the loops."""
+"""`chasles actuators` at joint values whose loops cannot close."""
 
 import json
 
@@ -20,7 +19,7 @@ def loader(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def twin(tmp_path_factory):
-    """The loader with two lift cylinders for its one degree of freedom."""
+    """A loader machine with two lift cylinders for one degree of freedom."""
     return _written(tmp_path_factory.mktemp("two"), TWIN)
 
 

@@ -1,4 +1,4 @@
-"""`chasles build --portable`: folders that load without a compiler."""
+"""`chasles build --portable` writes folders that load without a compiler."""
 
 import re
 import shutil
@@ -33,7 +33,6 @@ messages."""
 
 
 def written(path, source=tiny.SOURCE):
-    """Writes a robot and returns its folder."""
     folder = tiny.Folder(path, tiny.manifest())
     folder.write(source)
     return folder.path
@@ -41,7 +40,6 @@ def written(path, source=tiny.SOURCE):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Returns the portable folder of a robot."""
     base = tmp_path_factory.mktemp("portable")
     robot = written(base / "own" / "tiny")
     with pytest.MonkeyPatch.context() as patch:
@@ -79,7 +77,7 @@ def test_kernel_of_other_version_is_refused_with_advice(folder, tmp_path):
     assert done.returncode != 0
     refused = "its kernel was built for another version of chasles or another platform; install"
     assert f"MismatchError: {other}: {refused}" in done.stderr
-    assert chasles.load(other).fk([0.0, 1.0])[0, 0] == 1  # compiled
+    assert chasles.load(other).fk([0.0, 1.0])[0, 0] == 1
 
 
 def test_portable_folder_is_written_again_with_one_kernel(folder, tmp_path, monkeypatch):
@@ -93,7 +91,7 @@ def test_portable_folder_is_written_again_with_one_kernel(folder, tmp_path, monk
     assert new.name != old.name
     before = new.stat()
     assert run("build", str(robot), "--portable", str(out)).exit_code == 0
-    assert new.stat() == before  # an interrupted build of many robots continues
+    assert new.stat() == before  # a repeated build skips finished robots
 
 
 def test_damaged_kernel_is_rejected(folder, tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""The package chasles-robots: robots with kernels that load by name without a compiler."""
+"""The package chasles-robots contains robots that load without a compiler."""
 
 import pickle
 import sys
@@ -24,7 +24,7 @@ print(robot.folder, *robot.fk([0.3, 0.5]).ravel())
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """Creates a folder on the module search path that contains the package with one robot."""
+    """Creates a package with one robot on the module search path."""
     base = tmp_path_factory.mktemp("robots")
     folder = tiny.Folder(base / "own" / "tiny", tiny.manifest())
     folder.write(tiny.SOURCE)
@@ -38,7 +38,6 @@ def package(tmp_path_factory):
 
 @pytest.fixture
 def installed(package, monkeypatch):
-    """Loads the package in this process."""
     monkeypatch.syspath_prepend(str(package))
     monkeypatch.delitem(sys.modules, "chasles_robots", raising=False)
     return package / "chasles_robots"

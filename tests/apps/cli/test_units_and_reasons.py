@@ -1,4 +1,4 @@
-"""Hints of the command line: units, and reasons for missing solutions."""
+"""Hints about units and missing solutions on the command line."""
 
 import json
 import math

@@ -1,5 +1,4 @@
-"""Subcommands of the command line: the text that they print, the files that they write, and wrong
-arguments."""
+"""Subcommands of the command line: output, files and wrong arguments."""
 
 import json
 import math
@@ -86,7 +85,7 @@ def test_nearest_solution_is_the_first_of_the_sorted_ones():
 
 
 def test_iterated_position_leaves_the_orientation_free():
-    """The arm has five joints, so it reaches few orientations at a position."""
+    """The arm has five joints, so it cannot reach every orientation."""
     words = ("ik", "lynxmotion", "--xyz", "0.1,0.1,0.2", "--task", "position", "--numeric")
     done = run(*words, "--json")
     (solution,) = json.loads(done.stdout)["solutions"]
@@ -187,7 +186,6 @@ FIVE_JOINTS = ("lynxmotion", "--q", "30deg,60deg,-70deg,-40deg,20deg")
 
 
 def printed_pose(*words):
-    """Returns the pose that ``fk`` prints, as options of ``ik``."""
     lines = run("fk", *words).stdout.splitlines()
     xyz, rpy = (
         next(line for line in lines if line.startswith(head)).split()[2:] for head in ("xyz", "rpy")

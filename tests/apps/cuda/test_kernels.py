@@ -1,4 +1,4 @@
-"""Exported kernels on arrays in the memory of a GPU, and their compilation, which needs no GPU."""
+"""Exported kernels on GPU arrays. Their compilation needs no GPU."""
 
 from ctypes.util import find_library
 from importlib.util import find_spec
@@ -24,7 +24,6 @@ HAS_NVRTC = find_spec("cuda") is not None and find_spec("cuda.bindings") is not 
 
 
 def has_gpu():
-    """Returns whether CUDA finds a GPU."""
     if not (HAS_NVRTC and find_library("cuda")):
         return False
     from cuda.bindings import driver
@@ -38,7 +37,6 @@ needs_gpu = pytest.mark.skipif(not has_gpu(), reason="no GPU")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Returns the folder with the exported kernels of ur5e."""
     path = tmp_path_factory.mktemp("cuda") / "robots" / "ur5e"
     names = [name for name in FUNCTIONS if name in chasles.load("ur5e").functions]
     write(robot_of("ur5e"), path, functions=names, languages=["cuda"])
@@ -99,7 +97,7 @@ def test_kernels_equal_the_compiled_c(package, kind, folder):
 
 
 def conversions(package):
-    """Returns the functions that copy arrays to the GPU and back."""
+    """Returns functions that copy arrays to the GPU and back."""
     module = pytest.importorskip(package)
     if package == "cupy":
         return module.asarray, module.asnumpy

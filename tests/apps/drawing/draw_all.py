@@ -14,7 +14,6 @@ sys.path.insert(0, str(ROOT))
 
 
 def descriptions(folder, count):
-    """Yields a name and a description for each arm."""
     from chasles.derive import read
     from tests.support.chains import random_chain
     from tests.support.derivations import ROBOTS

@@ -1,4 +1,4 @@
-"""Animations: one picture per configuration, constant size, and helpful error messages."""
+"""Animations have one picture per configuration and a constant size."""
 
 import itertools
 import shutil
@@ -46,7 +46,7 @@ def test_gif_has_changing_frame_for_each_configuration(tmp_path):
 
 
 def test_gif_shows_trajectory_at_its_times(tmp_path, monkeypatch):
-    """A replacement for the drawing function records the configurations of all frames."""
+    """The test records the configuration of each frame."""
     robot = chasles.load("four_bar")
     q = np.array(robot.reference.q)
     curve = joint_line(q, q + 0.2)
@@ -66,13 +66,13 @@ def test_gif_shows_trajectory_at_its_times(tmp_path, monkeypatch):
 
 
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
-    """The test writes a video with the packaged ffmpeg and reads the video again."""
+    """The test reads the video again with ffmpeg."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
     file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", fps=10)
     assert imageio_ffmpeg.count_frames_and_secs(file) == (2, pytest.approx(0.2))
-    # Each video frame equals the GIF frame, except for the lower color resolution of the video.
+    # The video has a lower color resolution than the GIF.
     gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", fps=10)))
     read = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo"]
     data = subprocess.run([*read, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout

@@ -1,5 +1,4 @@
-"""The geometry of drawings: positions of shapes, number of branches, and labels without
-overlaps."""
+"""Drawings: positions of shapes, number of branches, and label overlaps."""
 
 import functools
 import itertools
@@ -35,7 +34,6 @@ CROWDED = ("photo_robot", "excavator", "planar_3rrr", "stewart_gough")
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):
-    """Returns the scenes of a skeleton."""
     poses = bodies.poses(bodies.q_drawn if q is None else q)
     none = np.empty((0, *poses.shape))
     found = views_of(bodies, poses, views)
@@ -45,20 +43,18 @@ def shown(bodies, views=None, q=None, ghosts=None, path=None):
 
 @functools.cache
 def first_scenes(name):
-    """Returns a shipped robot's skeleton, its poses, and its scenes in the first configuration."""
     bodies = skeleton(chasles.load(name))
     return bodies, *shown(bodies)
 
 
 def lettered(bodies):
-    """Draws the labeled view of a skeleton, without other views."""
     poses = bodies.poses(bodies.q_drawn)
     names = ("plane",) if plane_of(bodies, poses) else ("axonometric",)
     return figure_of(shown(bodies, names)[1], (), has_path=False)
 
 
 def letters(figure):
-    """Returns the bounding boxes of all labels inside the axes of a figure [pixels]."""
+    """Returns the label boxes inside the axes of a figure [pixels]."""
     renderer = figure.canvas.get_renderer()
     texts = [text for ax in figure.axes for text in ax.texts if text.get_text()]
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
@@ -179,7 +175,7 @@ def test_drawing_shows_at_most_three_inverses_by_itself(ghosts):
 
 
 def test_legend_names_solutions_whose_links_coincide():
-    """The second solution of a wrist rotates only joints whose axes meet in one point."""
+    """The second wrist solution rotates only joints whose axes meet in one point."""
     robot = chasles.load("irb6640")
     q = np.array([0.3, 0.2, -0.3, 0.4, 0.5, 0.6])
     figure = chasles.draw(robot, q, ghosts=True, views=("front",))
@@ -192,7 +188,7 @@ def test_legend_names_solutions_whose_links_coincide():
 
 
 def test_collinear_plate_has_the_lengths_of_its_line():
-    """Seen along their normal, three points of a body at two heights are on a line."""
+    """Seen along their normal, three points of a plate lie on a line."""
     around = np.array([[0.0, 0.0], [0.1, 1e-12], [0.3, 0.0]])
     assert [side.length for side in _sides(around)] == pytest.approx([0.1, 0.2])
     assert len(_sides(np.array([[0.0, 0.0], [0.2, 0.1], [0.3, 0.0]]))) == 3

@@ -1,4 +1,4 @@
-"""Ghosts of assembly modes: possible platform poses, with the correct lengths of all legs."""
+"""Ghosts of assembly modes have the correct leg lengths."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def near_reference(robot, count):
 
 
 def tools(robot, q):
-    """Returns the tool poses (k, 4, 4) in all modes from the functions of the robot."""
+    """Returns the tool poses (k, 4, 4) in all modes."""
     if hasattr(robot, "fk_all"):
         found = robot.fk_all(q)
         return found.T[found.valid]
@@ -89,10 +89,7 @@ def test_assembly_mode_ghosts_match_platform_poses(name):
 
 
 def test_link_legs_close_in_every_assembly_mode(tmp_path):
-    """The coupler of the leg is a link with a passive joint.
-
-    The angle of this link is computed from the mode.
-    """
+    """A leg contains a passive joint, whose angle depends on the mode."""
     text = description("planar_3rrr").read_text(encoding="utf-8")
     assert ROD in text
     file = tmp_path / "linked.toml"

@@ -1,4 +1,4 @@
-"""Body poses agree with the functions of the robot and with Pinocchio."""
+"""Body poses agree with the robot's functions and with Pinocchio."""
 
 import itertools
 import json
@@ -30,7 +30,6 @@ ROBOTS = chasles.robots()
 
 
 def configurations(robot, n, seed=0):
-    """Returns random coordinates within limits, or near the reference of a robot with loops."""
     generator = np.random.default_rng(seed)
     low = np.where(np.isfinite(robot.lower), robot.lower, -1.0)
     high = np.where(np.isfinite(robot.upper), robot.upper, 1.0)
@@ -183,7 +182,7 @@ def test_manifest_without_skeleton_is_rejected():
 
 
 def test_symbols_of_adjacent_joints_are_separated():
-    """The joint axes of a wrist share a point, but their drawn symbols do not overlap."""
+    """Symbols of a wrist do not overlap although its axes share a point."""
     checked = 0
     for name in ("ur5e", "puma560", "iiwa14", "panda"):
         robot = chasles.load(name)

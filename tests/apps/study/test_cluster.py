@@ -41,7 +41,7 @@ def test_workspace_on_cluster_is_bitwise_equal(client):
 
 
 def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count():
-    """The test needs one worker process only, because workers share no counters."""
+    """One worker process is enough because workers share no counters."""
     robot, count = chasles.load("scara"), 2 * PIECE + 77
     quality = ("limit_margin", "directions")
     here = workspace(robot, count, resolution=30, quality=quality, threads=1)

@@ -1,4 +1,4 @@
-"""Malicious results and tables end with an error that names the file."""
+"""Malicious files raise an error that names the file."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Volumes of known shapes from grid cells: the true error is within the reported error."""
+"""Grid cells measure volumes of known shapes within the reported error."""
 
 import numpy as np
 import pytest
@@ -32,10 +32,7 @@ def box(u, *sides):
 
 
 def shapes(rng, count):
-    """Returns random shapes of four kinds.
-
-    Each shape is at least four cells thick on a grid of forty cells.
-    """
+    """Returns random shapes that are at least four of forty grid cells thick."""
     for k in range(count):
         a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
         yield [

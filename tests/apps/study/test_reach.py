@@ -15,7 +15,7 @@ POSES = 400
 
 
 def poses(robot, rng):
-    """Returns poses of configurations in twice the limit range, so some violate the limits."""
+    """Returns poses of configurations, some of which violate the limits."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     beyond = 0.5 * (upper - lower)
@@ -30,8 +30,7 @@ def test_configurations_at_limits_are_reached(name):
     q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
     at = rng.integers(0, 3, q.shape)
     q = np.select([at == 0, at == 1], [robot.lower, robot.upper], q)
-    # Some joints of these configurations are at their limits. Away from singularities, the inverse
-    # recovers the configuration.
+    # Some joints are at their limits. The inverse recovers regular configurations.
     clear = robot.ik(robot.fk(q)).margin.min(-1) > 1e-6
     assert clear.sum() > 100
     assert reach(robot, robot.fk(q[clear])).reached.all()
@@ -172,8 +171,7 @@ def test_labels_of_reach_plot_lie_inside_its_figure():
 
 
 def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
-    """Without limits, the pose is reachable with some value of the fixed joint, so a limit is the
-    reason for the failure."""
+    """The pose is reachable without limits, so a limit is the reason for the failure."""
     robot, count = chasles.load("panda"), 8
     rng = np.random.default_rng(9)
     places = rng.uniform([-0.9, -0.9, -0.2], [0.9, 0.9, 1.1], (300, 3))

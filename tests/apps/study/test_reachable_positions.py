@@ -1,4 +1,4 @@
-"""Compares platform positions at one orientation with spherical shells and an integral."""
+"""Platform positions at one orientation agree with spherical shells and an integral."""
 
 import itertools
 
@@ -13,7 +13,7 @@ from chasles.study.grid import indices
 
 
 def lengths(robot, places, R):
-    """Returns the leg lengths (m, 6) of a platform, from the ends of its rods."""
+    """Computes the leg lengths (m, 6) from the ends of the rods."""
     T = np.tile(np.eye(4), (len(places), 1, 1))
     T[:, :3, :3], T[:, :3, 3] = R, places
     return robot.ik(T).q[:, 0]
@@ -25,18 +25,15 @@ def hexapod():
 
 
 def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
-    """A leg with limits reaches a spherical shell.
-
-    The workspace is the intersection of six shells.
-    """
+    """The workspace is the intersection of six spherical shells, one per leg."""
     rng, checked = np.random.default_rng(1), 0
     q_0 = np.array(hexapod.reference.q)
     T_0 = hexapod.fk(q_0)
     for turn in rng.uniform(-0.2, 0.2, (2, 3)):
         R = so3.exp(turn) @ T_0[:3, :3]
         found = reachable_positions(hexapod, R, resolution=64)
-        # Sampled positions p determine the center c of each leg's sphere from the leg length q = |p
-        # - c| - l.
+        # Sampled positions p determine the center c of each sphere from the leg length q = |p - c|
+        # - l.
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
         box = found.grid.upper - found.grid.lower
@@ -56,7 +53,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
 
 
 def sobol(count, seed):
-    """Returns points (count, 3) of a scrambled Sobol sequence in the unit cube."""
+    """Returns scrambled Sobol points (count, 3) in the unit cube."""
     from scipy.stats import qmc
 
     return qmc.Sobol(3, rng=np.random.default_rng(seed)).random(count)
@@ -71,11 +68,10 @@ def in_shells(points, shells):
 
 
 def shell(places, q):
-    """Fits the center c, the length l and the smallest radius of a spherical shell to the leg
-    lengths q = |p - c| - l at positions p.
+    """Fits the center c, the length l and the smallest radius of a spherical shell.
 
-    The equation (q + l)^2 = |p|^2 - 2 p c + |c|^2 for a leg length q and a position p is linear in
-    l, c and |c|^2 - l^2.
+    The leg length is q = |p - c| - l at position p. The equation (q + l)^2 = |p|^2 - 2 p c + |c|^2
+    is linear in l, c and |c|^2 - l^2.
     """
     terms = np.column_stack([2 * places, 2 * q, np.ones(len(q))])
     x, y, z, least, _ = np.linalg.lstsq(terms, (places**2).sum(1) - q**2, rcond=None)[0]
@@ -125,7 +121,7 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
 def test_box_that_cuts_region_grows_to_cover_it(hexapod):
     whole = reachable_positions(hexapod, resolution=64)
     T_0, size = hexapod.fk(hexapod.reference.q), hexapod.unit_length
-    # The region has a mirror image below the base, which the box must not contain.
+    # The box must not contain the mirror image of the region below the base.
     up = np.array([0, 0, 0.5])
     for away in ([1, 0, 0], [0, -1, 0]):
         T = T_0.copy()

@@ -1,4 +1,4 @@
-"""Meaningless arguments raise an error that names the argument and the reason."""
+"""Meaningless arguments raise an error that names the argument."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three positions; the first two are equal unless they are replaced."""
+    """Returns three positions, of which the first two are equal by default."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 
@@ -205,7 +205,7 @@ def replaced_seed(seed):
 
 
 def test_pure_rotation_line_has_angle_as_length():
-    """Rounding errors of equal positions do not count as a translation."""
+    """Rounding errors of equal positions are not a translation."""
     turn = np.eye(4)
     turn[:2, :2] = [[0, -1], [1, 0]]
     for off in (0, 1e-17, 1e-14):

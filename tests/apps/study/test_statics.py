@@ -1,4 +1,4 @@
-"""Static loads: MuJoCo's inverse dynamics at rest, virtual work, and refused robots."""
+"""Static loads agree with MuJoCo's inverse dynamics and with virtual work."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -48,7 +48,6 @@ def test_loads_equal_inverse_dynamics_of_mujoco_at_rest(name):
 
 
 def potential(bodies, masses, q):
-    """Returns the potential energy of the masses."""
     poses, index = bodies.poses(q), {body.name: k for k, body in enumerate(bodies.bodies)}
     return -sum(
         mass.mass * GRAVITY @ (poses[index[mass.link]] @ [*mass.at, 1])[:3] for mass in masses
@@ -71,7 +70,7 @@ def test_gravity_forces_are_the_gradient_of_the_potential_energy(number):
 def test_legs_of_a_hexapod_share_its_weight():
     robot = chasles.load("stewart_gough")
     loads = static_loads(robot, robot.q_reference, [PointMass("platform", 60.0)])
-    # The joints of the platform are virtual and bear no load.
+    # The platform joints are virtual and bear no load.
     np.testing.assert_allclose(loads.joints["roll"], 0, atol=1e-9)
     np.testing.assert_allclose(loads.strut_forces, loads.actuator_forces)
     # By symmetry, each of the six legs bears a sixth of the weight.
@@ -82,10 +81,9 @@ def test_legs_of_a_hexapod_share_its_weight():
 
 
 class Changed(RobotStandIn):
-    """A hexapod with different struts, at the same configurations."""
+    """A hexapod with replaced struts."""
 
     def __init__(self, change, skipped=0):
-        """Changes the bodies, and skips the first actuators."""
         self.robot = chasles.load("stewart_gough")
         facts, loops = self.robot.manifest.skeleton, self.robot.manifest.loops
         self.manifest = SimpleNamespace(
@@ -95,7 +93,6 @@ class Changed(RobotStandIn):
         )
 
     def __getattr__(self, name):
-        """Returns an unchanged property of the hexapod."""
         return getattr(self.robot, name)
 
 

@@ -1,4 +1,4 @@
-"""The examples on the pages about workspaces, motions and plans run."""
+"""The examples in the pages about workspaces, motions and plans run."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ pytest.importorskip("coal", reason="coal comes with pin")
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Returns a folder for the example files, with a Matplotlib backend without windows."""
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)

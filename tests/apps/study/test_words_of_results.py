@@ -1,4 +1,4 @@
-"""Results print a summary of one or two lines with the main numbers, and without arrays."""
+"""Results print a summary of one or two lines."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Workspaces: bounds, volumes of known shapes, and results that do not depend on thread count."""
+"""Workspaces: bounds, volumes of known shapes, and thread counts."""
 
 import numpy as np
 import pytest
@@ -129,7 +129,7 @@ def test_sections_sum_to_projection(lynxmotion):
 
 
 def test_only_sobol_samples_stratify_every_coordinate():
-    """Each of 1024 equal intervals of each coordinate contains the same number of sample points."""
+    """Each of 1024 equal intervals of a coordinate contains the same number of points."""
     for sampling in ("sobol", "uniform"):
         points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, sampling, 5)
         for piece in range(2):

@@ -1,4 +1,4 @@
-"""One Chromium browser for all tests of a process that need a page."""
+"""One Chromium browser for all tests of a process."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from tests.support.tools import path_of
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
-    """A Chromium with software rendering; tests are skipped if no Chromium is installed."""
+    """Starts a Chromium with software rendering, or skips tests without Chromium."""
     program = path_of("chromium")
     pytest.importorskip("websockets", reason="websockets comes with viser, which is not installed")
     from tests.support.chromium import Chromium

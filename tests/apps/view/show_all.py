@@ -1,13 +1,12 @@
-"""``python tests/apps/view/show_all.py FOLDER N [PICTURES]`` tests the pages of many robots.
+"""Tests the pages of many robots: ``python tests/apps/view/show_all.py FOLDER N [PICTURES]``.
 
-The script opens pages of the shipped robots, the arms derived on first use, the robot files of a
-folder and N random mechanisms in the browser Chromium. Each page must load without console
-messages. The script moves all sliders, and compares the pose of each body with the functions of the
-robot. The script then drags the tool handle back along the same path, and the tool must follow.
+The robots are the shipped robots, the arms derived on first use, the robot files of a folder and N
+random mechanisms. Each page must load without console messages. The script moves all sliders, and
+compares the body poses with the robot's functions. The script also drags the tool handle forth and
+back, and the tool must follow.
 
-The script prints for each robot the page size, the number of displayed branches, and the frame
-times of a slider and of the handle. The script also prints the largest errors of bodies and tool,
-and all failures. The pictures are written to a folder.
+The script prints page sizes, branch counts, frame times, the largest errors and all failures for
+each robot. The pictures are written to a folder.
 """
 
 import shutil
@@ -52,7 +51,6 @@ DRAGGED = """{
 
 
 def robots(folder, count, kept):
-    """Yields the name of each robot, and a function that loads it."""
     import chasles
     from chasles.derive import write
     from tests.support.generators.drawn_mechanisms import drawn_mechanism
@@ -73,7 +71,7 @@ def robots(folder, count, kept):
 
 
 def judged(browser, robot, kept):
-    """Returns page bytes, both frame times in milliseconds, ghost count, errors and failures."""
+    """Returns page bytes, two frame times in milliseconds, ghost count, errors and failures."""
     from chasles.view.display import Display
     from tests.support.viewed_pages import coordinates, on_page, opened, walk
 
@@ -100,7 +98,6 @@ def judged(browser, robot, kept):
 
 
 def searched(browser):
-    """Waits until the page has searched for branches, and returns the number of ghosts."""
     end = time.monotonic() + SEARCHED
     while time.monotonic() < end and browser.run("ghosts.isSeeking"):
         time.sleep(0.1)
@@ -108,7 +105,6 @@ def searched(browser):
 
 
 def message(found):
-    """Formats the figures in one line."""
     size, slid, dragged, ghosts, far, missed = found
     times = f"slider {slid:5.2f} ms, handle {dragged:5.2f} ms"
     return f"{size / 1e6:.2f} MB, {times}, {ghosts:2.0f} ghosts, off {far:.0e}, tool {missed:.0e}"

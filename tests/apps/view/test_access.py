@@ -1,4 +1,4 @@
-"""The live view accepts its own page, which has the token, and rejects all other pages."""
+"""The live view accepts only the page that has its token."""
 
 import socket
 from http.client import HTTPConnection
@@ -15,7 +15,6 @@ FORBIDDEN, OK = 403, 200
 
 @pytest.fixture(scope="module")
 def page():
-    """Returns the parts of the view's address."""
     view = LiveView(chasles.load("scara"))
     yield urlsplit(view.address)
     view.close()
@@ -28,7 +27,6 @@ def test_no_address_without_the_token_is_printed(capfd):
 
 
 def answer(page, path, **headers):
-    """Returns the response to a request for a path."""
     connection = HTTPConnection("127.0.0.1", page.port, timeout=60)
     connection.request("GET", path, headers={"Host": page.netloc, **headers})
     response = connection.getresponse()
@@ -38,7 +36,7 @@ def answer(page, path, **headers):
 
 
 def connects(page, path="/", **headers):
-    """Returns whether a WebSocket client connects, or is refused with another status code."""
+    """Tests whether a WebSocket client connects."""
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect
 
@@ -79,6 +77,6 @@ def test_page_of_another_origin_cannot_connect(page, origin):
 
 @pytest.mark.parametrize("host", ["example.org", "localhost.example.org", "10.0.0.1", ""])
 def test_foreign_name_of_this_machine_is_refused(page, host):
-    """With a DNS name that resolves to 127.0.0.1, a page would share the origin of the view."""
+    """A DNS name that resolves to 127.0.0.1 would share the origin of the view."""
     port = f":{page.port}" if host else ""
     assert answer(page, f"/?{page.query}", Host=host + port).status == FORBIDDEN

@@ -1,4 +1,4 @@
-"""Displayed configurations, ghosts and limits agree with the functions of the robot."""
+"""Displayed configurations, ghosts and limits agree with the robot's functions."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,6 @@ directions)."""
 
 
 def drawn(display: Display, rng, steps: int = 4):
-    """Yields configurations within the slider ranges, some far from the start."""
     units = slider_units(display.robot, display.start.q)
     lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
     found, last = [], display.start
@@ -86,14 +85,14 @@ def test_ghosts_show_all_branches_except_current():
 
 @pytest.mark.parametrize("name", WITH_BRANCHES)
 def test_dragged_tool_stays_on_its_branch(name):
-    """A small tool displacement is a small displacement of all coordinates."""
+    """A small displacement of the tool moves all coordinates by small values."""
     robot = chasles.load(name)
     display = Display(robot)
     units = slider_units(robot, display.start.q)
     middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
     followed = 0
     for displayed in drawn(display, np.random.default_rng(11)):
-        # As in a drag, the motion leads away from the limits and keeps the fixed joint values.
+        # The motion leads away from the limits and keeps the fixed joint values.
         way = 1e-3 * np.where(displayed.q < middle, 1.0, -1.0)
         way[[item.index for item in robot.redundancy if item.index is not None]] = 0
         there = display.at(displayed.q + way, displayed)
@@ -155,8 +154,7 @@ def test_workspace_points_are_reachable_tool_positions():
     display = Display(robot)
     points = display.workspace(slider_units(robot, display.start.q), 500)
     assert points.shape == (500, 3)
-    # Each point is a tool position, so its distance from the axis is at most the sum of the two
-    # link lengths.
+    # A tool position cannot be farther from the axis than the two link lengths.
     reach = np.hypot(*points[:, :2].T)
     q = np.zeros(robot.n)
     assert reach.max() <= np.hypot(*robot.fk(q)[:2, 3]) + 1e-12

@@ -25,9 +25,9 @@ length."""
 
 @pytest.fixture(scope="module")
 def arm_view(browser, tmp_path_factory):
-    """Opens a view of an arm with a trajectory in the browser, once for all tests.
+    """Opens a view of an arm with a trajectory, once for all tests.
 
-    In software rendering, shadows, environment lights and the ground take most of the time.
+    Shadows, environment lights and the ground are slow in software rendering.
     """
     arm = chasles.load("ur5e")
     q = Display(arm).start.q
@@ -54,19 +54,19 @@ def view(arm_view):
 
 
 def straight(folder, robot, q_start, q_end):
-    """Returns a trajectory between two configurations, from time 1 s to time 3 s."""
+    """Returns a trajectory from time 1 s to time 3 s between two configurations."""
     np.savez(folder / "motion.npz", t=[1.0, 3.0], q=[q_start, q_end])
     return Trajectory.load(folder / "motion.npz", robot)
 
 
 def looks_at_the_robot(view):
-    """Tests whether the page uses the camera of the view."""
+    """Tests whether the page shows the view's camera."""
     (client,) = view._server.get_clients().values()
     return np.allclose(client.camera.position, view._server.initial_camera.position, atol=1e-3)
 
 
 def seen(view, browser, point):
-    """Returns the page position of a point of the scene [pixels]."""
+    """Projects a point of the scene to the page [pixels]."""
     (client,) = view._server.get_clients().values()
     camera = client.camera
     w, (x, y, z) = camera.wxyz[0], camera.wxyz[1:]
@@ -89,7 +89,6 @@ def complaints(browser):
 
 
 def field_of(label):
-    """Returns a page expression for the number field of a slider."""
     labels = "[...document.querySelectorAll('label')]"
     own = f"{labels}.find((l) => l.textContent.startsWith('{label}')).htmlFor"
     return f"document.getElementById({own}).parentElement.querySelector('input[type=text]')"
@@ -119,8 +118,7 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
         [seen(view, browser, T[:3, 3] + part * arrow) for part in (GRIP, GRIP + 0.3)]
         for arrow in arrows
     ]
-    # Drag the axis that is longest on the page, because an axis toward the viewer cannot be
-    # dragged.
+    # Drag the axis that is longest on the page. An axis toward the viewer cannot be dragged.
     axis = int(np.argmax([np.linalg.norm(end - start) for start, end in ways]))
     browser.drag(*ways[axis])
     until(lambda: np.abs(view.displayed.q - q).max() > 1e-4)
@@ -151,7 +149,7 @@ def test_trajectory_is_played_back(view, browser):
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "excavator"])
 def test_view_of_loops_follows_target_and_trajectory(name, tmp_path):
-    """The test uses only the server, without a page."""
+    """The test needs only the server."""
     robot = chasles.load(name)
     start = Display(robot).start
     there = Display(robot).at(start.q + 0.02, start)

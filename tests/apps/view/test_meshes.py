@@ -1,4 +1,4 @@
-"""The meshes of a URDF have the same poses in a skeleton as in yourdfpy's kinematics."""
+"""The meshes of a URDF have the same poses as in yourdfpy."""
 
 import re
 import shutil
@@ -87,7 +87,7 @@ def test_files_other_than_urdf_have_no_meshes(tmp_path):
 
 @pytest.fixture
 def without_files(tmp_path):
-    """A URDF file with three meshes, two of which do not exist, and a collision mesh."""
+    """Writes a URDF file with a collision mesh and three meshes, of which two do not exist."""
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box((1, 1, 1)).export(tmp_path / "part.stl")
     shape = '<geometry><mesh filename="{}"/></geometry>'
@@ -133,7 +133,6 @@ def test_invalid_urdf_is_rejected_by_file_name(tmp_path):
 
 
 def mesh_in(folder, meshed):
-    """Copies the mesh into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(meshed.parent / "part.stl", folder)
 

@@ -1,4 +1,4 @@
-"""The offline page in a browser moves bodies as the functions of the robot do."""
+"""The offline page moves bodies like the robot's functions."""
 
 from pathlib import Path
 
@@ -86,7 +86,7 @@ def test_page_reports_open_loop_and_recovers(browser, tmp_path):
     closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
     assert not closes
     assert "does not close" in message(browser)
-    # The mechanism stops before its loop opens, and its rods keep their lengths.
+    # The mechanism stops before its loop opens.
     display = Display(robot)
     way = (coordinates(browser) - robot.reference.q) / np.subtract(
         [3.1, 0.1, -3.1], robot.reference.q
@@ -111,7 +111,7 @@ def test_page_loads_no_external_resources_and_escapes_title(browser, tmp_path):
     assert browser.run("document.querySelector('h1').textContent") == Renamed.title
     script = "performance.getEntriesByType('resource').map((entry) => entry.name)"
     assert [name for name in browser.run(script) if not name.startswith("data:")] == []
-    # The picture is not empty, because it has many colors.
+    # A picture with many colors is not empty.
     script = """(() => {
       render();
       const gl = renderer.getContext(), size = [gl.drawingBufferWidth, gl.drawingBufferHeight];

@@ -1,4 +1,4 @@
-"""The inverse on the page agrees with the functions of the robot, and follows mouse drags."""
+"""The inverse on the page agrees with the robot's functions and follows mouse drags."""
 
 import json
 
@@ -26,13 +26,13 @@ ALONG, RING = 0.8, 0.72
 
 @pytest.fixture(scope="module")
 def page(browser, tmp_path_factory):
-    """Starts a browser that has loaded the scripts of a page."""
+    """Opens a browser with the scripts of a page."""
     opened(browser, tmp_path_factory.mktemp("page"), chasles.load("ur5e"))
     return browser
 
 
 def show(browser, folder, robot):
-    """Shows a robot in its first configuration, and opens its page if it is not open yet."""
+    """Shows a robot in its first configuration."""
     if not browser.run("location.href").endswith(f"/{robot.name}.html"):
         opened(browser, folder, robot)
     assert browser.run(f"setCoordinates({Display(robot).start.q.tolist()})")
@@ -81,7 +81,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
     found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
     assert len(found) > 0
     T = displayed.tool
-    # The delta's closed form omits a solution if the actuators also allow a different pose.
+    # The delta's closed form omits poses that share their actuator values with another pose.
     for row in found if name != "delta" else ():
         expected = branches(robot, T, row).q
         assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)
@@ -92,7 +92,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
 
 
 def test_dragged_tool_respects_limits_at_local_minimum(page):
-    """If the tool cannot follow, no small move within the limits reduces the error."""
+    """At a local minimum, no small move within the limits reduces the error."""
     robot, rng = chasles.load("irb6640"), np.random.default_rng(1)
     display = Display(robot)
     size, at_limits = display.skeleton.size, 0
@@ -117,7 +117,7 @@ def test_dragged_tool_respects_limits_at_local_minimum(page):
 
 
 def weighted(robot, q, T, size):
-    """Returns the weighted tool error of the page for a position drag."""
+    """Returns the tool error that the page minimizes in a position drag."""
     from scipy.spatial.transform import Rotation
 
     found = robot.fk(q)
@@ -127,7 +127,7 @@ def weighted(robot, q, T, size):
 
 
 def seen(browser, pose, point):
-    """Returns the page position of a point in tool coordinates [pixels]."""
+    """Projects a point in tool coordinates to the page [pixels]."""
     T = json.dumps(pose.ravel().tolist())
     script = f"""(() => {{
       const v = new THREE.Vector3(...moved({T}, {json.dumps(list(point))})).project(camera);

@@ -1,4 +1,4 @@
-"""Textures of meshes are read from the folder of their mesh only."""
+"""Textures of meshes are read only from the folder of the mesh."""
 
 import base64
 import json
@@ -62,7 +62,7 @@ COLLADA = """\
 
 
 def gltf(image: str) -> str:
-    """Returns a textured triangle whose numbers are stored in the same file."""
+    """Returns a textured triangle whose numbers are in the same file."""
     corners = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<6f", 0, 0, 1, 0, 0, 1)
     data = corners + struct.pack("<3I", 0, 1, 2)
     parts = ((0, 36), (36, 24), (60, 12))
@@ -93,7 +93,6 @@ def gltf(image: str) -> str:
 
 
 def write_mesh(kind, folder, reference):
-    """Writes a mesh that refers to a file, and returns its name."""
     if kind == "texture of material":
         (folder / "own.mtl").write_text(f"newmtl painted\nmap_Kd {reference}\n")
         text, name = OBJ.format("own.mtl"), "part.obj"
@@ -108,8 +107,7 @@ def write_mesh(kind, folder, reference):
 
 
 def add_texture(folder, kind):
-    """Writes a texture and a material; returns the file to which a mesh of the specified kind
-    refers."""
+    """Writes a texture and a material, and returns the file that a mesh needs."""
     from PIL import Image
 
     folder.mkdir(exist_ok=True)
@@ -127,7 +125,7 @@ def bodies(tmp_path_factory):
 
 
 def is_painted(file, bodies):
-    """Tests whether the mesh of a URDF has the texture."""
+    """Tests whether the mesh of a URDF has its texture."""
     (mesh,) = body_meshes(file, bodies)
     material = mesh.surface.visual.material
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)

@@ -1,7 +1,7 @@
 """As-built robots with loops: lengths and axes differ slightly from the design.
 
-The trials alternate between four kinds: board installers with length errors; arms driven by
-cylinders, rods and cranks; shipped robots with a single error; shipped robots with rounded numbers.
+The trials alternate between four kinds: board installers with length errors, driven arms, shipped
+robots with a single error, and shipped robots with rounded numbers.
 """
 
 from ..campaign import Campaign, Outcome
@@ -11,7 +11,7 @@ KINDS = (built_robots, built_arms, single_errors, rounded_numbers)
 
 
 def trial(number: int) -> Outcome:
-    """Derives and tests one robot with errors; the number selects the kind."""
+    """Derives and tests one robot with errors. The number selects the kind."""
     return KINDS[number % len(KINDS)].trial(number)
 
 

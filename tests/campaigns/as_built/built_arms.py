@@ -1,8 +1,8 @@
 """As-built arms, driven by cylinders, rods and cranks.
 
-All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse of
-each arm refines the solutions of the design. Each arm needs an inverse that returns the
-configurations around the reference, and only correct solutions.
+All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
+refines the solutions of the design. The inverse must recover the configurations around the
+reference, and all its solutions must be correct.
 """
 
 import tempfile
@@ -34,9 +34,8 @@ class Judged:
 
     Attributes:
         absent: 1 if the arm has no inverse.
-        lost: Fraction of the configurations that ``ik`` does not return for their poses.
-        wrong: Largest difference between the pose of a valid solution and the target pose (meter,
-            rotation entries).
+        lost: Fraction of the configurations that ``ik`` does not recover.
+        wrong: Largest pose error of a valid solution (meter, rotation entries).
     """
 
     absent: float
@@ -45,22 +44,15 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one random as-built arm."""
     return barred("driven arms", judged(number), BARS)
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the as-built arm of a trial number."""
     return judged_arm(built_arm(number), number)
 
 
 def judged_arm(arm: Mechanism, number: int) -> Judged:
-    """Derives and tests an arm at random configurations.
-
-    Args:
-        arm: The tested arm; the fixed joint values of its inverse come from the configuration.
-        number: Seed of the configurations.
-    """
+    """Derives and tests an arm at random configurations, which also set the fixed joint values."""
     rng = np.random.default_rng(number)
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -1,7 +1,7 @@
-"""As-built board installers: every length of the pantograph and of the parallelograms has an error.
+"""As-built board installers: every length of the pantograph and the parallelograms has an error.
 
-The loops must close, and ``ik`` must return every configuration from its pose. If Newton's method
-from a nominal solution converges on the same branch, ``ik`` must find the resulting solution.
+The loops must close, and ``ik`` must recover every configuration. ``ik`` must also find every
+solution to which Newton's method converges from a nominal solution of the same branch.
 """
 
 import tempfile
@@ -38,8 +38,8 @@ class Judged:
 
     Attributes:
         closure: The largest closure error of the loops (meter).
-        lost: Number of configurations that ``ik`` does not return for their poses.
-        fewer: Number of true solutions found by another iteration but not by ``ik``. The iteration
+        lost: Number of configurations that ``ik`` does not recover.
+        fewer: Number of true solutions that only another iteration finds. The iteration
             starts from nominal solutions on the branch of the true loops.
     """
 
@@ -49,12 +49,10 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one board installer."""
     return barred("board installers", judged(number), BARS)
 
 
 def judged(number: int) -> Judged:
-    """Derives and tests the board installer of a trial number."""
     rng = np.random.default_rng(number)
     design = read(ROBOTS / "board_installer.toml")
     built = as_built(design, BOARD_INSTALLER, ERROR, rng)
@@ -71,14 +69,13 @@ def judged(number: int) -> Judged:
 
 
 def _apart(difference: np.ndarray) -> np.ndarray:
-    """Returns the largest joint difference, modulo full turns."""
     return np.asarray(np.abs(np.remainder(difference + np.pi, 2 * np.pi) - np.pi).max(-1))
 
 
 def _fewer(
     robot: chasles.Robot, nominal: chasles.Robot, T: np.ndarray, found: chasles.Solutions
 ) -> int:
-    """Counts missing true solutions that Newton's method finds from nominal solutions."""
+    """Counts solutions that only Newton's method finds from nominal solutions."""
     start = nominal.ik(T)
     of, slot = np.nonzero(start.valid)
     q = start.q[of, slot]
@@ -91,9 +88,9 @@ def _fewer(
 
 
 def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
-    """Whether damped Newton iteration converges from q to a pose of the true robot.
+    """Tests whether a damped Newton iteration converges from q to a pose.
 
-    If the true robot cannot reach the pose, the iteration ends at a minimum of the error.
+    If the pose is out of reach, the iteration ends at a minimum of the error.
     """
     error, J = _error(robot, q, T)
     for _ in range(MAX_STEPS):
@@ -109,8 +106,9 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the twist (meter, sine) from the tool to the pose, infinite if out of reach, and the
-    Jacobian."""
+    """Returns the tool's pose error (meter, sine) and the Jacobian. The error is infinite out of
+    reach.
+    """
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):
         return np.full(6, np.inf), J

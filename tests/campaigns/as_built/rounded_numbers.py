@@ -1,8 +1,7 @@
-"""Robots with loops and rounded decimals, half of them on an arbitrarily rotated base.
+"""Robots with loops and rounded decimals, half of them on a rotated base.
 
-A shipped robot is written with 4 to 12 decimal places. The rounded robot must have the same
-closed-form steps as the exact robot. The closed configurations must close the loops of the rounded
-robot, up to rounding error.
+A shipped robot is written with 4 to 12 decimal places. The rounded robot must have the closed-form
+steps of the exact robot. Its loops must close up to rounding errors.
 """
 
 from dataclasses import dataclass, field
@@ -34,9 +33,9 @@ class Judged:
     """Error measures of a robot with rounded numbers.
 
     Attributes:
-        lost: 1 if the closed form differs from the closed form of the exact robot.
+        lost: 1 if the closed form differs from the exact robot.
         gap: Largest closure error of the rounded robot, in units of the last decimal place.
-        forms: The closed-form steps of the exact robot and of the rounded robot.
+        forms: Closed-form steps of the exact and the rounded robot.
     """
 
     lost: int
@@ -45,7 +44,6 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Rounds one robot; consecutive trials of this kind cycle through the robots."""
     rng = np.random.default_rng(number)
     robots = with_loops("**/*.toml")
     design = robots[number // 4 % len(robots)]
@@ -62,11 +60,7 @@ def trial(number: int) -> Outcome:
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
     """Derives and tests a robot with rounded numbers.
 
-    Args:
-        design: The robot with exact numbers.
-        written: The robot with decimals.
-        places: Number of decimal places.
-        rng: Random generator of the configurations.
+    The design has exact numbers, and the written robot has rounded decimals.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)
@@ -89,8 +83,7 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns the steps that solve the loops from the actuators, and the joints that both maps
-    leave unsolved."""
+    """Returns the closed-form steps and the joints that both maps leave unsolved."""
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

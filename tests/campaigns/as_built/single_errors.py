@@ -1,11 +1,10 @@
 """Shipped robots with loops, each with an error in one or all of its lengths and axes.
 
 One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. If the loops of a robot cannot be closed, the robot must report this, and close the loops in
-the least-squares sense. At configurations around the reference, the loops must close, or the sum of
-squared closure errors must be minimal. If the design has an inverse, the inverse of the as-built
-robot must return these configurations. If the loops close, the main chain must determine the
-actuated coordinates.
+error. The loops must close around the reference. Otherwise the robot must report an open loop, and
+minimize the sum of squared closure errors. If the design has an inverse, the as-built inverse must
+recover the configurations. If the loops close, the main chain must determine the actuated
+coordinates.
 """
 
 import tempfile
@@ -46,14 +45,12 @@ class Judged:
     """Error measures of a robot with a geometric error.
 
     Attributes:
-        tier: Closure method: Kind of the loop solution, which is ``closed form``, ``newton`` or
-            ``least squares``.
-        open: Number of configurations in which the loops close with the nominal lengths, but not
-            with the lengths as built.
+        tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
+        open: Number of configurations in which only the nominal loops close.
         gap: Largest closure error of closed loops, relative to the size.
         least: Largest joint difference from the least-squares configuration (radian, meter).
-        lost: Number of configurations that ``ik`` does not return for their poses. The difference
-            is infinite if only the design has an inverse.
+        lost: Number of configurations that ``ik`` does not recover; infinite if only the design has
+        an inverse.
         maps: Largest error of the coordinates from ``actuators`` (radian, meter).
     """
 
@@ -66,7 +63,6 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Tests one error of one robot; consecutive trials of this kind cycle through the robots."""
     rng = np.random.default_rng(number)
     robots = with_loops("**/*.toml")
     design = robots[number // 4 % len(robots)]
@@ -83,10 +79,7 @@ def trial(number: int) -> Outcome:
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
     """Derives and tests a robot with a geometric error.
 
-    Args:
-        built: The description.
-        design: The description of the robot without the geometric error.
-        rng: Random generator of the configurations.
+    The built description has the error, and the design does not.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions
@@ -114,7 +107,7 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
 
 
 def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) -> chasles.Robot:
-    """Writes and loads the robot with the available tested functions."""
+    """Derives the tested functions that exist, and loads the robot."""
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)
@@ -137,8 +130,7 @@ def _valid(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float, float]:
-    """Returns the largest closure error, or the largest difference from the least-squares
-    minimum."""
+    """Returns the closure error and the distance from the least-squares minimum."""
     numbers = Multistart(built)
     names = [variable.name for variable in robot.configuration_variables]
     z = robot.configuration(q)
@@ -150,7 +142,7 @@ def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float,
 
 
 def _map_error(robot: chasles.Robot, q: np.ndarray) -> float:
-    """Returns the largest error of the coordinates that ``actuators`` computes from ``chain``."""
+    """Returns the largest coordinate error of ``actuators``."""
     if "actuators" not in robot.functions:
         return 0.0
     off = robot.actuators(robot.chain(q)) - q

@@ -33,7 +33,6 @@ def legs(tmp_path_factory):
 
 
 def derived(platform, folder, functions):
-    """Derives a platform robot with selected functions."""
     described = read_text(platform.text("platform"))
     return compiled(described, folder / "platform", functions, planar.LANGUAGES)
 
@@ -59,8 +58,7 @@ def test_velocity_relation_matches_mode_differences(legs):
             ahead, behind = (robot.fk_all(q + side * STEP * qd).theta for side in (1, -1))
             near = [x[np.nanargmin(np.abs(x - theta).max(-1))] for x in (ahead, behind)]
             rate = (near[0] - near[1]) / (2 * STEP)
-            # The tool is the origin of the platform, so the rates of theta are the twist of the
-            # tool.
+            # The tool is the origin of the platform, so the rates of theta are the tool's twist.
             size = np.abs(J_x).max() * np.abs(rate).max()
             np.testing.assert_allclose(J_x @ rate, J_q @ qd, rtol=0, atol=1e-6 * size)
 
@@ -91,7 +89,7 @@ def test_modes_are_complete_for_three_line_platform(lines):
 def test_ik_planar_contains_every_newton_leg_solution(name, request):
     generator = np.random.default_rng(2)
     platform, robot = request.getfixturevalue(name)
-    # If a platform has a crank, its legs reach only two of the three poses.
+    # With a crank, the legs reach only two of the three poses.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, _, _, valid = robot.ik_planar(poses)
     counted = 0
@@ -108,13 +106,13 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Returns the differences between the two actuator values of a leg."""
+    """Returns the differences between two actuator values of a leg."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
 def leg_inverse(platform, k, pose, generator, starts=60):
-    """Finds the actuator values of a leg at a pose by Newton's method in both joint variables."""
+    """Solves the actuator values of a leg by Newton's method."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

@@ -33,13 +33,12 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Returns ends and lengths of six general rods, which have fewer modes beyond a singularity."""
+    """Returns ends and lengths of six rods with fewer modes beyond a singularity."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
 
 @cache
 def general_platform():
-    """Returns the platform with the general rods."""
     return platforms.numbered(*general_rods())
 
 
@@ -101,7 +100,7 @@ def test_modes_are_invariant_to_base_offset_and_scale():
     a, b, lengths = general_rods()
     solution = platforms.solved(general_platform(), a, lengths)
     expected = solution.theta[np.isfinite(solution.margin)]
-    # The ends of all rods are shifted, and all lengths are in a different unit.
+    # All rod ends are shifted, and all lengths are in another unit.
     shift, middle, factor = np.array([300.0, -200, 50]), np.array([5.0, 2, -7]), 1e3
     theta, unsure = platforms.modes(factor * (a + shift), factor * (b + middle), factor * lengths)
     assert unsure == 0
@@ -134,7 +133,7 @@ def test_impossible_leg_lengths_give_no_mode():
 
 
 def test_mode_count_drops_by_two_at_singularity():
-    """Two modes merge at a singular pose, so the platform has two fewer modes beyond this pose."""
+    """Two modes merge at a singular pose."""
     a, _, lengths = general_rods()
     platform = general_platform()
     counts = []
@@ -157,8 +156,7 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Without start paths, the solver reports as unsure all modes that the elimination cannot
-    # determine.
+    # Without start paths, all modes that the elimination cannot determine are unsure.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):

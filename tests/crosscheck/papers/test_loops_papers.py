@@ -1,4 +1,4 @@
-"""Compares robots that have loops with the numbers in their papers and with recomputed numbers.
+"""Robots with loops agree with the numbers of their papers.
 
 If a paper and its recomputation differ, the paper rounds too early or contains an error. Tests of
 printed numbers compare only the printed digits.
@@ -60,11 +60,10 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # The angles are rounded to 1e-8 degrees. This rounding error displaces a point at a radius of
-    # one meter by 1e-7 mm.
+    # The angles are rounded to 1e-8 degrees, which moves a point at one meter by 1e-7 mm.
     assert found == pytest.approx(lengths, abs=4 * HALF)
     # The tolerance is half a unit in the last digit of a length, times the derivative of the joint
-    # position with respect to the length.
+    # position.
     slack = np.abs(r.chain_D_q(q)).sum(1) * HALF * MM + HALF * DEG
     assert (np.abs(r.chain(q) - theta) <= slack).all()
     passive = r.passive(r.actuators(theta)) / DEG
@@ -82,15 +81,14 @@ def test_well_manipulator_tool_position_matches_paper():
         tip = r.fk(q)[:3, 3] / MM
         assert tip == pytest.approx(R, abs=1e-8)
         if printed:
-            # The paper rounds intermediate results, so the tip position has an error of 0.4 mm at 2
-            # m.
+            # The paper rounds intermediate results, so the tip is wrong by 0.4 mm at 2 m.
             assert tip == pytest.approx(printed, abs=0.5)
     # The arm is bent so that the tool points down.
     assert r.fk(q)[:3, 0] == pytest.approx([0, 0, -1], abs=1e-12)
 
 
 def test_well_manipulator_stage_4_rates_match_paper():
-    """In the initial position the joint velocities sum to zero, so the tool does not rotate."""
+    """Initially, the joint velocities sum to zero, so the tool does not rotate."""
     r = robot("well_manipulator")
     printed = np.array([3.794155491, -4.300606998, 0.506451507])
     assert printed.sum() == pytest.approx(0.0, abs=1e-9)
@@ -104,7 +102,7 @@ def test_well_manipulator_stage_4_rates_match_paper():
     ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
 )
 def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
-    """The rotation 0_R_7 equals the printed matrix; 1e-8 degrees at 3 m correspond to 5e-7 mm."""
+    """The rotation 0_R_7 equals the printed matrix. At 3 m, 1e-8 degrees correspond to 5e-7 mm."""
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
     assert T[:3, 3] / MM == pytest.approx([1237.0, 0.0, height], abs=1e-6)
@@ -126,7 +124,7 @@ def test_well_manipulator_rates_after_27_s_match_paper():
 
 
 def check_rates(r, angles, rates):
-    """Compares the map from joint rates (deg/s) to cylinder speeds (mm/s), and its inverse."""
+    """Checks the map from joint rates (deg/s) to cylinder speeds (mm/s) and its inverse."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])
@@ -217,8 +215,7 @@ def test_board_installer_matches_paper_cases(case):
     D = np.zeros((8, 6))
     for (row, column), value in (MOVED_ALONG | slopes).items():
         D[row, column] = value
-    # The coordinates are rounded to nine decimal places. The tolerance is half a unit in the last
-    # place, times the derivatives.
+    # The coordinates are rounded to nine decimal places, which sets the tolerance.
     H = np.abs(r.jacobian_space(q + 1e-4) - r.jacobian_space(q)).sum() / 1e-4
     slack = PRINTED_9 * (1 + np.abs(D).sum(1))
     assert (np.abs(r.chain(q) - chain) <= slack).all()
@@ -244,8 +241,11 @@ def screw_exp(xi, theta):
 
 
 def test_board_installer_arm_only_translates():
-    """The motion from joint 2 to joint 5 is exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1)
-    - (k - 1) q2, 0, k r sin q3), with the pantograph ratio k and the link length r."""
+    """The oracle is exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin
+    q3).
+
+    The pantograph ratio is k, and the link length is r.
+    """
     r = robot("board_installer")
     L1, L2, k, z_G, g0, crank = 1.0, 1.2, 5, 0.54, -0.2, 0.16
     z_W, x_W = z_G + L1, g0 + L2
@@ -331,8 +331,7 @@ def test_planar_platform_modes_match_published_values():
     other, same = x[valid]
     np.testing.assert_allclose(same, [0.02, 0.05, 0.0], atol=1e-9)
     found = [*(other[:2] / MM), np.degrees(other[2])]
-    # If the angles are rounded to 1e-8 degrees, the other assembly mode moves by more than a unit
-    # in the last digit.
+    # With angles rounded to 1e-8 degrees, the other assembly mode moves by more than one digit.
     assert found == pytest.approx([-24.50036954, 36.52683962, -67.51350084], abs=1e-6)
     np.testing.assert_allclose(r.chain(q), same, atol=1e-12)
 
@@ -346,8 +345,9 @@ AREAS = {
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
 def test_constant_orientation_area_matches_published_value(name, degrees):
-    """Counts the grid poses that all legs reach; the count error is the boundary length times the
-    cell width."""
+    """Counts the grid poses that all legs reach. The error is the boundary length times the cell
+    width.
+    """
     step = 0.0015
     x = np.arange(-0.25, 0.25, step)
     grid = np.stack([*np.meshgrid(x, x), np.full((len(x), len(x)), np.radians(degrees))], -1)
@@ -392,8 +392,7 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """The motor angles for a guide position are its polar coordinates, which the motors reach after
-    20 s."""
+    """The motor angles are the polar coordinates of the guide, reached after 20 s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}
@@ -406,14 +405,14 @@ def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
 def test_bricklaying_planar_arm_reaches_paper_target():
     """Links of 7, 5 and 5 inches reach the point (11, 8).
 
-    The last link of the arm points at the target.
+    The last link points at the target.
     """
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper continues with a distance that an earlier step rounded up.
+    # The paper continues with a rounded distance.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

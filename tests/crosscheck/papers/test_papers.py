@@ -1,4 +1,4 @@
-"""Compares the robots of the papers with independently computed reference values."""
+"""Robots of the papers agree with independently computed reference values."""
 
 import numpy as np
 import pytest
@@ -34,8 +34,7 @@ def test_photo_robot_fk_matches_paper_in_world_frame():
 
 
 def test_photo_robot_world_frame_times_paper_pose_equals_fk():
-    """Equation (12) of the paper omits the factor A0. The factor A0 from equation (3) times the
-    product in equation (12) is the pose of the robot."""
+    """Equation (12) of the paper omits the factor A0 from equation (3)."""
     A0 = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
     T_0_ee = [
         [-0.036479699, -0.824758137, 0.564307759, 0.062639415],

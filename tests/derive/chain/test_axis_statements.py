@@ -1,4 +1,4 @@
-"""Evaluates the printed statements about axes at random singular configurations."""
+"""Printed statements about axes hold at random singular configurations."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The chain after simplification has sums of angles and groups of parallel axes."""
+"""Simplified chains have sums of angles and groups of parallel axes."""
 
 import sympy as sp
 
@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """Returns the groups of parallel axes, with every angle expressed in q."""
+    """Returns the groups of parallel axes, with angles in terms of q."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -63,7 +63,7 @@ def test_zero_offsets_join_angle_sums_and_full_revolutions_cancel():
 
 
 def test_group_keeps_signs_of_prismatic_and_helical_joints():
-    """Revolute, prismatic, reversed revolute and helical joints on parallel or opposed axes."""
+    """The axes are parallel or opposed."""
     row = {"a": ONE, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("turn", "revolute", *dh("revolute", alpha=ZERO, **row)),
@@ -105,7 +105,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Each row lists the groups of joints with parallel axes, as in the data sheet of the arm."""
+    """Each row lists the groups of parallel joints in the arm's data sheet."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -127,8 +127,10 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee is the product Rz Rx Rz Rx ... of rotations about z and x. The test computes the
-    rotation R_tool as documented in the module, at 30-digit precision."""
+    """R_0_ee is a product of rotations about z and x.
+
+    The test computes R_tool as documented in the module, at 30-digit precision.
+    """
     checked = 0
     for name in NAMES:
         robot = read(ROBOTS / f"{name}.toml")
@@ -161,7 +163,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """The tilts of two fixed URDF frames cancel, so the axes are parallel."""
+    """Two tilts of fixed URDF frames cancel, so the axes are parallel."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(
@@ -197,7 +199,7 @@ def test_coupled_joint_adds_scaled_leader_angle():
 
 
 def test_tilt_by_named_parameter_separates_groups_even_at_zero():
-    """The parameter's value may change, so the structure must not depend on it."""
+    """A parameter's value may change, so the structure must not depend on the value."""
     alpha = sp.Symbol("alpha", real=True)
     from chasles.derive import Parameter
 

@@ -1,4 +1,4 @@
-"""Couplings: joints as linear functions of motors, and the inverse in motor coordinates."""
+"""Couplings: joints as linear functions of motors, and their inverse."""
 
 import re
 from pathlib import Path
@@ -80,7 +80,7 @@ def test_straight_and_folded_hollow_wrist_reaches_the_pose(angle, shift):
 
 
 def test_hollow_wrist_on_the_first_axis_reaches_the_pose():
-    """The wrist center is on the first axis, so its position does not determine joint 1.
+    """The wrist center on the first axis does not determine joint 1.
 
     The wrist cannot fold.
     """
@@ -111,7 +111,6 @@ def test_hollow_wrist_without_common_point_has_no_closed_form():
 
 
 def hollow_wrist(angles, ratio):
-    """Returns the paint robot of the page with other twist angles (degrees) and another ratio."""
     text = next(text for text in FILES if "paint_wrist" in text)
     for old, new in zip(("= 35 }", "= -70 }", "= 35 }"), angles, strict=True):
         text = text.replace(f"alpha {old}", f"alpha  = {new} }}", 1)
@@ -138,7 +137,7 @@ def _check_inclusion(found, poses):
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (poses, len(turns)))
     T = np.array(fk.kernel(ca.DM(q.T))).T.reshape(-1, 4, 4)
     answers = ik(T)
-    # Solutions differ from the coordinates by whole turns of the joints.
+    # Solutions differ from the coordinates by full turns of the joints.
     apart = (answers.q - q[:, None]) @ C.T
     apart = np.where(joints, (apart + np.pi) % (2 * np.pi) - np.pi, apart)
     near = np.abs(apart).max(axis=-1) < 1e-6

@@ -1,4 +1,4 @@
-"""Joints that deflect under gravity: torques (Pinocchio), derivatives (CasADi), and files."""
+"""Joint deflection under gravity: torques (Pinocchio), derivatives (CasADi), and files."""
 
 from functools import cache
 
@@ -74,7 +74,6 @@ def numbers(placement, values):
 
 
 def generalized_gravity(robot, q):
-    """Returns the gravity torques on the joints from Pinocchio."""
     pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle, is not installed")
     values = {p.symbol: p.value for p in robot.parameters}
     model, parent, before = pin.Model(), 0, numbers(robot.base, values)

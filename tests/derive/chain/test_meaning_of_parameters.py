@@ -1,8 +1,7 @@
-"""Each parameter causes the displacement that its name states, as matrix products confirm.
+"""Each parameter causes the displacement that its name states.
 
-Derivatives would agree with poses even if a parameter caused a different motion than its name
-states. In this test, the poses of random geometries far from the nominal geometry are products of
-NumPy matrices, built from the parameters' names.
+A comparison of derivatives with poses would not detect a wrong name. The test therefore computes
+poses as products of NumPy matrices, built from the parameters' names.
 """
 
 import numpy as np
@@ -29,7 +28,7 @@ UNITS = {
 
 
 class Numbers(dict):
-    """Values keyed by (joint or body, quantity); quantities that are not parameters are 0."""
+    """Values keyed by (joint or body, quantity). Missing values are 0."""
 
     def __init__(self, parameters, p):
         super().__init__(
@@ -46,7 +45,7 @@ class Numbers(dict):
 def off_by(random, nominal, size, parameters):
     """Returns perturbed values with nine decimal places, which are exact fractions.
 
-    Parameters of the description keep their values; ``test_named_parameters`` changes them.
+    ``test_named_parameters`` changes the parameters of the description.
     """
     size = [0 if g.part == "parameter" else size for g in parameters]
     return np.round(nominal + random.uniform(-1, 1, len(nominal)) * size, 9)
@@ -86,7 +85,7 @@ def law(at, name, q):
 
 
 def moved(at, joint, value, robot):
-    """Returns the displacement from the frame before a joint to the frame after it."""
+    """Returns the displacement from the frame before a joint to the frame after the joint."""
     before, after = joint.before, joint.after
     given = dict(joint.given)
     fields = {n: exact(at[joint.name, n]) for n in given if (joint.name, n) in at}
@@ -106,7 +105,7 @@ def moved(at, joint, value, robot):
 
 
 def of_chain(robot, at, q):
-    """Returns the tool pose of a serial robot at the parameter values `at`."""
+    """Returns the tool pose of a serial robot for parameter values."""
     T = corrected(at, "base") @ matrix(robot.base, robot)
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
     followed = {
@@ -151,7 +150,7 @@ def units(parameters):
 
 
 def chain(name):
-    """Derives a chain without a convention, a chain in a convention, or a shipped robot."""
+    """Derives a chain without convention, a chain in a convention, or a shipped robot."""
     if name in IN_CONVENTION:
         return of_convention(name)
     return functions_of(PLAIN if name == "plain" else read(ROBOTS / f"{name}.toml"), ["fk_p"])
@@ -172,7 +171,7 @@ def test_parametric_fk_matches_numpy_product_far_from_nominal(name):
 
 
 def bodies(loops, at, w):
-    """Returns the frames of all bodies of a mechanism, and the values of its moving members."""
+    """Returns the body frames of a mechanism and the values of its moving members."""
     mechanism = loops.hybrid.mechanism
     n, values = len(loops.hybrid.q), {}
     for coordinate, x in zip(mechanism.coordinates, w[:n], strict=True):

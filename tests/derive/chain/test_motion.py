@@ -1,4 +1,4 @@
-"""Compares time derivatives of named terms with results of SymPy, CasADi and mpmath."""
+"""Time derivatives of named terms agree with SymPy, CasADi and mpmath."""
 
 import casadi as ca
 import mpmath
@@ -116,7 +116,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The oracle is the derivative of Freudenstein's half-angle formula, computed in mpmath."""
+    """The oracle differentiates Freudenstein's half-angle formula."""
     h = solved(four_bar())
     loops = h.forward.loops
     (q,) = h.q

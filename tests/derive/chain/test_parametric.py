@@ -1,5 +1,7 @@
-"""At nominal parameters, parametric functions equal the functions of the nominal robot; CasADi
-checks derivatives."""
+"""Parametric functions equal the nominal functions at nominal parameters.
+
+CasADi checks the derivatives.
+"""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Compares factored determinants of Jacobians with numerical determinants."""
+"""Factored determinants of Jacobians agree with numerical determinants."""
 
 from functools import cache
 from pathlib import Path
@@ -43,7 +43,7 @@ def coordinates(robot):
 
 
 def in_numbers(robot, expression):
-    """Returns a numerical function of the coordinates for the nominal parameters."""
+    """Returns a numerical function of the coordinates."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
@@ -55,7 +55,7 @@ def minors(name):
 
 @cache
 def found_conditions(name):
-    """Returns the singularity conditions of an arm for the nominal parameters."""
+    """Returns the singularity conditions of an arm."""
     robot = loaded(name)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return conditions(minors(name), coordinates(robot), values)
@@ -71,7 +71,6 @@ def product(found):
 
 
 def jacobian(robot):
-    """Returns the Jacobian of the screws of an arm, as a function of the coordinates."""
     screws = screws_of(robot)
     return lambda q: of_screws(screws, np.asarray(q))
 
@@ -194,13 +193,13 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each listed product is one minor; the zeros of short factors simplify the longer factors."""
+    """Each product is one minor. The zeros of short factors simplify the longer factors."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 
 
 def test_factors_have_no_common_irrational_factor():
-    """The elbow factor of this arm is a cosine plus a sine, sqrt(2) cos(q - pi/4)."""
+    """The elbow factor of the arm is sqrt(2) cos(q - pi/4), a cosine plus a sine."""
     rows = ("a = '0.3', alpha = 90, d = '0.3'", "a = '0.4'", "a = '0.3', alpha = 90")
     wrist = ("d = '0.3', alpha = -90", "alpha = 90", "d = '0.1'")
     joints = ", ".join(f"{{ name = 'j{k}', {row} }}" for k, row in enumerate((*rows, *wrist)))
@@ -236,7 +235,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's method searches for singular configurations that satisfy no condition."""
+    """Newton's method searches singular configurations that satisfy no condition."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)
@@ -262,7 +261,7 @@ def test_arm_without_short_factors_prints_singular_configurations():
 
 @pytest.mark.parametrize("name", ["panda"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """The oracle is the determinant of the remaining six columns."""
+    """The oracle is the determinant of the other six columns."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
@@ -319,7 +318,7 @@ units = { length = "mm", angle = "deg" }
 
 
 def test_a_mill_is_nowhere_singular():
-    """The mill has three perpendicular prismatic joints and two perpendicular revolute joints."""
+    """The mill has three perpendicular prismatic and two perpendicular revolute joints."""
     axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
     kinds = ["prismatic"] * 3 + ["revolute"] * 2
     joints = [
@@ -346,8 +345,8 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
         0,
         3,
     ]
-    # Joints 1 and 4 are fixed, so the first revolute joint is axis 2, and the wrist is axes 6, 7
-    # and 8.
+    # Joints 1 and 4 are fixed. The first revolute joint is axis 2, and the wrist is axes 6, 7 and
+    # 8.
     assert {condition.words for condition in page.singular.conditions} == {
         "the wrist center is on axis 2",
         "the wrist center is in the plane of axes 3 and 5; the arm is stretched or folded",
@@ -356,8 +355,7 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
 
 
 def test_conditions_of_arm_without_spherical_wrist_are_singular():
-    """Without the offset angle of joint A5, no wrist axes intersect; only the tool has the length
-    d7."""
+    """No wrist axes intersect, and only the tool has the length d7."""
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'
     assert turned in text
@@ -373,8 +371,7 @@ def test_conditions_of_arm_without_spherical_wrist_are_singular():
 
 
 def test_arm_with_pi_in_a_length_before_a_prismatic_joint_has_numeric_singularities():
-    """The length does not occur in any screw, because the screw of a prismatic joint has no
-    position."""
+    """The screw of a prismatic joint has no position, so no screw contains the length."""
     robot = chasles.derive.read_text(
         'name = "column"\nconvention = "mdh5"\n[[joints]]\na = 0.3\nc = "pi/2"\n'
         '[[joints]]\ntype = "prismatic"\na = 0.2\nc = "pi/2"\n[[joints]]\na = 0.1\n'

@@ -37,7 +37,7 @@ def matrix(derived, name):
 
 
 def vanishes(expression):
-    """Tests whether a polynomial in cosines and sines is 0, using c^2 + s^2 = 1 for each angle."""
+    """Tests whether a polynomial in cosines and sines vanishes for c^2 + s^2 = 1."""
     rest = sp.expand(sp.expand(expression), trig=True)
     for q in (q1, q2, q3):
         c, s = sp.symbols("c s")
@@ -92,8 +92,10 @@ def test_planar_arm_derivatives_match_symbolic_differentiation():
 
 
 def test_a_screw_arm_is_the_product_of_its_exponentials():
-    """Equation (4.14) of Lynch and Park: T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M, and the Jacobian
-    consists of screws transformed by Ad."""
+    """Equation (4.14) of Lynch and Park: T = exp(S1 q1) exp(S2 q2) exp(S3 q3) M.
+
+    The columns of the Jacobian are screws transformed by Ad.
+    """
     zero, one, h = sp.Integer(0), sp.Integer(1), sp.Rational(1, 7)
     joints = (
         Joint("turn", "revolute", *poe("revolute", axis=(zero, zero, one), point=(a1, zero, zero))),

@@ -1,4 +1,4 @@
-"""The check reports all errors of a file, and no consequential errors."""
+"""The check reports all errors of a file, but no consequential errors."""
 
 import json
 import re
@@ -88,7 +88,6 @@ LOOP_ERRORS = {
 
 
 def found(path) -> dict[int, list[str]]:
-    """Returns the erroneous fields, keyed by line."""
     fields: dict[int, list[str]] = {}
     for finding in check(path):
         assert finding.severity == "error", finding

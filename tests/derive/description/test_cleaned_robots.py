@@ -1,4 +1,4 @@
-"""Robots from files with rounded values: list of changes, error bound, unit warnings."""
+"""Robots with rounded values: list of changes, error bound and unit warnings."""
 
 import random
 
@@ -149,7 +149,7 @@ AXES = ("[0, 0, 1]", '[0, "2e-10", 1]', '["0.866", 0, "0.5"]', '["0.707", "-0.5"
 
 
 def random_file(dice):
-    """Returns an arm with two to six joints in mixed conventions and rounded values."""
+    """Returns an arm with two to six joints and rounded values."""
     parts = ['name = "random"', 'convention = "dh"']
     for _ in range(dice.randint(2, 6)):
         convention = dice.choice(CONVENTIONS)
@@ -169,7 +169,6 @@ def random_file(dice):
 
 
 def pose(robot, q):
-    """Returns the tool pose (4, 4) from the placements, at 30-digit precision."""
     T = mpmath.eye(4)
     values = iter(q)
     for joint in robot.joints:
@@ -232,8 +231,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 4
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # The errors rarely add up in the same direction, but the bound has the right order of
-    # magnitude.
+    # Errors rarely add up, but the bound has the right order of magnitude.
     assert np.median(shares) > 0.2
 
 

@@ -56,9 +56,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             cb * st,
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta), but the entry to the left in its second column
-            # has cos(alpha) cos(theta). The translation R (x, y, z) contains the product cos(alpha)
-            # cos(theta).
+            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta). The
+            # translation R (x, y, z) confirms cos(alpha) cos(theta).
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -95,8 +94,7 @@ def test_photo_robot_fk_equals_product_of_printed_matrices():
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """Returns a matrix of the form (5) to (10) in the paper, from an angle and a tilt of +1 or
-        -1."""
+        """Returns a matrix of the form (5) to (10) in the paper. The tilt is +1 or -1."""
         c, s = sp.cos(angle), sp.sin(angle)
         rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
         return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])
@@ -143,7 +141,7 @@ def test_urdf_origin_and_axis_follow_specification():
 
 
 def test_poe_joint_matches_rodrigues_formula():
-    """The oracle is Rodrigues' formula for a rotation about any axis through any point."""
+    """The oracle is Rodrigues' formula for any axis through any point."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
     for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):
@@ -161,7 +159,7 @@ def test_poe_joint_matches_rodrigues_formula():
 
 @pytest.mark.parametrize("convention", BY_NAME)
 def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
-    """At generic angles, the tool moves along the joint axis."""
+    """The tool moves along the joint axis at generic angles."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields
     given = {field.name: next(angles) for field in fields if field.kind == "angle"}

@@ -1,4 +1,4 @@
-"""All conventions agree on one mechanism, and with the matrices of their sources."""
+"""All conventions agree on one mechanism and with the matrices of their sources."""
 
 import pytest
 import sympy as sp
@@ -26,8 +26,7 @@ def fixed(convention, **given):
 
 
 # One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
-# a, and a slider at d, tilted by 90 degrees. The tool of the mechanism is at the distance e along
-# the slider.
+# a, and a tilted slider at d. The tool is at the distance e along the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -107,7 +106,6 @@ def test_mixed_conventions_give_the_same_fk():
 
 
 def test_derived_fk_equals_product_with_symbolic_tilts():
-    """Symbolic tilts prevent structure detection, and the product stays the same."""
     alpha, beta = sp.symbols("alpha beta", real=True)
     angles = (Parameter("alpha", HALF / 3, "angle"), Parameter("beta", HALF / 5, "angle"))
     chain = (
@@ -120,8 +118,7 @@ def test_derived_fk_equals_product_with_symbolic_tilts():
     assert max(abs(entry.xreplace(numbers).evalf(30)) for entry in difference) < sp.Float("1e-28")
 
 
-# --- a second mechanism in files: two parallel axes, tilted by 60 degrees relative to the first
-# axis ---
+# --- a second mechanism in files: two parallel axes, tilted by 60 degrees ---
 
 SPATIAL = {
     "dh": """
@@ -268,7 +265,7 @@ d2 = 40
 
 
 def spatial(described, kind):
-    """Returns the mechanism from its robot file; the second joint is revolute or prismatic."""
+    """Returns the mechanism from its robot file. The second joint is revolute or prismatic."""
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
     numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")
@@ -288,7 +285,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         name: product_of_exponentials(described)
         for name, described in found.items()
         if name != "urdf"
-    }  # One joint of `urdf` has the opposite positive direction, so its screw is negated.
+    }  # This joint of `urdf` has the opposite positive direction.
     assert len(found) == 9
     for other in found:
         assert equal(products["dh"], products[other]), other
@@ -341,7 +338,7 @@ def test_screw_axis_at_zero_matches_hand_calculation():
 
 
 def test_conventions_agree_with_symbolic_tilt_parameter():
-    """The axes of `poe` are numerical; the other conventions use a symbolic tilt."""
+    """The axes of `poe` are numerical. The other conventions use a symbolic tilt."""
     found = {}
     for name, joints in SPATIAL.items():
         if name in BY_NAME and name != "poe":
@@ -357,7 +354,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
-    """The oracle is the product of elementary matrices, at random exact values."""
+    """The oracle is the product of elementary matrices at random exact values."""
     described = read(ROBOTS / f"{name}.toml")
     (entries,) = derive(described, functions=["fk"]).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)

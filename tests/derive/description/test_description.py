@@ -1,4 +1,4 @@
-"""Robot files: valid content, and error messages for invalid content."""
+"""Robot files: valid content, and errors for invalid content."""
 
 import pytest
 import sympy as sp
@@ -94,8 +94,7 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# Each case: the replaced line of the file, its replacement, the field in the error message, and
-# words that the message must contain.
+# Each case: a line, its replacement, the field in the error, and words of the error.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),

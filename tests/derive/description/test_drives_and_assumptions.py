@@ -1,4 +1,4 @@
-"""Belt and chain drives, motors that follow other motors, bodies on two rails, assumed values."""
+"""Belt and chain drives, coupled motors, bodies on two rails, and assumed values."""
 
 import numpy as np
 import pytest
@@ -135,7 +135,7 @@ def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
             at = model.values(q, model.closed(q, model.u))
             assert z == pytest.approx([at[name] for name in names], abs=1e-11)
         message = dict(zip(robot.passive, np.array(kernels["passive"](q)).ravel(), strict=True))
-        # The second motor rotates by more than a turn, and its angle is not wrapped.
+        # The second motor rotates by more than a turn, so its angle is not wrapped.
         travel = radius * q[robot.actuated.index("motor")]
         assert message["other"] == pytest.approx((travel + 0.02 * is_exact) / 0.05, abs=1e-11)
         theta = np.array(kernels["chain"](q)).ravel()

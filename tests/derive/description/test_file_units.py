@@ -1,4 +1,4 @@
-"""Units of robot files: conversion, and errors for values that suggest a wrong unit."""
+"""Units of robot files: conversion, and errors for suspicious values."""
 
 from dataclasses import replace
 
@@ -106,7 +106,7 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """The files mix sums, functions of angles, pitches and couplings. Only names differ."""
+    """The files mix sums, functions of angles, pitches and couplings."""
     metric, same = read_text(METRIC), read_text(MILLIMETERS)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
@@ -120,7 +120,7 @@ def test_meter_and_millimeter_files_give_equal_robots():
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
     """The texts of both files differ, so the values are compared.
 
-    The symbol h has no unit, but it is a length in this test.
+    The symbol h is a length without a unit.
     """
     text = """\
 name = "r"

@@ -1,4 +1,4 @@
-"""Robot files with loops: their fields, their errors, and files that extend other files."""
+"""Robot files with loops: fields, errors, and files that extend other files."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_mechanism_file_fields_are_read_with_units():
     assert jack.limits == (sp.Rational(-1, 10), sp.Rational(1, 20))
     motor, extension, slide = robot.coordinates
     assert (motor.kind, motor.moves, motor.unit) == ("revolute", "turn", "rad")
-    # The motor rotates opposite to the joint, by fifty times the joint angle.
+    # The motor rotates backward by fifty times the joint angle.
     assert motor.limits == (-50 * sp.pi / 4, 50 * sp.pi / 2)
     assert (extension.name, extension.unit, slide.unit) == ("jack", "m", "m")
     assert (robot.tool_body, robot.tool_frame, robot.base_frame) == ("arm", "tcp", "ground")
@@ -173,8 +173,7 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# Each case: the replaced line of the file, its replacement, the field in the error message, and
-# words that the message must contain.
+# Each case: a line, its replacement, the field in the error, and words of the error.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "a joint that motor does not move"),

@@ -1,4 +1,4 @@
-"""Noise and rounding in files: which values become exact, and which stay unchanged."""
+"""Rounding noise in files: some values become exact, and others stay unchanged."""
 
 import math
 import random
@@ -35,7 +35,7 @@ AT_A_METER = Fraction(1, 10**9)
         ("0.20000000298023224", "0.2"),
         ("0.3332999944686890", "0.3333"),
         ("0.20010000610351562", "0.2001"),
-        # Intended values stay unchanged: short numbers, calibrated values, small lengths.
+        # Short numbers, calibrated values and small lengths stay unchanged.
         ("0.0009765625", "0.0009765625"),
         ("123456.7890625", "123456.7890625"),
         ("0.0001", "0.0001"),
@@ -67,7 +67,7 @@ def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
     texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(300)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METER) != R(text)]
-    # Random numbers sometimes have three zeros or nines in a row; these numbers change by 1e-9.
+    # Random numbers with three zeros or nines in a row change by 1e-9.
     assert len(changed) < 0.02 * len(texts)
     assert all(abs(without_noise(R(t), AT_A_METER) - R(t)) <= NOISE for t in changed)
 
@@ -96,8 +96,7 @@ def test_long_decimals_are_rarely_changed():
         ("1.570796325", sp.pi / 2),
         ("0.7853975", sp.pi / 4),
         ("-2.0943933333333335", -2 * sp.pi / 3),
-        # These values stay unchanged: numbers with too few decimal places, a calibrated angle, and
-        # small angles.
+        # Numbers with few decimal places, a calibrated angle and small angles stay unchanged.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
         ("3", R(3)),
@@ -155,8 +154,8 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(250)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # The true value of a truncated or rounded angle lies in a range of one and a half units in the
-    # last place. Few random angles are fractions of a rounded pi by chance.
+    # The true value of a rounded angle lies in a range of one and a half units in the last place.
+    # Few random angles are fractions of pi by chance.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
 
@@ -176,8 +175,7 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # The direction of a rounded vector becomes exact; a vector with intended values stays
-        # unchanged.
+        # The direction of a rounded vector becomes exact. Intended values stay unchanged.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),
@@ -193,7 +191,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, first):
-    """Each number of decimal places is tested with different directions."""
+    """Each number of decimal places has different directions."""
     checked = 0
     for named, numbers in exact_directions()[first::12]:
         direction = named.exact
@@ -217,7 +215,7 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert max(abs(a - b) for a, b in zip(found, given, strict=True)) <= 3 * NOISE
         before, twice = align_z(given), align_z(tuple(2 * component for component in given))
         assert before == twice
-        # The angles are decimal numbers or arcs of short square roots, never of long fractions.
+        # The angles are decimal numbers or arcs of short square roots, but never of long fractions.
         assert all(decimal_places(motion.angle) is not None for motion in before)
     assert stayed > 22
 

@@ -1,4 +1,4 @@
-"""Robots with loops and rounded values: structure, poses and the list of changes."""
+"""Robots with loops and rounded values: structure, poses and list of changes."""
 
 from dataclasses import replace
 
@@ -45,8 +45,7 @@ AT = (0.3224862, 0.1265808, 0.0596154)
 
 
 def linear_delta(longer=0.0):
-    """Returns a linear delta with decimal values, whose first rod is longer by a specified length
-    (millimeter)."""
+    """Returns a linear delta whose first rod is longer by some millimeters."""
     text = DELTA
     for k, (x, y, yaw) in enumerate(TOWERS, 1):
         text += f'[[joints]]\nname = "s{k}"\nlink = "s{k}"\nparent = "0"\ntype = "prismatic"\n'
@@ -78,7 +77,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Returns the distance (meter) between the ends of a rod, as rounded in the file."""
+    """Returns the distance (meter) between the rounded ends of a rod."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000
@@ -137,10 +136,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """Newton's method closes the loops as rounded in the file.
-
-    The closed form must agree with this solution.
-    """
+    """Newton's method closes the rounded loops."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open
@@ -173,14 +169,13 @@ def test_length_that_repeats_distance_becomes_its_root():
 
 
 def test_mirrored_points_are_no_rounded_copies():
-    """The points of two rods are 14.8 degrees apart, which equals 15 degrees within rounding."""
+    """The points of two rods are 14.8 degrees apart, close to 15 degrees."""
     x, y = R("0.239"), R("0.031")
     assert arranged([[(x, y, R(0)), (x, -y, R(0))]], NOISE) == {}
 
 
 def test_rounded_point_is_copy_of_nearest_original():
-    """Rotations of both originals match the last point within rounding; the rotation by 120 degrees
-    is nearest."""
+    """Rotations of both originals match the last point. The rotation by 120 degrees is nearest."""
     x, y = R("0.239"), R("0.031")
     point = (R("-0.093"), R("0.222"), R(0))
     exact = arranged([[(x, y, R(0)), (x, -y, R(0)), point]], NOISE)

@@ -1,4 +1,4 @@
-"""Compares the shipped robots that have loops with a model that is independent of the compiler."""
+"""Robots with loops agree with a model that is independent of the compiler."""
 
 import tomllib
 from functools import cache
@@ -90,7 +90,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """Returns the angle of a strut in the xy or xz plane of the body at its first end."""
+    """Returns the angle of a strut in a plane of the body at its first end."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -241,8 +241,10 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """With N = 14 links, j = 15 joints and sum f = 15, there are two loops, no redundant constraint
-    and three degrees of freedom."""
+    """N = 14 links and j = 15 joints with sum f = 15 have two loops.
+
+    The gantry has three degrees of freedom and no redundant constraint.
+    """
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)

@@ -1,4 +1,4 @@
-"""The conversion of joints to suitable conventions preserves the kinematics exactly."""
+"""Joints keep their exact kinematics when they get suitable conventions."""
 
 import numpy as np
 import pytest

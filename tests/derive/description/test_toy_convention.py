@@ -1,8 +1,7 @@
 """A convention added by a test, unknown to the compiler.
 
-The convention has the elementary motions of a Denavit-Hartenberg link in a different sequence,
-Rx(alpha) Tx(a) Tz(d) Rz(theta), and different field names. A formula that is selected by the name
-of the convention would be wrong.
+The convention reorders the elementary motions of a Denavit-Hartenberg link: Rx(alpha) Tx(a) Tz(d)
+Rz(theta). The fields have other names. A formula selected by the convention's name would be wrong.
 """
 
 import pytest
@@ -132,7 +131,7 @@ def test_joint_motion_must_be_rotation_or_translation_along_z():
 
 
 def test_custom_convention_with_vector_fields_is_derived_and_printed():
-    """The convention has Euler angles z, y, x, a position, and a numerical motion direction."""
+    """The convention has Euler angles z, y, x, a position, and a motion direction."""
 
     def place(kind, *, at, zyx, along):
         z, y, x = zyx

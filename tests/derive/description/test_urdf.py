@@ -1,4 +1,4 @@
-"""URDF import: compares random trees with Pinocchio, and tests errors for invalid files."""
+"""URDF import agrees with Pinocchio on random trees. Invalid files raise errors."""
 
 import pytest
 import sympy as sp
@@ -58,8 +58,7 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
     assert given["rpy_y"] == sp.pi / 2
     assert dict(robot.joints[1].given)["rpy_z"] == sp.pi / 2
     cleaned, noted = robot.notes
-    # The difference between 1.5708 and pi/2 rotates the tool by 3.7e-6 rad about its z axis, and
-    # the tool is 0.3 m from the joint.
+    # The difference between 1.5708 and pi/2 rotates the tool by 3.7e-6 rad at 0.3 m from the joint.
     assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
     assert noted == "1.5708 taken as pi/2: yaw of mount"
     as_written = read(path, exact=True)
@@ -139,8 +138,7 @@ def wrong(path, text, base=None, tip=None):
     ],
 )
 def test_invalid_urdf_raises_specific_error(old, new, words):
-    """The text is read in the process of the test; `read` would need a separate process for each
-    file."""
+    """`read` would need a separate process for each file."""
     with pytest.raises(DescriptionError) as caught:
         read_text(TWO_LINKS.replace(old, new), format="urdf", file="two.urdf")
     assert str(caught.value).startswith("two.urdf")
@@ -196,7 +194,7 @@ def test_robot_names_are_made_valid_identifiers(given, name):
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
-    """The file has rounding noise, a byte order mark, Windows line ends or a different encoding."""
+    """The file has rounding noise, a byte order mark, Windows line ends or another encoding."""
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())
@@ -211,7 +209,7 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
 
 
 def test_missing_urdf_elements_take_their_defaults(path):
-    """The URDF has defaults for origin, axis and limit; a fixed joint ignores its axis."""
+    """Origin, axis and limit have defaults. A fixed joint ignores its axis."""
     bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
     bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'

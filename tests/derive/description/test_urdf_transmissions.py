@@ -1,4 +1,4 @@
-"""Transmissions of a URDF are couplings with the equations of ros2_control, in both directions."""
+"""Transmissions of a URDF are couplings with the equations of ros2_control."""
 
 import random
 from dataclasses import replace
@@ -41,8 +41,6 @@ def read_arm(*elements):
 
 
 def differential(n, m, c):
-    """Returns the positions of the actuators, as in `joint_to_actuator` of ros2_control."""
-
     def actuators(x, y):
         x, y = x - c[0], y - c[1]
         return (x * m[0] + y * m[1]) * n[0], (x * m[0] - y * m[1]) * n[1]
@@ -51,8 +49,6 @@ def differential(n, m, c):
 
 
 def four_bar(n, m, c):
-    """Returns the positions of the actuators, as in `joint_to_actuator` of ros2_control."""
-
     def actuators(x, y):
         x, y = x - c[0], y - c[1]
         return x * m[0] * n[0], (x + y * m[1]) * n[1]

@@ -1,4 +1,4 @@
-"""Exported C of some functions of a robot."""
+"""C exports of selected functions."""
 
 import numpy as np
 

@@ -54,7 +54,7 @@ SINGLE = ctypes.POINTER(ctypes.c_float)
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
-    """Returns a folder with the exported code of each robot."""
+    """Exports the code of each robot."""
     folder = tmp_path_factory.mktemp("float")
     for name in [*NAMES, *SOLVED_IN_C]:
         functions = sorted(set(FUNCTIONS) & set(chasles.load(name).functions))
@@ -64,7 +64,6 @@ def exported(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def built(exported):
-    """Returns the libraries of the exported code, keyed by robot."""
     libraries = {}
     for name in [*NAMES, *SOLVED_IN_C]:
         options = ["-O2", "-shared", "-fPIC", "-o", "robot.so"]
@@ -81,14 +80,14 @@ def compiled(compiler, options, folder):
 
 
 def printed_errors(folder, name, function):
-    """Returns the error bounds of a function's outputs in the header."""
+    """Returns the error bounds in the header of a function."""
     text = (folder / name / f"{name}_float.h").read_text()
     comment = text.split(f"void {name}_float_{function}(")[0].rsplit("/*", 1)[1]
     return [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
 
 
 def called(library, name, info, inputs):
-    """Returns the results of a function in single precision for rows of inputs."""
+    """Calls a function in single precision for rows of inputs."""
     function = library[f"{name}_float_{info.name}"]
     given = [np.ascontiguousarray(x.reshape(len(x), -1), dtype=np.float32) for x in inputs]
     found = [np.empty((len(given[0]), *item.shape), dtype=np.float32) for item in info.outputs]
@@ -149,7 +148,7 @@ def test_right_angle_poses_have_as_many_solutions(name, built):
     assert np.abs(reached - T).max() <= SOLVED
     distance = apart(q, exact[0]).max(axis=-1)
     assert distance[regular_slots(robot, info, *exact[:2])].max() <= 1e-4
-    if name == "ur5e":  # the solutions of the arm are isolated or chosen by the same rule
+    if name == "ur5e":  # these solutions are isolated or chosen by the same rule
         assert distance[solved].max() <= 1e-4
 
 

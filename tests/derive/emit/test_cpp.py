@@ -1,4 +1,4 @@
-"""The C++ package of a robot: its header, examples, Eigen adapter and CMake package."""
+"""The C++ package of a robot: header, examples, Eigen adapter and CMake package."""
 
 import os
 import re
@@ -54,7 +54,7 @@ int main() {
 
 
 def run(*command, cwd=None, given=None, env=None):
-    """Runs a command, and shows the output of a command that fails."""
+    """Runs a command, and shows its output if the command fails."""
     words = [str(word) for word in command]
     done = subprocess.run(words, cwd=cwd, input=given, env=env, capture_output=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr).decode(errors="replace")
@@ -63,11 +63,9 @@ def run(*command, cwd=None, given=None, env=None):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Creates a folder with the sources of each robot, an installed package, and a program for each
-    robot.
+    """Creates the sources and a program for each robot, and an installed package.
 
-    For ur5e, the commands of the page install the package that the test program uses; for other
-    robots, the program fetches the sources.
+    The program of ur5e uses the installed package. Other programs fetch the sources.
     """
     folder = tmp_path_factory.mktemp("packages")
     (folder / "robots").symlink_to(folder)

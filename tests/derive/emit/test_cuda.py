@@ -1,4 +1,4 @@
-"""CUDA kernels, compiled for the processor: values, solutions, nearest solutions, and nvcc.
+"""CUDA kernels, compiled for the processor: values, solutions and nearest solutions.
 
 The continuous integration does not install nvcc.
 """
@@ -35,7 +35,7 @@ void called(size_t poses, const float *T, float *q, float *residual, float *marg
 
 @pytest.fixture(scope="module")
 def shims(tmp_path_factory):
-    """Returns a function that compiles the kernels of a robot once."""
+    """Compiles the kernels of each robot once."""
     folder, built = tmp_path_factory.mktemp("cuda"), {}
 
     def shim(name):
@@ -86,7 +86,7 @@ def test_nearest_solution_equals_the_compiled_c(name, shims):
             lengths = options.get("weights", np.ones(robot.n))
             own, other = (np.abs((x - seed) * lengths)[kept].max(axis=-1) for x in (found, exact.q))
             assert np.abs(own - other).max() <= bound * lengths.max()
-            # Solutions at equal distances, up to the rounding of the pose, may be exchanged.
+            # Equally distant solutions may be exchanged by rounding errors.
             assert (np.abs(found - exact.q)[kept].max(axis=-1) <= bound).mean() >= 0.998
 
 

@@ -1,4 +1,4 @@
-"""The module in JAX: values and solutions in both precisions, and special names."""
+"""The JAX module: values and solutions in both precisions, and special names."""
 
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
@@ -33,7 +33,7 @@ SAMPLES = 10_000
 
 @cache
 def jax():
-    """Returns JAX in double precision; only these tests import it, because it starts threads."""
+    """Returns JAX in double precision. JAX starts threads, so only these tests import JAX."""
     module = pytest.importorskip("jax")
     module.config.update("jax_enable_x64", True)
     return module
@@ -41,13 +41,11 @@ def jax():
 
 @pytest.fixture(autouse=True)
 def installed():
-    """Skips the tests without JAX."""
     jax()
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Returns a folder with the module of each robot."""
     folder = tmp_path_factory.mktemp("jax")
     for name in NAMES:
         names = [info.name for info in functions_of(name)]
@@ -60,7 +58,6 @@ def functions_of(name):
 
 
 def module_of(path):
-    """Imports a module from its file."""
     spec = spec_from_file_location(path.stem, path)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -68,7 +65,6 @@ def module_of(path):
 
 
 def called(folder, name, info, kind, inputs):
-    """Returns the results of a function for rows of inputs, in one compiled call."""
     function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
     arrays = [
         np.reshape(x, (len(x), *item.shape)).astype(KINDS[kind])
@@ -81,7 +77,7 @@ def called(folder, name, info, kind, inputs):
 
 
 def bounds(folder, name, info, kind):
-    """Returns the error bounds of the results, which the docstring states for float32."""
+    """Returns the error bounds that the docstring states for float32."""
     function = getattr(module_of(folder / name / f"{name}_jax.py"), info.name)
     lines = [line for line in function.__doc__.splitlines() if ", error " in line]
     stated = [float(line.split(", error ")[1]) for line in lines]

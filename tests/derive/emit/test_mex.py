@@ -1,4 +1,4 @@
-"""The functions for MATLAB: compiled and called by Octave, and the S-function of Simulink."""
+"""MATLAB functions, compiled and called by Octave, and the S-function of Simulink."""
 
 import ctypes
 import re
@@ -47,7 +47,6 @@ def compared(robot):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Returns a folder with the results of all functions from one run of Octave."""
     folder, script = tmp_path_factory.mktemp("octave"), []
     (folder / "robots").symlink_to(folder)
     for name in NAMES:

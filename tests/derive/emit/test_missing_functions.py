@@ -1,5 +1,4 @@
-"""The code in each language contains each public function, or states that the function is
-missing."""
+"""Code in each language contains a public function or states that it is missing."""
 
 import re
 from functools import cache

@@ -1,4 +1,4 @@
-"""The plugin of MoveIt: compiled with stubs of MoveIt and called through its base class."""
+"""The MoveIt plugin, compiled with stubs of MoveIt and called through its base class."""
 
 import re
 import subprocess
@@ -65,14 +65,14 @@ endfunction()
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
-    """Returns a function that exports the package of a robot."""
+    """Exports the package of a robot."""
     folder = tmp_path_factory.mktemp("moveit")
     return cache(lambda name: moveit.exported(name, folder / name))
 
 
 @pytest.fixture
 def plugin(packages):
-    """Returns a function that initializes a robot's plugin between the exported frames."""
+    """Initializes a robot's plugin."""
 
     def initialized(name, *, has_limits=True, step=0.1):
         found = bare(packages, name, has_limits=has_limits)
@@ -359,7 +359,7 @@ def test_mimic_joint_follows_in_the_chain(tmp_path):
 
 
 def run_cpp(package, source, folder):
-    """Compiles a program with the maps of the excavator, and returns its output."""
+    """Compiles a program for the excavator, and returns its output."""
     include = package / "include"
     robot, program = folder / "robot.o", folder / "program"
     places = [f"-I{include}", f"-I{include / 'chasles_excavator_moveit'}"]

@@ -1,4 +1,4 @@
-"""The crate in Rust: values, solutions, examples, and code without Rust's standard library.
+"""The Rust crate: values, solutions, examples, and code without the standard library.
 
 The continuous integration does not install Rust.
 """
@@ -87,7 +87,6 @@ fn main() {{
 
 @pytest.fixture(scope="module")
 def crates(tmp_path_factory):
-    """Returns a folder with the crate of each robot, and a program that calls its functions."""
     folder = tmp_path_factory.mktemp("rust")
     for name in NAMES:
         chosen = functions_of(name)
@@ -105,7 +104,7 @@ def functions_of(name):
 
 
 def cargo(crate, *command):
-    """Runs cargo without a network, and returns its output; warnings are errors."""
+    """Runs cargo without a network. Warnings are errors."""
     verb, *options = command
     words = ["cargo", verb, "--offline", "--release", "--quiet", *options]
     flags = {"RUSTFLAGS": "-D warnings", "CARGO_TARGET_DIR": str(crate / "target")}
@@ -117,7 +116,6 @@ def cargo(crate, *command):
 
 
 def arm(info):
-    """Returns the ``match`` case in Rust that calls a function for each row of its inputs."""
     first, *others = (int(np.prod(item.shape)) for item in info.inputs)
     takes = [
         f"let x{k} = take::<{size}>(&mut source).unwrap();" for k, size in enumerate(others, 1)
@@ -137,7 +135,6 @@ def arm(info):
 
 
 def called(crate, info, inputs):
-    """Returns the results of a function in Rust for rows of inputs."""
     rows = np.hstack([np.reshape(x, (len(x), -1)) for x in inputs])
     sizes = [int(np.prod(item.shape)) for item in info.outputs]
     found = run_rows(crate, info.name, rows).reshape(len(rows), sum(sizes))
@@ -187,7 +184,7 @@ def test_inverse_is_complete_at_right_angle_poses(name, crates):
 
 
 def check_inverse(name, crates, q):
-    """Compares all solutions; at a singularity, only the poses must agree."""
+    """Compares all solutions. At a singularity, only the poses must agree."""
     robot = chasles.load(name)
     info = inverse_of(robot)
     inputs = inputs_of(robot, info, q)
@@ -223,7 +220,7 @@ def test_nearest_solution_equals_the_compiled_c(name, crates):
         lengths = options.get("weights", np.ones(robot.n))
         own, other = (np.abs((x - seed) * lengths)[regular].max(axis=1) for x in (found, exact.q))
         assert np.abs(own - other).max() <= TOLERANCE * lengths.max()
-        # Solutions at equal distances, up to the rounding of the pose, may be exchanged.
+        # Equally distant solutions may be exchanged by rounding errors.
         assert (np.abs(found - exact.q)[regular].max(axis=1) <= TOLERANCE).mean() >= 0.998
 
 

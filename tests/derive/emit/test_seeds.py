@@ -1,4 +1,4 @@
-"""The inverses for which languages other than C have the solution nearest to a seed."""
+"""Inverses with a nearest solution in languages other than C."""
 
 import pytest
 
@@ -10,7 +10,6 @@ from tests.support.pages import examples
 
 
 def nearest(robot, functions):
-    """Returns the inputs of each inverse after the pose, and the sentence on missing functions."""
     derivation = derive(robot, functions=functions)
     printed = printed_functions(derivation)
     found = {f.name: own for f, own in printed_nearest(derivation, printed)}

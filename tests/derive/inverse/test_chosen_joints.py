@@ -1,4 +1,4 @@
-"""Inverses with joints that the user fixes, including revolute joints inside the chain."""
+"""Inverses with user-fixed joints, including revolute joints inside the chain."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
         assert poses.name == "random"
         found = judged(chosen, poses, chosen.answers)
         assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), case.name
-        # The values of the fixed joints are bitwise equal.
+        # The fixed joint values are bitwise equal.
         q = np.random.default_rng(SEED).uniform(-3, 3, (20, case.robot.n))
         assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
 

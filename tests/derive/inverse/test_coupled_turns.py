@@ -49,7 +49,7 @@ def test_small_bend_has_no_cancellation(shift):
 
 
 def coupled_pair(plane, sense):
-    """Returns two coupled rotations, and the component of p along h as a function of the angle.
+    """Returns two coupled rotations, and the component of p along h.
 
     ``plane`` contains the angles of h, k1, k2 and p in their common plane (degrees).
     """
@@ -66,7 +66,7 @@ def coupled_pair(plane, sense):
 
 
 def turned(k, angles, v):
-    """Returns the rows R(k, angle) v."""
+    """Rotates the rows of v about k by angles."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = k * (k @ v)
     return along + c * (v - along) + s * np.cross(k, v)
@@ -81,7 +81,7 @@ def directions(pair, d, rng):
 
 
 def solutions(pair, v):
-    """Returns the four angles and margins of both steps for each direction (N, 3)."""
+    """Returns the four angles and margins for each direction (N, 3)."""
     terms, symbols = Terms({}), sp.symbols("v1:4", real=True)
     root, found = coupled_turns(terms, pair, symbols, SIGNS)
     outputs = (found.turn.c, found.turn.s, root.margin, found.margin)

@@ -1,7 +1,6 @@
-"""Prismatic joints whose directions are linearly dependent at some values of other joints.
+"""Prismatic joints whose directions are linearly dependent at some joint values.
 
-At these values, prismatic joints are parallel or move the tool in one plane. Many joint values then
-reach the same pose.
+Many joint values then reach the same pose.
 """
 
 import numpy as np
@@ -33,7 +32,7 @@ POSES = 100
 
 
 def verdict(case, values):
-    """Returns the counts of missed poses, wrong solutions and lost configurations."""
+    """Counts missed poses, wrong solutions and lost configurations."""
     q = case.random(np.random.default_rng(0), POSES)
     for joint, value in values.items():
         q[:, joint] = value

@@ -1,4 +1,4 @@
-"""Turntables with errors in every parameter: refinement from a nominal arm finds all solutions."""
+"""Turntables with errors in every parameter: refinement finds all solutions."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Equations as data: solutions satisfy them, and mirrored equations have mirrored solutions."""
+"""Solutions satisfy equations as data. Mirrored equations have mirrored solutions."""
 
 import pytest
 import sympy as sp
@@ -24,7 +24,6 @@ EQUATIONS = [
 
 
 def left_side(equation, x):
-    """Returns the left-hand side of an equation, which is zero at a solution."""
     if isinstance(equation, Linear):
         return equation.a * sp.cos(x) + equation.b * sp.sin(x) - equation.d
     if isinstance(equation, Direction):

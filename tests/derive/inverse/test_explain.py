@@ -1,4 +1,4 @@
-"""Explanations of inverses state the closed-form structure and its steps, or the deviation."""
+"""Explanations of inverses state the closed-form steps or the deviation."""
 
 import re
 from functools import cache
@@ -29,12 +29,11 @@ def explained(name):
 
 @cache
 def text_of(name):
-    """Returns the explanation of a shipped robot as text."""
     return str(explained(name))
 
 
 def arm(lifts):
-    """Returns six revolute joints with perpendicular axes at specified height differences."""
+    """Returns six revolute joints with perpendicular axes at various heights."""
     joints = "\n".join(
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
@@ -129,7 +128,7 @@ def test_explanation_states_structure_and_solution_count(name, structure, most):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_explanation_has_a_step_for_every_joint(name):
-    """A joint is fixed, solved in a step, or computed from an angle sum and the other joints."""
+    """A joint is fixed, solved in a step, or computed from an angle sum."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return
@@ -231,7 +230,9 @@ def test_command_line_explains_and_writes_nothing(tmp_path, monkeypatch):
 
 
 def general_arm(last):
-    """Returns an arm without a closed form; axes 5 and 6 are parallel, ``last`` meters apart."""
+    """Returns an arm without a closed form. Axes 5 and 6 are parallel at a distance of ``last``
+    meters.
+    """
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]

@@ -1,8 +1,7 @@
 """A new family of inverses, added by this file alone: a cylindrical arm.
 
-The arm has a revolute column, a prismatic joint along it, a prismatic joint normal to it, and a
-revolute joint of the tool about the vertical. The new family precedes the listed families, because
-one listed family also matches these axes.
+The arm has a revolute column, a lift, a boom and a tool joint about the vertical. The new family
+precedes the listed families, because a listed family also matches these axes.
 """
 
 import re
@@ -76,7 +75,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Solves the lift, boom and column joints so that a point reaches a position."""
+    """Solves lift, boom and column so that a point reaches a position."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -100,7 +99,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Returns the tool position for a specified wrist angle relative to the boom."""
+    """Returns the tool position and the wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))
@@ -122,7 +121,7 @@ def position_yaw(robot, lines):
 
 
 def functions(robot, lines):
-    """Builds the function for the wrist height above the base."""
+    """Builds a function for the wrist height above the base."""
     terms, q = lines.terms, sp.symbols("_h1:5", real=True)
     height = terms.let(lines.axes[3].p[2] + q[1])
     result = Result("height", (height,), (), "m", "height of the lift")
@@ -216,7 +215,7 @@ def test_article_contains_text_and_equations_of_custom_family(derivation):
 
 
 def test_family_with_other_joint_count_is_not_evaluated():
-    """The joint count is checked before the conditions, which may rely on the count."""
+    """The conditions may rely on the joint count."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
     derive(ARM, families=(other, CYLINDRICAL))
@@ -225,10 +224,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """With a second lift, the arm has one joint more than the family allows.
-
-    The family determines whether the second lift may be fixed.
-    """
+    """With a second lift, the arm has one joint more than the family allows."""
     text = """
 name = "two_lifts"
 convention = "dh"

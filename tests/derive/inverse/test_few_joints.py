@@ -1,4 +1,4 @@
-"""Arms with one, four and five joints, some with a rotated hand or an added virtual axis."""
+"""Arms with one, four and five joints, some with a rotated hand or a virtual axis."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ position of the intersection does not determine the angle of the earlier axis.""
 
 
 def lost_of(cases):
-    """Describes the sets of poses for which an inverse misses solutions."""
+    """Describes the pose sets for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
@@ -111,7 +111,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
 
 @pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
-    """The first virtual axis with a closed form misses poses, so a different one is used."""
+    """The first virtual axis with a closed form misses poses."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
     assert not cases[0].inverses.functions["ik"].role.searches
@@ -141,7 +141,7 @@ def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):
 
 
 def test_ik_with_hand_along_first_axis_keeps_joint_sum(sold):
-    """If the hand is on the first axis, the first and the last joint rotate the tool equally."""
+    """The first and the last joint rotate the tool equally."""
     (case,) = (case for case in sold if case.function == "ik")
     q = case.random(np.random.default_rng(1), 200)
     q[:, 1] = -np.pi / 2 - np.arctan2(-0.35, 0.05)

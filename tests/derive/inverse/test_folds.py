@@ -1,5 +1,7 @@
-"""Two solutions of a calibrated arm merge at a fold point. Near such points, no solution is missed
-or spurious."""
+"""Near fold points of a calibrated arm, no solution is missed or spurious.
+
+Two solutions merge at a fold point.
+"""
 
 import numpy as np
 import pytest
@@ -24,7 +26,7 @@ KNOWN = 1e-4
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """Returns a calibrated arm, and its forward kinematics from Pinocchio."""
+    """Returns a calibrated arm and its forward kinematics from Pinocchio."""
     robot = displaced(read(ROBOTS / "ur5e.toml"), ERROR)
     folder = tmp_path_factory.mktemp("folds") / robot.name
     return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik")), pinocchio_fk(robot)
@@ -35,7 +37,7 @@ def determinant(arm, q):
 
 
 def at_fold(arm, rng, count):
-    """Returns configurations with an elbow at a singularity."""
+    """Returns configurations with a singular elbow."""
     found = []
     while len(found) < count:
         q = np.tile(rng.uniform(-np.pi, np.pi, arm.n), (241, 1))
@@ -54,7 +56,6 @@ def at_fold(arm, rng, count):
 
 
 def near_folds(arm, seed, count):
-    """Returns configurations 1e-6 to 1e-2 rad away from a fold point, on both sides."""
     rng = np.random.default_rng(seed)
     q = at_fold(arm, rng, count)
     q[:, ELBOW] += 10 ** rng.uniform(-6, -2, count) * rng.choice((-1, 1), count)
@@ -66,8 +67,7 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Returns the solutions of each pose, found by damped least squares from many start
-    configurations."""
+    """Finds solutions by damped least squares from many start configurations."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)
@@ -81,7 +81,7 @@ def searched(arm, T, rng):
 
 
 def twists(arm, T, q):
-    """Returns twists (..., 6) from the tool poses at q to target poses, and the Jacobians."""
+    """Returns twists (..., 6) from the tool to target poses, and the Jacobians."""
     here, J = arm.fk_jacobian_mixed(q)
     turn = T[:, None, :3, :3] @ np.swapaxes(here[..., :3, :3], -1, -2)
     skew = (turn - np.swapaxes(turn, -1, -2)) / 2
@@ -103,7 +103,7 @@ def test_ik_near_folds_recovers_generating_configuration(case):
 
 
 def test_solution_count_near_folds_is_even(case):
-    """Poses on both sides of a fold point have an even number of solutions, all of them correct."""
+    """Poses on both sides of a fold point have an even number of correct solutions."""
     arm, fk = case
     rng = np.random.default_rng(1)
     q = at_fold(arm, rng, 100)
@@ -136,8 +136,7 @@ def test_random_search_near_folds_finds_no_extra_solutions(case):
 
 
 def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
-    """Two wrist axes nearly coincide, so the number of solutions does not depend on a fold
-    point."""
+    """Two wrist axes nearly coincide."""
     arm, _ = case
     rng = np.random.default_rng(4)
     q = rng.uniform(-np.pi, np.pi, (300, arm.n))

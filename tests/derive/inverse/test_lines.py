@@ -1,5 +1,7 @@
-"""Tolerant detection of parallel and intersecting axes, and targets after joints with known values
-are removed."""
+"""Tolerant detection of parallel and intersecting axes.
+
+Targets after the removal of joints with known values.
+"""
 
 import numpy as np
 import pytest
@@ -51,8 +53,7 @@ def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
 
 @pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
 def test_axes_meet_up_to_the_tolerance(by, meet):
-    # The distance of the midpoint from each line is half the distance between the two lines. The
-    # arm is about 2 m long.
+    # The midpoint is half the distance between the lines from each line. The arm is about 2 m long.
     apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet
@@ -105,7 +106,7 @@ def test_nearly_spherical_wrists_are_detected(name, meet):
 
 
 def matrix(target):
-    """Evaluates a target numerically as a displacement (4, 4)."""
+    """Evaluates a target as a displacement (4, 4)."""
     T = np.eye(4)
     T[:3, :3] = np.array(target.axes, float).T
     T[:3, 3] = np.array(target.position, float) - T[:3, :3] @ np.array(target.home, float)

@@ -1,7 +1,6 @@
-"""Inverses that miss poses at multiples of 90 degrees: the derivation reports these inverses or
-selects other inverses.
+"""The derivation avoids or reports inverses that miss poses at multiples of 90 degrees.
 
-All arms are random with fixed seeds. Poses come from the product of exponentials of their screws.
+All arms are random with fixed seeds. Poses come from products of exponentials.
 """
 
 from functools import cache
@@ -36,8 +35,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Returns the number of poses at multiples of 90 degrees that no valid solution slot
-    reaches."""
+    """Counts poses at multiples of 90 degrees without a solution."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -74,11 +72,9 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 
 
 def test_shipped_serial_robots_need_no_numeric_search():
-    """A robot whose inverse misses no pose needs no search, which would be slow for unreachable
-    poses.
+    """An inverse that misses no pose needs no slow search.
 
-    This test covers all shipped serial robots; ``python -m bench inverse`` tests all their poses at
-    multiples of 90 degrees.
+    ``python -m bench inverse`` tests all poses of the robots at multiples of 90 degrees.
     """
     functions = [f for name in NAMES for f in chasles.load(name).manifest.functions]
     solved = [f for f in functions if f.role.name == "inverse"]
@@ -102,7 +98,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the missed poses of the arm.
+    """Independent code counts the missed poses.
 
     For some poses, rounding decides whether the pose is missed.
     """

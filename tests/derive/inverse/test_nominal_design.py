@@ -1,4 +1,4 @@
-"""As-built robots with loops whose file names a nominal robot."""
+"""As-built robots with loops whose files name a nominal robot."""
 
 import re
 from dataclasses import replace
@@ -52,8 +52,7 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # Without a stated design, several simplified designs are tried; a single design keeps the test
-    # short.
+    # A single stated design keeps the test short.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(solved(built()))
@@ -112,7 +111,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_in_folder):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_in_folder:
-        # In this file, a robot name refers to the installed robot, as on the command line.
+        # A robot name in the file refers to the installed robot.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
@@ -153,8 +152,7 @@ def test_change_of_design_file_makes_output_stale(files):
 
 
 def displacement(rng, length=1.27):
-    """Returns a displacement with lengths of a specified size and rotations by multiples of 90
-    degrees."""
+    """Returns a displacement of a given length with rotations by multiples of 90 degrees."""
     angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
     shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
     return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))
@@ -170,7 +168,7 @@ def inverse(placement):
 
 
 def in_other_frames(mechanism, seed=0):
-    """Returns the same robot with other body frames, and joint frames moved along their axes."""
+    """Returns the same robot with other body frames and joint frames."""
     rng = np.random.default_rng(seed)
     moved = {joint.link: displacement(rng) for joint in mechanism.joints}
     back = {body: inverse(by) for body, by in moved.items()}
@@ -207,7 +205,7 @@ def test_design_difference_ignores_choice_of_frames(name):
 def test_design_difference_measures_length_errors():
     spoilt = as_built(design(), BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
     moved, turned = apart(spoilt, design())
-    # Each body position has errors of up to 0.5 mm along three axes, which add up.
+    # Each body position has errors of up to 0.5 mm along three axes.
     assert 2e-4 < moved < 1.2e-3
     assert turned < 1e-3
     again = apart(in_other_frames(spoilt), design())
@@ -227,8 +225,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(robot, joints=joints)
 
-    # The zero position of a motor is identifiable; the zero position of a passive joint is
-    # arbitrary.
+    # The zero position of a motor is identifiable, but that of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), robot)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, robot)[1] < 3e-3

@@ -1,4 +1,4 @@
-"""Inverses for the orientation task, and for the whole pose of arms with three revolute joints."""
+"""Inverses for the orientation task, and for arms with three revolute joints."""
 
 import random
 
@@ -33,7 +33,7 @@ joints = [
 
 
 def orientation_case(seed: int) -> Derived:
-    """Returns the orientation task of a random arm, with all revolute joints but three fixed."""
+    """Returns the orientation task of a random arm with three free revolute joints."""
     draw = random.Random(seed)
     kinds = draw.choice(("RRR", "RRR", "RRRP", "PRRR", "RPRR", "RRPRP"))
     arm = decoupled(kinds, 2 + seed)
@@ -58,7 +58,6 @@ def fixed_case(seed: int) -> Derived:
 
 
 def check(case: Derived, seed: int) -> None:
-    """Compares the solutions of random poses with Newton's method from many starts."""
     rng = np.random.default_rng(seed)
     q = case.random(rng, POSES)
     q[:, list(case.free)] = 0.0

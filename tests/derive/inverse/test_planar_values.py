@@ -1,7 +1,7 @@
-"""Arms that are planar only if the fixed joint is 0, because some axes are oblique at other values.
+"""Arms that are planar only if the fixed joint is 0.
 
-Three joints position the center of a spherical wrist. At the planar values, one of the three joints
-does not change the height of the center, so this joint may have any value.
+Three joints position the center of a spherical wrist. In a planar arm, one of the three joints does
+not change the height of the center, so its value is arbitrary.
 """
 
 import numpy as np
@@ -36,8 +36,7 @@ POSES = 200
 
 
 def case_of(joints, seed):
-    """Returns an arm with random lengths and its inverse, which takes the value of the fixed
-    joint."""
+    """Returns an arm with random lengths and a fixed joint, and its inverse."""
     axes = [*joints, *(("R", axis) for axis in WRIST)]
     case = solved_with_fixed(axes, seed, meeting=len(joints))
     assert case.inverses.classification.found.family.title == "spherical wrist"
@@ -45,8 +44,7 @@ def case_of(joints, seed):
 
 
 def verdict(joints, value, seed=0):
-    """Returns the counts of missed poses, wrong solutions and lost configurations, without any
-    iteration."""
+    """Counts missed poses, wrong solutions and lost configurations without iteration."""
     case = case_of(joints, seed)
     q = case.random(np.random.default_rng(seed), POSES)
     q[:, joints.index(FIXED)] = value

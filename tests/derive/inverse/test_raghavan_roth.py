@@ -67,7 +67,6 @@ def of(name):
 
 @cache
 def choice_of(name):
-    """Returns the elimination orders chosen for an arm."""
     return choose(of(name))
 
 
@@ -114,7 +113,7 @@ def test_translation_along_z_expands_in_powers(sign):
 
 
 def factors(value, slides):
-    """Returns a joint's factors in the equations: 1, cosine, sine, or powers of a displacement."""
+    """Returns a joint's factors in the equations: cosine and sine, or displacement powers."""
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 

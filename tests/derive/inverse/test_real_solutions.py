@@ -1,4 +1,4 @@
-"""All real solutions of a general arm, found numerically and by the compiled inverse."""
+"""Real solutions of a general arm, found numerically and by the compiled inverse."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,4 @@
-"""Subproblems 5 and 6 find all planted solutions, also at double roots and multiples of 90
-degrees."""
+"""Subproblems 5 and 6 find all planted solutions, including double roots."""
 
 import itertools
 
@@ -23,7 +22,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 
 def lowered(terms, symbols, values):
-    """Returns values as one CasADi function of a vector and two signs."""
+    """Compiles values to a CasADi function of a vector and two signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),
@@ -33,8 +32,7 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """Returns the function's values for each row of X in all four solution slots: (N, 4,
-    outputs)."""
+    """Evaluates the function in all four solution slots (N, 4, outputs)."""
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
         for signs in BRANCHES
@@ -43,7 +41,7 @@ def slots(function, X):
 
 
 def angles_of(turns, limit=1e-15):
-    """Returns angles of cosine-sine pairs; checks that the pairs are unit vectors."""
+    """Returns angles of cosine-sine pairs, which must be unit vectors."""
     np.testing.assert_allclose(np.hypot(turns[..., 0], turns[..., 1]), 1, rtol=0, atol=limit)
     return np.arctan2(turns[..., 1], turns[..., 0])
 
@@ -74,13 +72,11 @@ def solve6():
 
 
 def rows_of(X):
-    """Returns the coefficients (N, 2, 4) of both equations."""
     return np.stack([X[:, [0, 1, 4, 5]], X[:, [2, 3, 6, 7]]], 1)
 
 
 def planted6(A, angles):
-    """Appends the right-hand sides of the equations for which the specified angles are
-    solutions."""
+    """Appends the right-hand sides for which the angles are solutions."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 
@@ -118,7 +114,7 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Counts the real solutions from the roots in exp(i theta2), after theta1 is eliminated."""
+    """Counts the real roots in exp(i theta2), after theta1 is eliminated."""
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])
@@ -146,7 +142,7 @@ def singular(A, generator, first, second):
 
 
 def circles(generator, N):
-    """Returns the coefficients for a vector that rotates in the plane of the equations."""
+    """Returns coefficients for a vector that rotates in the plane of the equations."""
     radius, angle = generator.uniform(0.1, 2, N), generator.uniform(-np.pi, np.pi, N)
     c, s = radius * np.cos(angle), radius * np.sin(angle)
     return np.stack([c, -s, s, c], 1)
@@ -242,11 +238,10 @@ def roots():
 
 
 def polynomial_of(angles):
-    """Returns the coefficients of a polynomial with four specified roots; the largest coefficient
-    is 1.
+    """Returns the polynomial with four specified roots.
 
-    The roots r of the polynomial are the roots of sum(c_k e^(i k phi)), k = -2 ... 2, with c_2 =
-    e^(-i s/2), where s is the sum of the roots.
+    The roots r are the roots of sum(c_k e^(i k phi)), k = -2 ... 2. The coefficient c_2 is e^(-i
+    s/2) for the sum s of the roots. The largest coefficient is 1.
     """
     coefficients = []
     for row in angles:
@@ -314,7 +309,7 @@ def solve5():
 
 
 def turned(k, turn, p):
-    """Rotates vectors by Rodrigues' formula, from cosine and sine."""
+    """Rotates vectors by Rodrigues' formula."""
     c, s = turn[..., :1], turn[..., 1:]
     along = k * (k * p).sum(-1, keepdims=True)
     return along + c * (p - along) + s * np.cross(k, p)
@@ -325,7 +320,7 @@ def pair(angle):
 
 
 def closing(t, k1, p1, k2, p2, k3, p3):
-    """Returns the vectors of a loop; p0 is selected to close the loop at specified angles."""
+    """Returns the vectors of a loop. The vector p0 closes the loop at specified angles."""
     w = p2 + turned(k3, pair(t[2]), p3)
     return turned(k2, pair(t[1]), w) - turned(k1, pair(t[0]), p1), k1, p1, k2, p2, k3, p3
 
@@ -356,8 +351,7 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """Tests the complete grid of axes and multiples of 90 degrees, with integer and arbitrary
-    vectors."""
+    """Tests a complete grid of axes and multiples of 90 degrees."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

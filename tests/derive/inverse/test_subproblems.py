@@ -1,4 +1,4 @@
-"""Subproblems 1 to 4 and prismatic joints: planted solutions, both signs, and boundary behavior."""
+"""Subproblems 1 to 4 and prismatic joints: planted solutions and boundary cases."""
 
 import itertools
 
@@ -31,7 +31,7 @@ def symbols(*names):
 
 
 def compiled(terms, inputs, outputs):
-    """Returns outputs (M, outputs) as a function of inputs (M, n) and a sign."""
+    """Compiles a function from inputs (M, n) and a sign to outputs (M, outputs)."""
     flat = tuple(x for value in inputs for x in (value if isinstance(value, tuple) else (value,)))
     arguments = (Argument("x", flat, (len(flat),), "", ""), Argument("sign", (SIGN,), (1,), "", ""))
     result = Result("y", tuple(outputs), (len(outputs),), "", "")
@@ -45,7 +45,6 @@ def compiled(terms, inputs, outputs):
 
 
 def turned(k, angle, v):
-    """Returns the rows R(k, angle) v, rotated about the axis k."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     along = k * np.sum(k * v, axis=1, keepdims=True)
     return along + c * (v - along) + s * np.cross(k, v)
@@ -70,7 +69,7 @@ def units(rng, count=N):
 
 
 def nearest(distance):
-    """Returns the minimum of a function of an angle, from a grid."""
+    """Returns the minimum of a function on a grid of angles."""
     return np.min([distance(np.full(1, angle)) for angle in ANGLES])
 
 
@@ -177,7 +176,7 @@ def test_sp4_sign_selects_rotation_sense(solve4):
 
 
 def test_sp4_on_a_line_through_the_center_has_opposite_solutions():
-    """A line through the center always meets the circle, so the solutions have no margin."""
+    """A line through the center always meets the circle, so its solutions have no margin."""
     terms, p = Terms({}), sp.symbols("p1:4", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     found = sp4(terms, (one, zero, zero), (zero, zero, one), p, zero, SIGN)
@@ -256,15 +255,15 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation keeps x at 1, and the first keeps z at 0, so the
-    # rotations cannot turn the vector x out of the plane z = 0.
+    # The second rotation keeps x at 1, and the first keeps z at 0. The rotations cannot turn the
+    # vector x out of the plane z = 0.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()
 
 
 def test_sp2_out_of_reach_is_finite_where_the_second_angle_is_arbitrary():
-    """The first angle is the least-squares angle, and rotates v onto the second axis."""
+    """The first angle is the least-squares angle, which rotates v onto the second axis."""
     terms, (v,) = Terms({}), symbols("v")
     k, m, p = [tuple(map(sp.Rational, row)) for row in ("001", "100", ("2", "1/2", "0"))]
     first, second = sp2(terms, k, m, p, v, SIGN)
@@ -302,7 +301,7 @@ def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
-    """The angle of a stretched or folded elbow is accurate, not only its cosine."""
+    """Not only the cosine of a stretched or folded elbow is accurate."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
@@ -330,7 +329,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # An elbow distance of 1e-9 is not treated as a folded elbow.
+    # An elbow distance of 1e-9 does not count as folded.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
@@ -346,7 +345,7 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
     ids=["stretched", "nearly stretched", "folded", "nearly folded"],
 )
 def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
-    """The error of D2 is the rounding error of the sum `whole`."""
+    """The error of D2 is the rounding error of `whole`."""
     terms, square, size = Terms({}), *sp.symbols("D W", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p = (one, zero, zero)
@@ -357,7 +356,7 @@ def test_sp3_merges_solutions_that_rounding_does_not_separate(D2, whole, apart):
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
-    """The vectors have lengths 1 and 1 + 3e-8, with a nearly folded elbow."""
+    """The vectors have lengths 1 and 1 + 3e-8, and the elbow is nearly folded."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
     k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
@@ -420,8 +419,7 @@ def test_direction_of_constant_zero_is_zero_angle(is_parameter):
 
 
 def test_direction_of_rounding_noise_is_zero_angle():
-    """The square of a vector of length 1e-17 underflows to 0, and the direction of the vector is
-    arbitrary."""
+    """The square of a length of 1e-17 underflows to 0, so the direction is arbitrary."""
     terms, noise = Terms({}), sp.Rational(1, 10**17)
     turn = direction(terms, noise, -noise)
     assert [float(terms.value(x)) for x in (turn.c, turn.s)] == [1.0, 0.0]

@@ -1,10 +1,8 @@
-"""The command ``python tests/derive/latex/read_all.py [ARM ...]`` tests the inverse printed in
-articles.
+"""Tests the inverses printed in articles: ``python tests/derive/latex/read_all.py [ARM ...]``.
 
 The script parses the printed text, evaluates it at random poses, and compares it with ``ik``. The
-default is all shipped arms, and the arms that are derived on first use (``derive/robots/shelf``).
-The script prints the number of agreeing solutions, or the reason why an article cannot be
-evaluated.
+default is all shipped arms and all arms in ``derive/robots/shelf``. The script prints the number of
+agreeing solutions, or the reason for a failed evaluation.
 """
 
 import sys
@@ -37,7 +35,7 @@ def message(name):
 
 
 def main(names):
-    """Tests all arms; returns the number of wrong articles."""
+    """Returns the number of wrong articles."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

@@ -1,4 +1,4 @@
-"""The article of a coupled arm prints the inverse of its joints, and then its coordinates."""
+"""The article of a coupled arm prints the inverse of its joints and motors."""
 
 import re
 
@@ -45,7 +45,7 @@ ARMS = {"base_elbow": BASE_ELBOW, "palletizer": PALLETIZER, "follower": FOLLOWER
 
 @pytest.fixture(scope="module", params=ARMS)
 def article(request):
-    """The name, the derivation and the LaTeX fragments of a coupled arm."""
+    """Returns the name, the derivation and the LaTeX fragments of a coupled arm."""
     found = derive(read_text(ARMS[request.param]), functions=["fk", "ik"])
     return request.param, found, fragments(found)
 
@@ -54,7 +54,6 @@ def test_printed_steps_and_coordinates_reproduce_ik(article):
     name, found, texts = article
     opening, structure, steps = texts["inverse.tex"].partition("The structure is")
     if name == "follower":
-        # The chain without the follower has its own symbols.
         texts = texts | {"symbols.tex": opening.partition("Here ")[2]}
     assert read_back(found, 10, texts | {"inverse.tex": structure + steps}) > 10
 

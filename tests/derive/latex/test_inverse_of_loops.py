@@ -1,4 +1,4 @@
-"""Articles explain how the inverse of a robot with loops computes the actuators."""
+"""Articles explain the inverse of robots with loops."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ BOOM = Path(__file__).parents[1] / "inverse" / "mechanisms" / "skew_boom.toml"
 
 
 def printed(robot):
-    """Returns the part of the article that describes the inverse."""
+    """Returns the inverse part of an article."""
     return files(derive(robot, functions=["ik"]), NO_PROGRAMS)["latex/inverse.tex"]
 
 

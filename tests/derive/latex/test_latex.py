@@ -1,4 +1,4 @@
-"""Printed formulas are correct, have unambiguous names, and are reproducible."""
+"""Printed formulas are correct, unambiguous and reproducible."""
 
 import os
 import re
@@ -45,7 +45,7 @@ R = sp.Rational
 
 
 class Reader:
-    """Evaluates the printed symbols of an article numerically."""
+    """Evaluates the printed symbols of an article."""
 
     def __init__(self, found, notation, q):
         self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}
@@ -119,7 +119,7 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
 
 
 def _exponential(screw, theta):
-    """Returns the exponential of a numerical screw, which is a unit screw up to rounding error."""
+    """Returns the exponential of a numerical unit screw."""
     symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
     if all(abs(entry) < TRUE for entry in screw[3:]):
         symbols[3:, 0] = sp.zeros(3, 1)
@@ -146,7 +146,7 @@ def test_fragments_and_document_name_the_same_files():
 
 @pytest.mark.parametrize("name", REPRINTED)
 def test_printed_article_equals_the_committed_article(name):
-    """The text of all other articles is tested in the committed files."""
+    """Other tests check the committed files of the other articles."""
     texts = files(derivation(name), NO_PROGRAMS)
     assert texts.pop(f"{name}.tex") == (GENERATED / name / f"{name}.tex").read_text()
     assert texts == {f"{FOLDER}/{file}": text for file, text in committed(name).items()}
@@ -164,7 +164,7 @@ sys.stdout.buffer.write("".join(printed("awkward").values()).encode())
 
 
 def test_article_is_independent_of_hash_seed():
-    """A different hash seed gives the same article as the hash seed of this process."""
+    """A different hash seed gives the same article."""
     seed = "1" if os.environ.get("PYTHONHASHSEED") == "20" else "20"
     done = subprocess.run(
         [sys.executable, "-c", PRINT],
@@ -313,7 +313,6 @@ def test_long_words_can_break():
 
 
 def parameters_of(robot):
-    """Returns the parameter table of a robot's article."""
     return parameters(Page.of(derive(robot, functions=["fk"])))
 
 
@@ -337,7 +336,7 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """Writes a chain of URDF joints; each has name, type, axis, roll and further elements."""
+    """Writes a chain of URDF joints with name, type, axis, roll and further elements."""
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
         parts.append(

@@ -1,4 +1,4 @@
-"""The printed inverse agrees with the generated inverse, and is readable."""
+"""The printed inverse is readable and agrees with the generated inverse."""
 
 import itertools
 import re
@@ -40,7 +40,7 @@ PRINTED = ("jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry
 
 
 class Reader:
-    """Evaluates the steps of a task numerically, for one choice of signs."""
+    """Evaluates the steps of a task for one choice of signs."""
 
     def __init__(self, page, task, numbers, signs):
         notation = page.equations.notation
@@ -62,7 +62,7 @@ class Reader:
     def meaning(self, meaning):
         """Returns the value of a short symbol.
 
-        An angle may be known only as part of an angle sum.
+        An angle may be known only in an angle sum.
         """
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
@@ -79,7 +79,7 @@ class Reader:
         for step in task.steps:
             self.define(step.definitions)
             if not step.solution:
-                # A quartic has no printed formula, so its equations are checked instead.
+                # A quartic has no printed formula, so the test checks its equations.
                 self.known[step.name] = self.sums[step.unknown] = sp.Float(coordinates[step.name])
                 continue
             value = sum(map(self, step.solution))
@@ -91,7 +91,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Checks the single equation that several steps share."""
+        """Checks the equation that several steps share."""
         if not steps:
             return
         equation = steps[0].equation
@@ -108,13 +108,13 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Returns reachable input values of a task, keyed by symbol."""
+    """Returns reachable inputs of a task, keyed by symbol."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
     given = dict(zip((f"q{k + 1}" for k in range(len(q))), q, strict=True))
     if function.name == "ik_position":
-        # The joints that the task does not determine are 0.
+        # Joints that the task does not determine are 0.
         q[3:] = 0.0
         p = np.array(kernels(name)["fk"](q)).reshape(4, 4)[:3, 3]
     known = {
@@ -133,14 +133,12 @@ def target_of(name, function, rng):
 
 @cache
 def page_and_tasks(name):
-    """Returns the printed article of a shipped robot and the printed tasks of its inverse."""
     page = Page.of(derivation(name))
     return page, printed_tasks(page, page.inverse, {})
 
 
 def check(page, tasks, name, function_of, target):
-    """Compares every solution slot inside the boundary with the generated function, and counts the
-    slots."""
+    """Compares the printed solutions with the generated function, and counts them."""
     compared = 0
     for task in tasks.values():
         function = task.solved.function
@@ -236,7 +234,7 @@ def test_committed_inverses_print_no_internal_name(name):
 
 
 def assert_readable(text):
-    """Asserts that the printed inverse is short, and has no internal names or numbers."""
+    """Asserts that the printed inverse is short and has no internal names."""
     assert not re.search(r"(?<![\w\\}$])_(sign|[tkrpuc])?\d", text)
     for unwanted in ("zoo", "nan", "sqrt(", "Piecewise", "e-150", "e-300", "_swivel", "_total"):
         assert unwanted not in text
@@ -295,7 +293,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """The sign of each joint in a sum follows from its axis and its coordinate."""
+    """The signs in a sum follow from each joint's axis and coordinate."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

@@ -1,4 +1,4 @@
-"""Printed eliminations of platforms on legs of all types agree with compiled functions."""
+"""Printed eliminations of platforms on legs agree with compiled functions."""
 
 from functools import cache
 
@@ -17,8 +17,8 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Each case is a set of leg types and the number of harmonics of the polynomial; each leg
-    # constrains a point to a circle or a line.
+    # Each case has leg types and the number of harmonics. A leg constrains a point to a circle or a
+    # line.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),
@@ -29,7 +29,7 @@ ANGLES = (-2.9, 0.4, 1.7)
 
 
 class Numbers:
-    """Evaluates the printed symbols of an article numerically."""
+    """Evaluates the printed symbols of an article."""
 
     def __init__(self, page, q, phi):
         notation = page.chain.equations.notation
@@ -62,7 +62,7 @@ def printed(name):
 
 
 def vectors_of(found, numbers):
-    """Returns the vectors that occur in products, keyed by the text of their symbols."""
+    """Returns the vectors in products, keyed by the text of their symbols."""
     numbers.name([pair for of in (*found.u, *found.n) for pair in of])
     heads = {"u": range(2, 4), "n": range(4 - len(found.n), 4)}
     parts = {"u": found.u, "n": found.n}
@@ -109,8 +109,7 @@ def test_printed_leg_elimination_equals_assembly_polynomial(name):
 
 
 def _check_position(platform, shown, numbers, vectors, residual, phi):
-    """Checks that w solves the pair of linear equations, or the equations of the first two lines,
-    at any angle."""
+    """Checks that w solves the linear equations, or the equations of the first two lines."""
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     (cross,) = found.solution.atoms(Cross)
     a, b = (vectors[tex[symbol]] for symbol in cross.args)
@@ -128,7 +127,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(left[lines], 0, atol=1e-9)
     circles = np.array([numbers(L) for L in shown.legs.L])
     squares = (left[: len(circles)] + circles) ** 2 - circles**2
-    # For legs that constrain a point to a circle, the squared distances have equal residuals.
+    # For points on circles, the squared distances have equal residuals.
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 

@@ -37,7 +37,7 @@ NEAR = 0.05
 
 
 class Reader:
-    """Evaluates the printed symbols of an article numerically."""
+    """Evaluates the printed symbols of an article."""
 
     def __init__(self, page):
         notation = page.chain.equations.notation
@@ -78,7 +78,7 @@ class Reader:
         assert abs(left - right) < TRUE
 
     def space(self, value):
-        """Evaluates an expression of spatial vectors and numbers; v^2 is a scalar product."""
+        """Evaluates an expression of vectors and numbers. v^2 is a scalar product."""
         if value in self.positions:
             return self.positions[value]
         if not value.free_symbols & {*self.positions}:
@@ -102,14 +102,13 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Evaluates the velocities of a step by solving the linear equations between its
-        unknowns."""
+        """Solves the printed linear equations for the velocities of a step."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may use the joint rate that the preceding equation solves.
+        # An equation may use the joint rate from the preceding equation.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -123,21 +122,18 @@ class Reader:
 
 @cache
 def derivation(name):
-    """Derives the compared functions of a shipped robot."""
     known = {function.name for function in read_manifest(GENERATED / name).functions}
     return derive(read(description(name)), functions=[f for f in COMPARED if f in known])
 
 
 @cache
 def kernels(name):
-    """Returns the CasADi functions of a derivation, keyed by name."""
     functions = derivation(name).functions
     return dict(zip([f.name for f in functions], lower(functions, name), strict=True))
 
 
 @cache
 def page_of(name):
-    """Returns the printed article of a shipped robot."""
     return LoopPage.of(derivation(name))
 
 
@@ -146,7 +142,6 @@ def random(count, seed):
 
 
 def some_q(name):
-    """Returns actuated coordinates near the reference."""
     hybrid = derivation(name).hybrid
     at = hybrid.at_reference
     q = [
@@ -233,8 +228,7 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     reader, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain has more joints than degrees of freedom, so its joint rates must be consistent
-        # with the loops.
+        # The chain has more joints than degrees of freedom, so its joint rates must fit the loops.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     reader.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})
@@ -252,7 +246,6 @@ def test_printed_rates_match_actuator_rates(name):
 
 @pytest.mark.parametrize("name", TURNED_BACK)
 def test_printed_loop_equations_match_constraint_function(name):
-    # A page defines the symbols of an equation only once.
     page = LoopPage.of(derivation(name))
     z = random(len(page.joints), 11)
     expected = array(name, "constraint", z)
@@ -399,14 +392,13 @@ def test_loop_fragments_exist_only_for_closed_loops():
     assert "solution.tex" in geared
     text = (GENERATED / "four_bar" / "four_bar.tex").read_text()
     inputs = re.findall(r"\\input\{latex/(\w+)\}", text)
-    # The figure comes before the text.
     assert inputs[0] == "drawing"
     assert sorted(f"{name}.tex" for name in inputs) == sorted(with_loops)
     assert "tikz" in text
 
 
 def geared():
-    """Returns a geared slider in a frame that closes a parallelogram."""
+    """Returns a geared slider whose frame closes a parallelogram."""
     joints = (
         Joint("theta", "revolute", link="one", parent="0"),
         Joint("q_1", "revolute", link="two", parent="0"),
@@ -446,7 +438,7 @@ def test_member_names_are_printed_as_readable_text():
     assert words("boom_cylinder.piston", {}) == "piston of boom cylinder"
     assert words("boom_swing", struts) == "boom swing"
     assert words("side_a_swing", struts) == "near end of side a"
-    # Two rods share one pin of a third body, as in the rhombus of Peaucellier's linkage.
+    # Two rods share one pin, as in the rhombus of Peaucellier's linkage.
     shared = "pin between near end of side a and near end of side b"
     assert words("side_a_swing.side_b_swing", struts) == shared
     assert words("arm_1.rod_2.end", {}) == "pin between arm 1 and far end of rod 2"

@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 @cache
 def derived(name):
-    """A shipped robot, or a planar robot with rotated base and tool on three unequal rods."""
+    """Derives a shipped robot, or a planar robot on three unequal rods."""
     if name != "crooked":
         written = ELIMINATED if name in TRIADS else WRITTEN
         return derive(read(ROBOTS / f"{name}.toml"), functions=written)
@@ -46,7 +46,6 @@ def functions(name):
 
 
 def called(name, function, *arguments):
-    """Returns every output of a function in its array shape."""
     results = functions(name)[function](*arguments)
     results = results if isinstance(results, tuple) else (results,)
     outputs = derived(name).function(function).outputs
@@ -59,7 +58,7 @@ def printed(name):
 
 
 class Numbers:
-    """Evaluates the printed symbols of an article numerically."""
+    """Evaluates the printed symbols of an article."""
 
     def __init__(self, name, theta, q):
         page = printed(name).page
@@ -109,7 +108,7 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # The product does not depend on the platform's rotation, and the pins are constant.
+    # The product and the pins do not depend on the platform's rotation.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))
@@ -131,7 +130,7 @@ def test_printed_velocity_relation_matches_function(name):
 
 
 def eliminated(numbers, triad, length, phi):
-    """Returns both sides of the printed equation, and the first rod, at an angle."""
+    """Returns both sides of the printed equation and the first rod at an angle."""
     numbers.give([triad.phi], [phi])
     (rod,) = triad.equations.polynomial[1].free_symbols - triad.equations.solution.free_symbols
     numbers.give([rod], [length])
@@ -151,8 +150,7 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the rotation by 90 degrees. The test evaluates J as 1 and applies the
-    # rotation afterwards.
+    # J in the formula is the rotation by 90 degrees. The test applies the rotation afterwards.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)
@@ -185,7 +183,7 @@ def test_printed_position_solves_rods_at_each_polynomial_root(name):
     length = numbers(printed(name).rods[0].length)
     (coefficients,) = called(name, "assembly_polynomial", q)
     a0, *rest = coefficients
-    # The coefficients of exp(i phi)^6 and of the lower powers equal the printed coefficients.
+    # The coefficients of exp(i phi)^6 and lower powers equal the printed coefficients.
     half = [(a + 1j * b) / 2 for a, b in zip(rest[::2], rest[1::2], strict=True)]
     xi = np.roots([*np.conj(half[::-1]), a0, *half])
     angles = np.angle(xi[np.abs(np.abs(xi) - 1) < 1e-6])

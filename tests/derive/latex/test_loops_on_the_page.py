@@ -1,4 +1,4 @@
-"""Articles of random mechanisms: the loops of worked examples close, and matrix sizes agree."""
+"""Articles of random mechanisms: worked examples close their loops, and matrix sizes agree."""
 
 import re
 
@@ -19,8 +19,7 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """At a tenth of the limit range from the reference, the loops of this mechanism cannot be
-    closed."""
+    """The loops cannot close at a tenth of the limit range from the reference."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example
@@ -29,7 +28,7 @@ def test_worked_example_uses_a_closed_configuration():
 
 @pytest.mark.parametrize("text", [LOADER, TWIN], ids=["loader", "two cylinders"])
 def test_worked_example_closes_loops_of_dependent_chain_joints(text):
-    """Round values of both joints of the main chain cannot close the loop of the links."""
+    """Round values of both main-chain joints cannot close the loop of the links."""
     functions = ["chain_fk", "actuators_all"]
     example = worked_example_of_loops(LoopPage.of(derive(read_text(text), functions=functions)))
     (angles,) = re.findall(r"At \$\\theta_\{1\} = (.*?)\^.*?\$\\theta_\{2\} = (.*?)\^", example)

@@ -1,4 +1,4 @@
-"""Names do not depend on the order in which functions, terms or symbols are requested."""
+"""Names do not depend on the order of functions, terms or symbols."""
 
 import random
 from itertools import permutations
@@ -36,7 +36,7 @@ WRITERS = {
 
 
 def message(function):
-    """Returns the full text of a function, including the names and the order of its terms."""
+    """Returns the text of a function with the names and the order of its terms."""
     return function.name, function.outputs, function.definitions(), function.margin
 
 
@@ -88,7 +88,7 @@ def test_term_names_are_independent_of_request_order():
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)
-    # Selects every fourth of the 24 orders, so that each function comes first at least once.
+    # Every fourth of the 24 orders, so that each function comes first at least once.
     for order in [*permutations(asked)][3::4]:
         assert named(order) == expected
 

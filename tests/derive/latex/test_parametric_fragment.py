@@ -1,4 +1,4 @@
-"""Articles of robots with parametric functions, and model reports, compile and agree."""
+"""Articles with parametric functions and model reports compile and agree."""
 
 import re
 import subprocess
@@ -88,7 +88,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The product of the parsed factors is the pose, for the nominal and for other geometries."""
+    """The product of the printed factors is also the pose for other geometries."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)
@@ -108,7 +108,6 @@ def test_printed_parametric_product_equals_the_pose(sagging, written):
 
 
 def number(text, p):
-    """Returns the value of a sum of parameters and numbers."""
     terms = re.findall(r"(-?)\s*(?:p_\{(\d+)\}|(\d+(?:\.\d+)?(?:e-?\d+)?))", text)
     values = [p[int(index) - 1] if index else float(constant) for _, index, constant in terms]
     return sum(-v if sign else v for (sign, *_), v in zip(terms, values, strict=True))
@@ -129,7 +128,7 @@ def step(kind, axis, values):
 
 
 def first_row(sagging, places):
-    """Returns the symbols in the first row of a table of base parameters with these indices."""
+    """Returns the first symbols of a table of base parameters."""
     base = [one for one in sagging.geometry.parameters if one.joint == "base"]
     printer = Printer({one.symbol: f"p_{{{one.symbol.name[1:]}}}" for one in base}, {})
     table = parameter_table([base[k] for k in places], printer)

@@ -1,4 +1,4 @@
-"""Numbers in articles: all digits of file values, few digits of computed values, powers of ten."""
+"""Numbers in articles: digits of file values and computed values, and powers of ten."""
 
 import random
 import re
@@ -136,7 +136,7 @@ def test_long_limits_are_cut_and_fractions_are_kept():
 def test_no_literal_of_an_article_is_longer_than_a_double():
     """The arm has measured geometric errors.
 
-    The dimensions of its nominal arm are exact doubles.
+    Its nominal dimensions are exact doubles.
     """
     text = """
     name = "measured"

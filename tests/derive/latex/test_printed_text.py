@@ -1,4 +1,4 @@
-"""The LaTeX text of an inverse, parsed and evaluated, agrees with the generated inverse."""
+"""The parsed LaTeX text of an inverse agrees with the generated inverse."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ CHAIN = "R/RLP/RxrxR"
 
 
 def count_read_back(found, texts):
-    """Returns the number of agreeing solutions of an article that contains a formula."""
+    """Counts the agreeing solutions of an article."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

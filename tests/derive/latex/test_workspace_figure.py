@@ -1,4 +1,4 @@
-"""The outline of a workspace has the known area, contains samples, and is reproducible."""
+"""Outlines of workspaces have the known area, contain samples, and are reproducible."""
 
 import math
 import re
@@ -33,7 +33,6 @@ SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "r
 
 @cache
 def derivation(name):
-    """Derives the pose of a shipped robot."""
     return derive(read(description(name)), functions=["fk"])
 
 
@@ -43,7 +42,7 @@ def bodies_of(robot):
 
 
 def arm(lengths, bounds, *, upright):
-    """Returns an arm with parallel axes, optionally on a vertical first axis."""
+    """Returns an arm with parallel axes. The first axis may be vertical."""
     x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
     joints = []
     if upright:
@@ -70,8 +69,8 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow angle determines the distance, and the shoulder sweeps an arc, so the region is a
-    # ring sector.
+    # The elbow determines the distance, and the shoulder sweeps an arc. The region is a ring
+    # sector.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -85,7 +84,7 @@ def test_joint_limits_reduce_the_area_to_a_ring_sector():
 
 
 def inside(loops, points):
-    """Tests whether points are in polygons, by counting edges that a ray to the right crosses."""
+    """Tests points in polygons by counting the edges to their right."""
     count = np.zeros(len(points), dtype=int)
     x, y = points.T
     for loop in loops:
@@ -166,7 +165,7 @@ def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
 
 
 def test_five_bar_area_equals_integral_of_determinant():
-    """The map is injective within the limits, which exclude dead points."""
+    """The limits exclude dead points, so the map is injective."""
     low, high = bounds_of("five_bar").T
     cells, step = 100, 1e-5
     grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells
@@ -183,7 +182,7 @@ def test_five_bar_area_equals_integral_of_determinant():
 
 
 def test_configurations_without_position_are_excluded():
-    """The two links cannot reach below the x axis, so the workspace is half of a ring."""
+    """The links cannot reach below the x axis, so the workspace is half of a ring."""
 
     def at(q):
         angle = np.cumsum(q, axis=1)

@@ -1,4 +1,4 @@
-"""A new kind of solution step, added as one class in a list, is solved and printed."""
+"""A new kind of solution step, added as one class, is solved and printed."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -36,10 +36,9 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins in an isosceles triangle, whose two arms have equal constant length.
+    """Three pins in an isosceles triangle with equal constant arms.
 
-    The third pin has the position C = D/2 + k J D on the base D, with a factor k and the quarter
-    turn J.
+    The third pin has the position C = D/2 + k J D on the base D. J is the quarter turn.
     """
 
     base: Arm
@@ -72,7 +71,7 @@ class Isosceles(PlanarStep):
                 relation=relation,
                 turned=d.angle,
                 solved=(first, second),
-                # The margin is sin^2 of the angle between the arms, as for three pins.
+                # The margin is sin^2 of the angle between the arms.
                 margin=terms.let(inside * d.square**2 / v.square**2),
                 sign=sign,
                 base=d,
@@ -160,7 +159,6 @@ FUNCTIONS = ["configuration", "chain", "chain_rates", "margin", "chain_all"]
 
 
 def numbers():
-    """Evaluates the functions at some coordinates, one row per function and coordinate."""
     found = []
     for f in lower(derive(rocker(), functions=FUNCTIONS).functions, "test"):
         for q in np.linspace(-1.5, 1.5, 31):

@@ -1,4 +1,4 @@
-"""The function for all branches rejects inconsistent values of redundant main-chain joints."""
+"""The all-branch function rejects inconsistent values of redundant joints."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,6 @@ FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 
 def every_actuator(mechanism):
-    """Returns the all-branch function of the actuators."""
     (function,) = derive(mechanism, functions=["actuators_all"]).functions
     (kernel,) = lower([function], mechanism.name)
     shape = function.outputs[0].shape

@@ -1,4 +1,7 @@
-"""Planar loops, solved by Assur groups, close on the intended branch with few square roots."""
+"""Planar loops close on the intended branch with few square roots.
+
+Assur groups solve the loops.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -46,8 +49,10 @@ UP = ("x", sp.pi / 2)
 
 
 def oldham():
-    """A mechanism with two perpendicular sliders on a rotating block; its unknown joints are one
-    pin and two prismatic joints."""
+    """A mechanism with two perpendicular sliders on a rotating block.
+
+    The unknown joints are one pin and two prismatic joints.
+    """
     return Mechanism(
         "oldham",
         (
@@ -63,7 +68,7 @@ def oldham():
 
 
 def crank_slider_offset():
-    """A slider drives a crank through a rod. The slider position is known, not the crank angle."""
+    """A slider drives a crank through a rod."""
     return Mechanism(
         "press",
         (
@@ -97,7 +102,7 @@ def cylinder_and_rod():
 
 
 def backwards():
-    """A four-bar in which joints are reversed and an axis is flipped."""
+    """A four-bar with reversed joints and a flipped axis."""
     whole = four_bar()
     crank, elbow, rocker = whole.joints
     over = (*rocker.before, Rotation("x", sp.pi))
@@ -191,7 +196,7 @@ def test_solved_configurations_close_all_loops(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_newton_from_reference_converges_to_the_solved_branch(name):
-    """Newton's method, started at the described configuration, converges to the same solution."""
+    """Newton's method starts at the described configuration."""
     h = hybrid(name)
     given = dict(h.mechanism.reference)
     model = Model(BUILDERS[name]())
@@ -243,8 +248,7 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
-    """For a crank of length 1, the offset of the crank pin from the line is the sine of the solved
-    angle."""
+    """At crank length 1, the offset of the crank pin is the sine of the solved angle."""
     derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):
@@ -322,15 +326,14 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # The chain is solved by iteration, so the program statements come after a solver call.
+    # Iteration solves the chain, so the statements follow a solver call.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """A pendulum without a drive on the coupler stays undetermined, and the report names the
-    pendulum."""
+    """A pendulum without a drive on the coupler is undetermined and named in the report."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -350,7 +353,7 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """The vectors of a step identify arms that are equal and parallel for all parameter values."""
+    """Vectors identify arms that are equal and parallel for all parameter values."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(
@@ -366,7 +369,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly mode is a different branch, and needs no square root either.
+    # The crossed assembly mode is a different branch without a square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

@@ -1,4 +1,4 @@
-"""A four-bar linkage whose cranks rotate about one axis, so that its loop is a rigid triangle."""
+"""A four-bar linkage with coaxial cranks, so that its loop is a rigid triangle."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from tests.support.compiling import compiled
 
 
 def test_linkage_with_coaxial_cranks_rotates_as_one_body(tmp_path):
-    """The loop closes everywhere: the radicand of its triangle does not depend on the crank."""
+    """The radicand of the triangle does not depend on the crank."""
     linkage = read(Path(__file__).with_name("coaxial_four_bar.toml"))
     robot = compiled(linkage, tmp_path, ["fk", "configuration", "margin"], ["c"])
     q = np.linspace(-3, 3, 7)[:, None]

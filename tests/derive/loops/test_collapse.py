@@ -1,4 +1,4 @@
-"""Chains whose rotations cancel are replaced by translations, detected from the loops."""
+"""Translations replace chains whose rotations cancel."""
 
 from dataclasses import replace
 
@@ -20,7 +20,6 @@ def stations(h):
 
 
 def solved_terms(h, expressions):
-    """Returns the solved terms on which expressions depend."""
     needed = h.terms.needed(expressions)
     roots = [
         s
@@ -40,8 +39,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in tool_groups(board) for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # The shoulder and elbow terms vanish, because the wrist compensates for both joints. The pitch
-    # term is the only remaining term.
+    # The wrist compensates for shoulder and elbow, so only the pitch term remains.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept
@@ -55,7 +53,7 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = tool_kinematics(board).motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # The term that makes the results of open loops NaN is 0 if all loops are closed.
+    # A term makes the results of open loops NaN. It is 0 if all loops are closed.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -77,7 +75,7 @@ def test_board_installer_translation_matches_crank_formula(board):
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """At equal joint positions, the collapsed chain and the main chain agree in all derivatives."""
+    """The chains also agree in all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
@@ -119,7 +117,7 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """The wrist follows a parallelogram; the Jacobian's derivative keeps the joint order."""
+    """The wrist follows a parallelogram. The derivative keeps the joint order."""
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(
@@ -140,14 +138,13 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     np.testing.assert_allclose(np.array(J_dot(q, qd)), rate, atol=1e-9)
     by_rate = np.array(H(q)).reshape(6, 2, 2) @ qd
     np.testing.assert_allclose(by_rate.ravel(), rate.ravel(), atol=1e-9)
-    # In the angular row of the Jacobian, only the wrist has an entry. The crank only translates the
-    # tool.
+    # Only the wrist rotates the tool. The crank translates the tool.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
 
 def test_parallelogram_on_turntable_translates_in_turntable_axes():
-    """The translation is expressed in the axes of the turntable, not of the base."""
+    """The translation is in turntable axes, not in base axes."""
     table = pin("table", BASE, "table", "1/3")
     cranks = [
         replace(j, parent="table") if j.parent == BASE else j for j in parallelogram(2).joints
@@ -169,7 +166,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """Two linkages have different arm lengths; the second is on the coupler of the first."""
+    """The linkages have different arm lengths. The second linkage is on the first coupler."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

@@ -29,7 +29,7 @@ CLOSED = 1e-11
 
 
 class Case:
-    """A mechanism, its loop equations, and functions that evaluate the equations at z and zd."""
+    """A mechanism, its loop equations, and functions of z and zd."""
 
     def __init__(self, mechanism):
         self.mechanism = mechanism
@@ -43,7 +43,7 @@ class Case:
         self.functions = {}
 
     def function(self, name):
-        """Returns a CasADi function by name, converted at its first use."""
+        """Returns a CasADi function, converted at its first use."""
         if name not in self.functions:
             self.functions[name] = self._lowered(name, self._entries(name))
         return self.functions[name]
@@ -73,7 +73,7 @@ class Case:
         return np.array(self.function(name)(z, zd)).ravel()
 
     def printed(self, entry):
-        """Returns an expression with all names replaced by their definitions."""
+        """Replaces all names in an expression by their definitions."""
         while True:
             wider = entry.xreplace(self.terms.definitions).xreplace(self.terms.constants)
             if wider == entry:
@@ -214,7 +214,7 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """A helical and a prismatic joint share an axis; the parallelism equation is an identity."""
+    """A helical and a prismatic joint share an axis, so parallelism is an identity."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -242,7 +242,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
 
 
 def open_ends(c, loop, z, poses):
-    """Returns the gap between both frames of a closure, from the body poses alone."""
+    """Returns the gap of a closure from the body poses alone."""
     loop_joint = loop.loop.loop_joint
     T_a, T_b = (
         poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (loop_joint.a, loop_joint.b)
@@ -279,8 +279,8 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # The swing angles also contribute to the residual, so it may exceed the gap between the
-            # rod ends.
+            # The residual also contains swing angles, so it may exceed the gap between the rod
+            # ends.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 
@@ -364,7 +364,7 @@ def exponential(screw, value):
 
 
 def value_along(screw, T):
-    """Returns the joint value at which a revolute or prismatic screw comes closest to a motion."""
+    """Returns the joint value at which a screw comes closest to a motion."""
     v, w = screw[:3], screw[3:]
     if not np.any(w):
         return v @ T[:3, 3]
@@ -374,7 +374,7 @@ def value_along(screw, T):
 
 
 def across_loop_joint(c, loop, z):
-    """Returns the motion that a closure still needs, from the exponentials of both chains."""
+    """Returns the motion that a closure still needs."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731
@@ -401,8 +401,8 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_loop_joint(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # A single ball joint keeps its center. The distance of the centers of two ball joints
-            # is constant for a rod, and equals the cylinder length for a cylinder.
+            # A ball joint keeps its center. Two ball joints keep the rod length or the cylinder
+            # length.
             begin, end = center(turning[:3]), center(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

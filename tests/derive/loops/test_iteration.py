@@ -1,4 +1,4 @@
-"""Functions that depend on iterated loops contain the required solver calls first."""
+"""Functions that depend on iterated loops start with solver calls."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Solution steps of every kind satisfy the equations that they print."""
+"""Solution steps of every kind satisfy their printed equations."""
 
 from dataclasses import replace
 from functools import cache, reduce
@@ -39,7 +39,7 @@ TRUE = 1e-10
 
 
 def crossed():
-    """Returns the bars of a parallelogram in the crossed assembly mode."""
+    """Returns a parallelogram in the crossed assembly mode."""
     return Mechanism(
         "crossed",
         (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
@@ -64,7 +64,7 @@ BUILDERS = (
 
 
 def flat_legs():
-    """A platform on three legs: a telescope, a slider and a crank, each before or after a hinge."""
+    """A platform on a telescope, a slider and a crank, each before or after a hinge."""
     return drawn(1, ("RPS", "PRS", "RRS"))
 
 
@@ -78,8 +78,7 @@ def hybrid(build):
 
 
 def steps():
-    """Returns every solution step of the mechanisms together with the solution to which the step
-    belongs."""
+    """Returns every solution step with its solution."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
@@ -185,7 +184,6 @@ def numbers_in(solution):
 
 
 def terms_of(equations):
-    """Returns the named term of a quantity."""
     found = {**equations.scalars, **equations.unknowns}
     for letter, vector in equations.vectors.items():
         found |= zip(components(letter, "xyz"[: len(vector)]), vector, strict=True)
@@ -201,5 +199,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A solution step without equations has a sentence instead of the equations.
+        # Steps without equations have a sentence.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

@@ -1,4 +1,4 @@
-"""Loops outside the main chain: if a loop of this kind is open, every function returns NaN."""
+"""If a loop outside the main chain is open, every function returns NaN."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # At these positions, the loop cannot be closed on the reference branch of the leg.
+    # Here, the loop cannot close on the reference branch of the leg.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

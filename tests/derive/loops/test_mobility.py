@@ -1,4 +1,4 @@
-"""Compares degrees of freedom with textbooks, and closed configurations with formulas."""
+"""Degrees of freedom agree with textbooks, and closed configurations with formulas."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, near, pin, slid
 
 KNOWN = {
     # columns: number of bodies, number of joints, lambda, Kutzbach count, count by loops, idle
-    # freedoms, true mobility
+    # freedoms, mobility
     "four_bar": (4, 4, 3, 1, 1, 0, 1),
     "slider_crank": (4, 4, 3, 1, 1, 0, 1),
     "five_bar": (5, 5, 3, 2, 2, 0, 2),

@@ -1,5 +1,4 @@
-"""In double precision, the closure equations agree with their Jacobian and with the exact
-equations."""
+"""Numerical closure equations agree with their Jacobian and with the exact equations."""
 
 import numpy as np
 import pytest
@@ -33,8 +32,7 @@ def test_gradient_of_least_squares_is_zero_where_all_loops_close():
     loops = ClosedLoops(mechanism, closed_configuration(mechanism), in_least_squares=True)
     gradient, J, _ = loops.evaluated(loops.reference)
     assert np.abs(gradient).max() < 1e-12
-    # For the least-squares closure, the gradient has one entry per passive joint, and its Jacobian
-    # is J^T J of the gaps.
+    # The least-squares gradient has one entry per passive joint. Its Jacobian is J^T J of the gaps.
     assert J.shape == (sum(loops.passive), len(loops.names))
     part = J[:, loops.passive]
     assert part == pytest.approx(part.T, abs=1e-8)

@@ -1,4 +1,4 @@
-"""Compares sums of rotated vectors with sums of complex numbers."""
+"""Sums of rotated vectors agree with sums of complex numbers."""
 
 import cmath
 import random
@@ -101,14 +101,14 @@ def test_phasor_coordinates_match_complex_sum():
 
 
 def test_loop_relation_shortens_phasor_sum():
-    """In the loop of a four-bar, the coupler vector is the sum of the other three vectors."""
+    """In a four-bar, the coupler vector is the sum of the other three vectors."""
     loop = PhasorSum.of((sp.S.One, sp.S.Zero), A) + PhasorSum.of((L, sp.S.Zero), B)
     loop = loop - PhasorSum.of((sp.S(2), sp.S.Zero)) - PhasorSum.of((sp.S(3), sp.S.Zero), A + B)
     long = PhasorSum.of((sp.S(2), sp.S.Zero), A) + PhasorSum.of((2 * L, sp.S.Zero), B)
     long = long - PhasorSum.of((sp.S(6), sp.S.Zero), A + B)
     short = long.reduced([loop], lambda s: len(s.terms))
     assert short.terms == {sp.S.Zero: (sp.S(4), sp.S.Zero)}
-    # The two sums are equal only if the loop equation holds.
+    # The sums are equal only if the loop equation holds.
     assert total(long) - total(short) == pytest.approx(2 * total(loop))
     nothing_to_gain = PhasorSum.of((L, sp.S.Zero), A)
     assert nothing_to_gain.reduced([loop], lambda s: len(s.terms)) == nothing_to_gain

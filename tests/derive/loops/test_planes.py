@@ -1,4 +1,4 @@
-"""Tests the detection of planar loops and compares planar edges with the poses in space."""
+"""Planar loops are detected, and planar edges agree with the poses in space."""
 
 from dataclasses import replace
 from itertools import cycle
@@ -40,7 +40,7 @@ def numbers(mechanism, values):
 
 
 class InSpace:
-    """Points and directions of every body in the plane, as vectors of the base frame."""
+    """Points and directions in the plane, as vectors of the base frame."""
 
     def __init__(self, mechanism, linkage, z):
         self.mechanism, self.z = mechanism, z
@@ -58,7 +58,7 @@ class InSpace:
         return self.poses[body][:3, 3] + self.direction(body, value)
 
     def along(self, body, vector):
-        """Returns the planar coordinates of a base-frame vector, and its height above the plane."""
+        """Returns planar coordinates of a base-frame vector, and its height above the plane."""
         x, y, n = (self.poses[body][:3, :3] @ self.axes[body]).T
         return complex(vector @ x, vector @ y), vector @ n
 

@@ -24,7 +24,7 @@ CLOSED = 1e-12
 
 
 def crank_and_slider():
-    """A crank about z and a slider along a skew line, connected by a rod with ball joints."""
+    """A crank and a skew slider, connected by a rod with ball joints."""
     return Mechanism(
         "rssp",
         (
@@ -61,7 +61,7 @@ def lift():
 
 
 def from_the_platform():
-    """A delta whose rods are described from the platform to the arms, one arm reversed."""
+    """A delta with reversed rods and one reversed arm."""
     whole = delta()
     rods = tuple(replace(rod, a=rod.b, b=rod.a) for rod in whole.struts)
     joints = tuple(replace(j, direction=-1) if j.name == "arm1" else j for j in whole.joints)
@@ -99,7 +99,7 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     assert np.isfinite(np.array(chain(own))).all()
     for k in range(len(own)):
         q = own.copy()
-        # The solution has the same rod length with a negative sign.
+        # The other sign belongs to the same rod length.
         q[k] = -2 - own[k]
         assert np.isnan(np.array(chain(q))).all()
         assert (np.array(margin(q)) < 0).all()
@@ -241,7 +241,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """The pose is farther from the arm's plane than the rod length, so the margin is negative."""
+    """The pose is farther from the arm's plane than the rod length."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

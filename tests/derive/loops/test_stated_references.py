@@ -1,4 +1,4 @@
-"""Selects the branch of a loop whose joints are missing in the stated reference."""
+"""References that omit joints of a loop select its branch."""
 
 import cmath
 
@@ -36,10 +36,7 @@ b = {{ body = "{b}", xyz = [{y}, 0, 0] }}
 
 
 def scissor_lift(sign, ram):
-    """A lift with two pairs of crossed bars of length 1.2 m.
-
-    A ram between two bars opens the lift.
-    """
+    """A lift with two pairs of crossed bars of length 1.2 m, opened by a ram."""
     text = 'name = "lift"\nconvention = "urdf"\nactuated = ["ram"]\nunits = { angle = "deg" }\n'
     way = (("a0", "0", 0), ("b0", "a0", 0.6), ("a1", "b0", 0.6), ("b1", "a1", 0.6))
     text += "".join(BAR.format(name=name, parent=parent, x=x) for name, parent, x in way)
@@ -55,7 +52,7 @@ def scissor_lift(sign, ram):
 
 
 def ram_length(ram, angle):
-    """Returns the distance between the ends of the ram at an angle of the first bar (radian)."""
+    """Returns the ram length at an angle of the first bar (radian)."""
     middle = {"a0": 0.6 * cmath.exp(1j * angle)}
     middle["b1"] = complex(middle["a0"].real, 3 * middle["a0"].imag)
     points = {
@@ -69,8 +66,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The loop of the ram and the bars a0 and b1 contains a swing angle and closures, but no
-    joint of the tree."""
+    """The loop of the ram contains a swing angle and closures, but no joint of the tree."""
     hybrid = solved(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values
@@ -80,7 +76,7 @@ def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
 
 
 def lower_values(hybrid, entries, length):
-    """Evaluates terms numerically as functions of the actuated coordinate."""
+    """Evaluates terms as functions of the actuated coordinate."""
     result = Result("values", tuple(entries), (len(entries),), "rad", "joints")
     q = hybrid.arguments["q"]
     function = SymbolicFunction("values", "Values.", "", (q,), (result,), hybrid.terms)

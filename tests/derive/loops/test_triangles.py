@@ -26,7 +26,7 @@ x1, x2, x3, x4, x5, x6 = X = sp.symbols("x1:7", real=True)
 
 
 def compiled(terms, symbols, *values):
-    """Returns the values as one CasADi function of a vector, evaluated in double precision."""
+    """Compiles the values to a CasADi function of a vector."""
     argument = Argument("x", tuple(symbols), (len(symbols),), "", "")
     result = Result("y", tuple(sp.sympify(value) for value in values), (len(values),), "", "")
     (function,) = lower([SymbolicFunction("f", "F.", "", (argument,), (result,), terms)], "test")
@@ -39,7 +39,7 @@ def moving(terms, x, y):
 
 
 def circles(v, w, d, sign):
-    """Returns both intersections of two circles, computed with 30-digit complex numbers."""
+    """Intersects two circles in 30-digit complex numbers."""
     v, w, d = (mpmath.mpc(*map(mpmath.mpf, pair)) for pair in (v, w, d))
     a, b, c = abs(v), abs(w), abs(d)
     along = (c**2 + a**2 - b**2) / (2 * c)
@@ -71,14 +71,13 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = [part for z in (C, W, turn_v, turn_w) for part in (z.real, z.imag)]
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
-        # Rounding errors grow in inverse proportion to the height of a thin triangle. Short bases
-        # or arms of the triangle add some errors.
+        # Rounding errors grow as a triangle gets thin. Short sides add some errors.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 
 
 def area(kind):
-    """Returns the derived function of the height from three sides, one of them variable."""
+    """Returns the triangle height from three sides, one of them variable."""
     terms = Terms({})
     a, b = sp.Rational(3, 10), sp.Rational(7, 10)
     fixed = [arm(terms, PhasorSum.of((length, ZERO))) for length in (a, b)]
@@ -101,7 +100,7 @@ def test_triangle_height_is_accurate_near_dead_points(kind, dead):
             a, b, c = mpmath.mpf(3) / 10, mpmath.mpf(7) / 10, mpmath.mpf(x)
             s = (a + b + c) / 2
             height = 2 * mpmath.sqrt(s * (s - a) * (s - b) * (s - c))
-            # The lengths 3/10 and 7/10 are rounded to doubles, which causes an error of 1e-16.
+            # Rounding the lengths 3/10 and 7/10 to doubles causes an error of 1e-16.
             away = abs(x - dead)
             assert float(f([x])[2]) == pytest.approx(
                 float(height), rel=8 * EPS / away + 8 * EPS, abs=0
@@ -126,7 +125,7 @@ def test_out_of_reach_is_nan_with_a_negative_margin():
 
 
 def derivatives(terms, given, values, loops, angles):
-    """Returns joint rates from the loop equations, and automatic derivatives of the joints."""
+    """Returns joint rates from the loop equations and from automatic differentiation."""
     symbols = X[: len(given)]
     rates = sp.symbols("r1:7", real=True)[: len(given)]
     tangent = Tangent(terms, dict(zip(symbols, rates, strict=True)), loops)

@@ -1,4 +1,4 @@
-"""Branches of maps between joints: number, names, and notes about omitted branches."""
+"""Branches of maps between joints: number, names, and notes about omissions."""
 
 import json
 from dataclasses import replace
@@ -15,7 +15,7 @@ from tests.support.loops.solved import solved
 
 
 def in_a_row(count):
-    """Returns a series of four-bars, each mounted on the preceding rocker."""
+    """Returns four-bars in series, each mounted on the preceding rocker."""
     joints, closures, reference, on = [], [], [], BASE
     for k in range(count):
         joints += [
@@ -96,7 +96,7 @@ def test_rhombus_has_a_folded_branch():
     own, other = (solution.values for solution in forward_branches(h))
     assert sp.expand(own["bar"] + h.q[0]) == 0
     assert sp.expand(own["crank1"] - h.q[0]) == 0
-    # On the other branch, the bar lies along the first crank, and the second crank lies along the
+    # On the other branch, the bar lies along the first crank. The second crank lies along the
     # ground.
     assert not h.terms.is_solved(other["bar"])
     assert sp.expand(other["bar"]) in (sp.pi, -sp.pi)
@@ -110,8 +110,7 @@ def test_loops_that_do_not_move_the_tool_add_no_branch():
 
 
 def scissor_lift():
-    """Two pairs of crossed bars; a crank rotates the first bar, and the other foot of this bar
-    slides."""
+    """Two pairs of crossed bars. A crank rotates the first bar, whose other foot slides."""
     along_x = ("y", sp.pi / 2)
     joints = (
         pin("crank", BASE, "right"),
@@ -143,8 +142,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both feet coincide, the two upper bars share one point and may rotate together about
-    it."""
+    """If both feet coincide, the upper bars share one point and may rotate together."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

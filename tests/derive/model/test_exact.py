@@ -1,4 +1,4 @@
-"""Exact numbers: valid text is read without rounding, and other text is rejected quickly."""
+"""Exact numbers are read without rounding. Other text is rejected quickly."""
 
 from decimal import Decimal
 from itertools import pairwise
@@ -124,7 +124,7 @@ def test_decimals_and_integers_are_exact() -> None:
 def test_invalid_expressions_are_rejected_quickly(kind: str) -> None:
     refused = 0
     for text in REFUSED[kind]:
-        # A sequence of signs is a number only if digits follow.
+        # A sequence of signs needs digits to be a number.
         message = ""
 
         def attempt(text: str = text) -> None:

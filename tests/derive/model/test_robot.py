@@ -1,4 +1,4 @@
-"""Models built in Python: inputs are converted to exact values, or rejected immediately."""
+"""Models built in Python convert inputs to exact values, or reject them."""
 
 from dataclasses import replace
 from decimal import Decimal

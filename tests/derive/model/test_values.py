@@ -1,4 +1,4 @@
-"""Compares constants with SymPy's evaluation, also for exact zeros and undefined values."""
+"""Constants agree with SymPy's evaluation, including zeros and undefined values."""
 
 import math
 import random
@@ -16,7 +16,7 @@ SYMBOLS = {sp.Symbol("a", real=True): "0.0892", sp.Symbol("b", real=True): "1.57
 
 
 def expression(dice: random.Random, depth: int) -> sp.Expr:
-    """Returns a random real and finite expression of numbers and symbols."""
+    """Returns a random real expression of numbers and symbols."""
     if depth == 0:
         return dice.choice((*PARTS, *SYMBOLS))
     one, two = (expression(dice, depth - 1) for _ in range(2))
@@ -125,8 +125,6 @@ def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
 
 
 def test_named_constants_stay_short_and_keep_their_value():
-    """A product grows by hundreds of long decimals. After each step, a name with the same value
-    replaces the product."""
     dice, terms, product, expected = random.Random(5), Terms({}), sp.Integer(1), sp.Float(1, 60)
     for _ in range(200):
         factor = sp.Rational(f"{dice.uniform(0.5, 2):.17f}")
@@ -140,6 +138,6 @@ def test_negated_constant_reuses_the_negated_name():
     x, terms = sp.Rational("0.08241032710889370320000001"), Terms({})
     assert terms.let(-sp.sin(x)) == -terms.let(sp.sin(x))
     assert terms.let(-x) == -terms.let(x)
-    # A sum that is exactly zero has no sign, so a search under both signs must not start.
+    # A sum that is exactly zero has no sign, so no sign search must start.
     one = sp.sin(x) * sp.cos(2 * x) + sp.cos(x) * sp.sin(2 * x) - sp.sin(3 * x)
     assert terms.let(one) == terms.let(-one) == 0

@@ -1,4 +1,4 @@
-"""casadi.external loads the C of a robot, and returns the same results as the robot."""
+"""casadi.external loads the C of a robot with the same results."""
 
 import ctypes
 import re
@@ -19,7 +19,6 @@ LONG = re.compile("hessian|_dot|acceleration|fk_p")
 
 @pytest.fixture(scope="module", params=["scara", "four_bar", "planar_3rrr"])
 def loaded(request, tmp_path_factory):
-    """A robot, and the path of the compiled library."""
     folder = tmp_path_factory.mktemp(request.param)
     robot = chasles.load(request.param)
     names = [name for name in robot.functions if not LONG.search(name)]
@@ -34,7 +33,6 @@ def loaded(request, tmp_path_factory):
 
 
 def values(robot, rng, function):
-    """Returns inputs near the middle of the limits; the loops close at these inputs."""
     middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
     if function.inputs[0].name == "theta":
         middle = robot.chain(middle)

@@ -1,4 +1,4 @@
-"""The text of manifests preserves the data in readable lines."""
+"""The text of manifests keeps the data in readable lines."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A new output language, plain Python with ``math``, is written, run and compared with C."""
+"""A new output language, plain Python with ``math``, agrees with C."""
 
 import json
 import runpy
@@ -56,7 +56,7 @@ def text(program, operand):
 
 
 def printed(name, program):
-    """Prints one Python function with flat input and output sequences."""
+    """Prints a Python function with flat input and output sequences."""
     sizes = [
         1 + max(s.entry for s in program.stored if s.output == k)
         for k in range(len(program.results))
@@ -85,7 +85,6 @@ RUN = ("c", "python")
 
 @cache
 def plain_functions(name):
-    """The functions of a shipped robot in plain Python."""
     (source,) = plain_python(derivation(name), made(name)).values()
     namespace = {}
     exec(source, namespace)
@@ -93,7 +92,7 @@ def plain_functions(name):
 
 
 def assert_same_values(robot, plain, q):
-    """Compares each function of q, qd and the pose with C. Returns the number of functions."""
+    """Compares the Python functions with C. Returns the number of functions."""
     rng = np.random.default_rng(3)
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)

@@ -1,4 +1,4 @@
-"""Conversion of CasADi's C to typed programs: every operation, and rejected code."""
+"""Conversion of CasADi's C to typed programs."""
 
 import casadi as ca
 import numpy as np

@@ -26,7 +26,6 @@ def program(*statements):
 
 
 def depths(found: Program) -> list[int]:
-    """Returns the length of the longest dependency chain before each statement."""
     depth: dict[Variable, int] = {}
     message = []
     for statement in found.statements:
@@ -37,7 +36,7 @@ def depths(found: Program) -> list[int]:
 
 
 def kinds(found: Program) -> Counter:
-    """Returns the statements of a program without the names of variables."""
+    """Counts the statements of a program without variable names."""
     return Counter(
         (
             getattr(s, "operation", None) or (s.output, s.entry),

@@ -1,4 +1,4 @@
-"""Strength reduction: statements that become cheaper, and statements that must stay."""
+"""Strength reduction makes some statements cheaper and keeps others."""
 
 import re
 
@@ -33,8 +33,7 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """Parses an operand of a program statement: ``v1`` is a variable, ``x2`` an input, and any
-    other text a number."""
+    """Parses an operand: ``v1`` is a variable, ``x2`` an input, and any other text a number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
         return Variable(number) if found[1] == "v" else Input(0, number)
@@ -52,7 +51,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Parses a program statement with an operation and its operands: ``* x1 v2``."""
+    """Parses an operation and its operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 
@@ -68,12 +67,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements; all statements except the first are results of the program."""
+    """Reduces statements. All statements except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements; only the last statement is a result of the program."""
+    """Reduces statements. Only the last statement is a result."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -1,5 +1,4 @@
-"""A program for all branches gives bitwise the same results as the single branches, and shares
-terms."""
+"""A program for all branches gives bitwise the results of the single branches."""
 
 import re
 
@@ -63,7 +62,7 @@ A, B, C, D = map(Variable, range(1, 5))
 
 
 def run(program, arguments):
-    """Returns the outputs of a program, (entries, poses) each, at arguments (entries, poses)."""
+    """Runs a program on arguments (entries, poses). The outputs have the same layout."""
     values = {}
 
     def value(operand):

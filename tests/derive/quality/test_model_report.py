@@ -1,4 +1,4 @@
-"""Model reports: determinants by definition, ranks, and displacements without a parameter."""
+"""Model reports: determinants, ranks, and displacements without a parameter."""
 
 from functools import cache
 
@@ -45,7 +45,7 @@ def test_convention_determinants_match_papers(convention, own, whole):
 
 
 def by_definition(product, symbols, values):
-    """Returns det(D^T D), with D the derivative of the entries of the link's matrix."""
+    """Returns det(D^T D) for the derivative D of the link's matrix."""
     A = placement_matrix(product)
     D = sp.Matrix.hstack(*(A.diff(symbol).reshape(16, 1) for symbol in symbols))
     D = np.array(D.xreplace(values).evalf(), dtype=float)

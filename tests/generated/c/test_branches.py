@@ -1,6 +1,6 @@
-"""Compares functions that have branches with 40-digit results: scalar, vector and batch code.
+"""Functions with branches agree with 40-digit results in scalar, vector and batch code.
 
-The oracle evaluates each branch separately, with its signs inserted into the derived terms.
+The oracle evaluates each branch separately, with its signs in the derived terms.
 """
 
 import ctypes
@@ -53,7 +53,7 @@ EVERY_ISA = [(name, isa) for name in COUNTS for isa in FILLED.get(name, INSTRUCT
 
 @cache
 def branched_function(name):
-    """Returns the inverse of the arm, or a function with all expression types."""
+    """Derives the inverse of the arm, or a function that contains every type of expression."""
     return branched.arm() if name == "ik" else branched.every_kind(COUNTS[name].bit_length() - 1)
 
 
@@ -65,7 +65,6 @@ def sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def many_sources(tmp_path_factory):
-    """Returns the folder with the C sources of the functions with many branches."""
     return {
         name: branched.write(tmp_path_factory.mktemp(name), [branched_function(name)])
         for name in MANY
@@ -74,13 +73,12 @@ def many_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def arm_sources(tmp_path_factory):
-    """Returns the folder with the C sources of the arm."""
     return branched.write(tmp_path_factory.mktemp("arm"), [branched_function("ik")])
 
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """Returns the folder of a robot whose only functions with branches are inverses."""
+    """Returns a robot folder in which only inverses have branches."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 
@@ -95,7 +93,7 @@ def compiled(folder, isa, *flags, program=FASTEST, batches=True):
 
 
 def run_compiler(folder, isa, program, *flags, batches=True):
-    """Compiles scalar code and batches for a processor; any warning is an error."""
+    """Compiles scalar code and batches for a processor. Any warning is an error."""
     sources = [f"{PREFIX}.c", *([f"{PREFIX}_batch.c"] if batches else [])]
     command = [
         *(program, "-O1", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
@@ -112,8 +110,7 @@ def pointer(array):
 
 
 def one(library, function, inputs):
-    """Returns the results of one pose, and checks that the function writes nothing beyond its
-    outputs."""
+    """Computes one pose, and checks that nothing is written beyond the outputs."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
     buffers = [np.array(x, float).ravel() for x in inputs]
     library[f"{PREFIX}_{function.name}"](*map(pointer, (*buffers, *results)))
@@ -122,7 +119,7 @@ def one(library, function, inputs):
 
 
 def batch(library, function, inputs):
-    """Returns the results of many poses, with inputs as rows."""
+    """Computes many poses with inputs as rows."""
     n = len(inputs[0])
     buffers = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
     results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
@@ -132,14 +129,14 @@ def batch(library, function, inputs):
 
 
 def evaluated(expression):
-    """Returns an expression as a function of a dictionary of numbers."""
+    """Converts an expression to a function of a dictionary of numbers."""
     names = sorted(expression.free_symbols, key=str)
     call = sp.lambdify(names, expression, "mpmath", dummify=True)
     return lambda values: call(*(values[name] for name in names))
 
 
 class Oracle:
-    """Evaluates each branch of a function separately at 40-digit precision."""
+    """Evaluates each branch of a function at 40-digit precision."""
 
     def __init__(self, function):
         self.function = function
@@ -180,15 +177,14 @@ def make_inputs(function, count, seed=1):
 
 
 def apart(got, expected):
-    """Returns the largest difference of two results; angles that differ by a full turn count as
-    equal."""
+    """Returns the largest difference of two results, modulo full turns."""
     difference = np.abs(got - expected)
     return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
 
 
 @cache
 def references(name):
-    """Returns inputs of a function, and the exact outputs of each row."""
+    """Returns inputs of a function and the exact outputs of each row."""
     function = branched_function(name)
     oracle, inputs = Oracle(function), make_inputs(function, ROWS)
     return inputs, [oracle([x[k] for x in inputs]) for k in range(ROWS)]
@@ -262,7 +258,7 @@ def assert_exact(library):
 
 @pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-std=c99",)], ids=["plain", "c99"])
 def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
-    """The arm's solutions are exact; batches and other functions compile without a warning.
+    """Batches and other functions only have to compile without a warning.
 
     `compiled_quickly` and the installed robots test other optimization levels.
     """
@@ -272,7 +268,7 @@ def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
 
 @pytest.mark.parametrize(("program", "isa"), [("g++", "plain"), ("g++", "avx512")])
 def test_other_compilers_give_exact_results(program, isa, sources, arm_sources):
-    """The arm's solutions are exact; batches and other functions compile without a warning."""
+    """Batches and other functions only have to compile without a warning."""
     path_of(program)
     assert_exact(compiled(arm_sources, isa, program=program, batches=False))
     run_compiler(sources, isa, program, "-fsyntax-only")
@@ -317,7 +313,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(scope="module", params=LANES)
 def on_lanes(request, tmp_path_factory):
-    """Loads a C function that computes several SIMD lanes, as a function of arrays."""
+    """Loads a C function with several SIMD lanes as a function of arrays."""
     number, needed = LANES[request.param]
     require_features(needed)
     folder = tmp_path_factory.mktemp(request.param)
@@ -366,8 +362,8 @@ def angles(program):
 def test_shared_branch_angles_are_computed_once():
     made = programs([branched_function("ik")], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
-    # Each term is the number of possible angles of one joint, in joint order. The angles of joints
-    # 3 and 5 do not depend on the signs that select these angles.
+    # Each term is the number of possible angles of one joint. The angles of joints 3 and 5 do not
+    # depend on their signs.
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6
@@ -386,7 +382,7 @@ def test_first_branch_sign_varies_slowest(name):
 def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
-    # The sign of the elbow is the sign of joint 3. The sign of the wrist is the sign of joint 5.
+    # The sign of joint 3 is the elbow, and the sign of joint 5 is the wrist.
     as_labelled = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
     assert as_labelled[margin > 0].all()
     assert (margin > 0).sum() > 300

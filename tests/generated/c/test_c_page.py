@@ -1,5 +1,4 @@
-"""The C on the page about generated C: its program, and its functions for one pose and for many
-poses."""
+"""The examples on the page about generated C run."""
 
 import ctypes
 import re
@@ -19,7 +18,7 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 @pytest.fixture
 def folder(tmp_path):
-    """Returns a folder that contains the generated robots, as the page assumes."""
+    """Returns a folder with the generated robots."""
     (tmp_path / "generated").symlink_to(GENERATED)
     return tmp_path
 

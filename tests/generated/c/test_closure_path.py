@@ -1,4 +1,4 @@
-"""Newton's iteration along a path whose first stride leaves the domain of the equations."""
+"""Newton's iteration along a path whose first stride leaves the equations' domain."""
 
 import ctypes
 

@@ -1,6 +1,6 @@
-"""Every operation of the generated C on all kinds of numbers, in scalar code and vector code.
+"""Every C operation on all kinds of numbers, in scalar and vector code.
 
-The oracle is NumPy, which follows the same rules as C for NaN, infinities and signed zeros.
+The oracle is NumPy, which follows the C rules for NaN, infinities and signed zeros.
 """
 
 import ctypes
@@ -130,7 +130,6 @@ FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
-    """Returns a folder with the C code of all test cases."""
     folder = tmp_path_factory.mktemp("elementary")
     derived = Derivation(ROBOT, SCOPE, (), tuple(FUNCTIONS))
     files = {
@@ -143,7 +142,7 @@ def sources(tmp_path_factory):
 
 
 def compiled(folder, chosen_set, *flags, program=(GCC,)):
-    """Compiles one instruction set; every operation rounds separately, for comparable results."""
+    """Compiles one instruction set. Every operation rounds separately, for comparable results."""
     require_processor(chosen_set)
     target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
     if target.exists():
@@ -164,7 +163,7 @@ def require_processor(chosen_set):
 
 @pytest.fixture(scope="module")
 def numbers():
-    """Returns all pairs of edge cases, followed by random numbers of all magnitudes."""
+    """Returns all pairs of edge cases, and random numbers of all magnitudes."""
     pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
     rng = np.random.default_rng(7)
     sizes = 10.0 ** rng.uniform(-5, 5, (2, 100))
@@ -173,7 +172,7 @@ def numbers():
 
 @pytest.fixture(scope="module")
 def scalar(sources, numbers):
-    """Values of single calls, which are the same for all instruction sets, keyed by case."""
+    """Returns the values of single calls, which do not depend on the instruction set."""
     library = compiled(sources, "baseline")
     return cache(lambda name: single(library, name, *numbers))
 
@@ -203,7 +202,7 @@ def batch(library, name, a, b):
 
 
 def assert_same(got, expected):
-    """Asserts equal bits, except that any NaN equals any NaN."""
+    """Asserts equal bits. Any NaN equals any NaN."""
     np.testing.assert_array_equal(got, expected)
     there = ~np.isnan(expected)
     np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
@@ -246,8 +245,7 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, sc
 
 
 def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
-    """The library contains code for all instruction sets. The call uses the narrowest vectors that
-    the batch code contains."""
+    """The call uses the narrowest vectors in the batch code."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
@@ -258,7 +256,6 @@ def test_old_libmvec_falls_back_to_libm(sources, scalar, numbers):
 
 
 def turn(library, angles):
-    """Returns cosines and sines of a batch."""
     angles = angles.copy()
     c, s = np.empty_like(angles), np.empty_like(angles)
     call = library[f"{ROBOT.name}_turn_batch"]
@@ -267,13 +264,12 @@ def turn(library, angles):
 
 
 def near_right_angles(largest):
-    """Returns the doubles next to multiples of a right angle, where a sine or cosine vanishes."""
+    """Returns the doubles next to multiples of a right angle."""
     multiples = np.unique(np.geomspace(1, largest, 250).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
 
 def units_off(got, exact):
-    """Returns the largest error in units in the last place."""
     with mpmath.workdps(50):
         return max(
             float(abs(mpmath.mpf(g) - e) / mpmath.mpf(float(np.spacing(abs(float(e))))))
@@ -292,8 +288,7 @@ ANGLES = {
 
 @cache
 def exact_cosines_and_sines(kind):
-    """Returns lists of cosines and sines with at least thirty correct digits at the largest
-    angle."""
+    """Returns cosines and sines with at least thirty correct digits at the largest angle."""
     angles = ANGLES[kind][0]
     with mpmath.workdps(50 + max(0, int(np.log10(np.abs(angles).max())))):
         angles = list(map(mpmath.mpf, angles.tolist()))
@@ -310,7 +305,7 @@ def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
 
 
 def points(kind, count=800):
-    """Returns the arguments (y, x) of atan2 in all directions."""
+    """Returns arguments (y, x) of atan2 in all directions."""
     rng = np.random.default_rng(5)
     turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
     signs = rng.choice([-1.0, 1.0], (2, count))
@@ -371,7 +366,7 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
     c, s = turn(library, far)
     assert_near(c, np.cos(far))
     assert_near(s, np.sin(far))
-    # The code computes a large angle or NaN separately, without an effect on adjacent lanes.
+    # A large angle or NaN has no effect on adjacent lanes.
     alone = turn(library, np.ones(8))
     for bad in (1e6, np.inf, np.nan):
         for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):
@@ -398,7 +393,7 @@ def test_other_compilers_give_same_vector_results(
 
 
 def test_code_of_clang_takes_the_instruction_set_of_the_flags(sources):
-    """Zig compiles like clang, but its runtime library reports no features at all."""
+    """Zig compiles like clang, but its runtime library reports no features."""
     flags = ("-march=x86-64-v4", f"{SUPPORTS}undeclared")
     command = [path_of("clang"), "-O0", *flags, "-c", f"{ROBOT.name}_batch.c", "-o", "one_set.o"]
     subprocess.run(command, cwd=sources, check=True)

@@ -1,4 +1,4 @@
-"""The C of shipped robots, compiled without the runtime, returns the same values as Python."""
+"""C of shipped robots, compiled without the runtime, agrees with Python."""
 
 import ctypes
 import math
@@ -23,9 +23,9 @@ SPREAD = 0.05
 
 
 def native(robot, functions, flags=()):
-    """Loads functions of one input array through ctypes; each returns a list of results.
+    """Loads functions of one input array through ctypes.
 
-    The compiler drops all other functions of the robot, which saves most of its time.
+    The compiler drops all other functions, which saves most of its time.
     """
     files = robot.manifest.sources()
     exports = "".join(f"{EXPORTED} void (*entry_{f})() = {robot.name}_{f};\n" for f in functions)
@@ -56,7 +56,7 @@ def entry_point(library, robot, function):
 
 
 def test_inverse_in_c_returns_the_solutions_of_python():
-    """The code is compiled for AVX2; test_nearest_in_c calls inverses for this processor."""
+    """The code is compiled for AVX2. test_nearest_in_c calls inverses for this processor."""
     require_features({"avx2"})
     robot = chasles.load("puma560")
     (ik,) = native(robot, ["ik"], AVX2)

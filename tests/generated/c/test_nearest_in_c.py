@@ -16,7 +16,7 @@ EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 
 
 def nearest_in_c(name, flags):
-    """Loads the C function, which returns the solution slot, q, the residual and the margin."""
+    """Loads the C function, which returns the slot, q, the residual and the margin."""
     return robot_nearest_in_c(chasles.load(name), flags)
 
 

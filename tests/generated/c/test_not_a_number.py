@@ -1,4 +1,4 @@
-"""The NaN rule of the header: every entry that depends on a NaN input is NaN."""
+"""Every output that depends on a NaN input is NaN."""
 
 import numpy as np
 import pytest
@@ -25,8 +25,7 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Returns arguments close to the reference configuration. For a robot without a reference, the
-    value is an angle or a length."""
+    """Returns arguments near the reference, or an angle or a length without reference."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:
@@ -48,13 +47,13 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
         if any(program.has(operation) for operation in CHOOSING):
             continue
         given, entries = arguments(robot, function, rng), inputs_behind(program)
-        # Returns one row for each input entry, with NaN in this entry.
+        # Each row has NaN in one input entry.
         rows = list(program.inputs)
         if not rows:
             continue
         wrong = [np.tile(value, (len(rows), 1)) for value in given]
         for row, entry in enumerate(rows):
-            # A solver call makes all its results NaN if an input is NaN.
+            # All results of a solver call are NaN if an input is NaN.
             is_given = entry.argument < len(given)
             wrong[entry.argument if is_given else 0][row, entry.entry if is_given else 0] = np.nan
         shaped = [

@@ -1,4 +1,4 @@
-"""The C code of all robots compiles together, as a single translation unit of a program."""
+"""The C code of all robots compiles as a single translation unit."""
 
 import subprocess
 from shutil import which

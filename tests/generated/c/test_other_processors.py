@@ -1,5 +1,4 @@
-"""The scalar C gives the same values on an emulated 64-bit ARM processor as on the processor of
-this machine.
+"""Scalar C gives the same values on an emulated 64-bit ARM processor.
 
 The continuous integration does not install the cross compiler and the emulator.
 """
@@ -58,7 +57,6 @@ pytestmark = pytest.mark.skipif(
 
 
 def built(manifest, compiler: str, folder: Path) -> Path:
-    """Compiles the program that evaluates functions of a robot."""
     folder.mkdir()
     for file, content in sources_of(manifest).items():
         (folder / file).write_bytes(content)
@@ -69,7 +67,7 @@ def built(manifest, compiler: str, folder: Path) -> Path:
 
 
 def evaluated(command, manifest, name, *inputs):
-    """Evaluates a function at rows of inputs; returns an array for each output."""
+    """Evaluates a function at rows of inputs. Returns an array for each output."""
     names = [function.name for function in manifest.functions]
     function = manifest.functions[names.index(name)]
     index = np.int32(names.index(name)).tobytes()
@@ -106,7 +104,7 @@ def test_scalar_code_gives_the_same_values_on_arm(name, tmp_path):
     (T,) = evaluated(here, manifest, "fk", q)
     given = [q[:, k] for k in inverse.role.fixed]
     if not given:
-        # Redundancy parameters that are not coordinates, such as the swivel angle, have functions.
+        # Redundancy parameters such as the swivel angle have functions.
         given = [evaluated(here, manifest, item.name, q)[0] for item in inverse.inputs[1:]]
     expected, found = (
         evaluated(command, manifest, inverse.name, T, *given) for command in (here, there)

@@ -1,4 +1,4 @@
-"""Compares the generated pose projection with a polar decomposition from eigenvalues."""
+"""The generated pose projection agrees with a polar decomposition."""
 
 import ctypes
 import subprocess

@@ -1,5 +1,4 @@
-"""Calibration finds the joint axes and the start values from points on circles, measured while a
-single joint rotates."""
+"""Calibration from points on circles, measured while a single joint rotates."""
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ NOISE = 2e-5
 
 
 def turned(robot, seed):
-    """Returns nine configurations on each of two circles for every revolute joint."""
     random = np.random.default_rng(seed)
     q, circle = [], []
     turning = [k for k, c in enumerate(robot.coordinates) if c.unit == "rad"]

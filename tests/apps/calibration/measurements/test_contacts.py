@@ -1,4 +1,4 @@
-"""Tests scalar measurements, and compares all derivatives with central differences."""
+"""Calibration from scalar measurements. Central differences check all derivatives."""
 
 import numpy as np
 import pytest

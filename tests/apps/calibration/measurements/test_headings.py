@@ -86,7 +86,6 @@ names, and each target name with three joint names."""
 
 @pytest.mark.parametrize(("joints", "places"), PAIRS)
 def test_joint_and_target_headings_are_recognized_in_any_column_order(tmp_path, joints, places):
-    """Tests 26 names for joint columns with 17 names for target columns, in any column order."""
     random = np.random.default_rng(len(joints) + 100 * len(places))
     header = [joints.format(k + 1) for k in range(6)]
     header += [places.format(a, j + 1, a.upper()) for j in range(3) for a in "xyz"]
@@ -147,8 +146,6 @@ def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, 
 
 
 def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
-    """Commanded joint values may replace missing measured values; computed values are not
-    measurements."""
     aims, fk = [f"target_q_{k}" for k in range(6)], [f"{a}_nominal" for a in "xyz"]
     errors = ["error_x [mm]", "std x"]
     off = 7 + NUMBERS[:, :9]
@@ -188,7 +185,6 @@ ORIENTATIONS = {
 @pytest.mark.parametrize("form", ORIENTATIONS)
 @pytest.mark.parametrize("separator", [",", ";"])
 def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separator):
-    """SciPy converts the orientations to each supported format."""
     header, values = ORIENTATIONS[form]
     table = np.concatenate([values, NUMBERS[:, :9]], 1)
     path = written(tmp_path / "t.csv", [*header, *NAMES, *XYZ], table, separator)
@@ -262,7 +258,7 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
     ids=["rotation vector", "quaternion", "missing column", "two rows"],
 )
 def test_ambiguous_table_without_header_is_rejected(tmp_path, table):
-    """The tables lack a column, or have too few rows to check that distances are preserved."""
+    """The tables lack a column or have too few rows."""
     with pytest.raises(InputValueError, match=r"contains numbers.*write a header with"):
         read_measurements(written(tmp_path / "t.csv", [], table), ROBOT)
 
@@ -328,7 +324,6 @@ def test_superscripts_in_a_heading_are_no_numbers(tmp_path, heading):
 
 
 def test_damaged_table_raises_only_input_value_error(tmp_path):
-    """The 52 damaged tables have deleted, inserted or swapped characters."""
     random, refused = np.random.default_rng(5), 0
     for k in range(52):
         header = [JOINTS[k % 26].format(i + 1) for i in range(6)]

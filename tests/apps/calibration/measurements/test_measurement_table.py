@@ -1,4 +1,4 @@
-"""Measurement tables with every form of header, and errors for wrong tables."""
+"""Measurement tables with every form of header. Wrong tables raise errors."""
 
 import csv
 

@@ -1,4 +1,4 @@
-"""Positions from several tracker stations, each in a different unknown frame."""
+"""Positions measured by several tracker stations with unknown frames."""
 
 import csv
 
@@ -16,7 +16,6 @@ MIN = 20.0
 
 
 def seen_from(arm, truth, random, stations):
-    """Returns positions in station frames, and these frames relative to the first station."""
     station = np.arange(len(truth.q)) % stations
     T_W_station = se3.exp(random.normal(size=(stations, 6)) * [3, 3, 1, 1, 1, 2])
     T_W_station[0] = np.eye(4)

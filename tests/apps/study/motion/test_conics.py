@@ -1,4 +1,4 @@
-"""Conics through five points of known ellipses, parabolas and hyperbolas; task curves."""
+"""Conics through five points, and task curves."""
 
 from itertools import pairwise
 
@@ -17,7 +17,6 @@ HYPERBOLA = (np.cosh, np.sinh, np.sinh, np.cosh)
 
 
 def drawn(count):
-    """Yields five poses on a random conic, their parameters, the speed, and the conic's type."""
     rng = np.random.default_rng(1)
     for k in range(count):
         x, y, x_u, y_u = (ELLIPSE, PARABOLA, HYPERBOLA)[k % 3]
@@ -38,7 +37,7 @@ def drawn(count):
 
 
 def off(points, form):
-    """Returns distances of points from the implicit equation of the conic and from its plane."""
+    """Returns distances of points from the implicit conic and from its plane."""
     R, middle, a, b, kind = form
     x, y, z = ((points - middle) @ R).T
     x, y = x / a, y / b
@@ -92,10 +91,10 @@ def test_points_without_conic_arc_are_rejected():
 
 
 def test_teaching_arm_follows_two_parabolas_of_paper():
-    """Two conics pass through the five points of the paper's table, each in 50 steps of 0.01 s.
+    """Each conic takes 50 steps of 0.01 s.
 
-    The points are raised by 0.05 m so that all of them are reachable. If the points are raised by
-    the paper's base height of 0.1 m, three points violate the limits.
+    The points are raised by 0.05 m so that all of them are reachable. With the paper's base height
+    of 0.1 m, three points violate the limits.
     """
     arm = chasles.load("lynxmotion")
     y = np.array([0.2, 0.15, 0.1, 0.05, 0.0])

@@ -1,4 +1,4 @@
-"""Redundancy "global": limits, cost and derivatives of the motions."""
+"""Global redundancy resolution: limits, cost and derivatives."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,6 @@ ROBOTS = ("panda", "iiwa14", "well_manipulator")
 
 
 def curves(robot, rng, count):
-    """Yields start configurations, and lines between nearby configurations within the limits."""
     while count:
         middle = robot.limits.mean(1)
         size = np.diff(robot.limits)[:, 0] * rng.uniform(-0.25, 0.25, robot.n)
@@ -36,7 +35,6 @@ def curves(robot, rng, count):
 
 
 def motions(name, count, **options):
-    """Returns global motions of 2 s on random lines."""
     robot, rng = chasles.load(name), np.random.default_rng(3)
     return [
         Motion(robot, curve, time_scaling("quintic", curve.length, duration=2), q, **options)
@@ -45,7 +43,7 @@ def motions(name, count, **options):
 
 
 def cost(robot, q):
-    """Returns the squared joint displacements with the weights of the minimized cost."""
+    """Returns the weighted sum of squared joint displacements."""
     units = np.array([robot.unit_length if c.unit == "m" else 1.0 for c in robot.coordinates])
     return (np.diff(q / units, axis=0) ** 2).sum() * (len(q) - 1)
 
@@ -133,9 +131,10 @@ def test_camera_looks_at_a_target_within_limits():
 
 
 def test_motion_that_must_follow_a_limit_is_found(monkeypatch):
-    """A carriage stays at its limit for a part of the path; a spline would exceed the limit.
+    """The carriage stays at its limit for a part of the path, where a spline would exceed the
+    limit.
 
-    Only the last attempt finds the motion. The other attempts take most of the time.
+    Only the last attempt finds the motion.
     """
     monkeypatch.setattr(global_redundancy, "_TRIES", global_redundancy._TRIES[-1:])
     outcome = redundancy.trial(77000106)

@@ -1,5 +1,4 @@
-"""Motions follow their curves exactly, without sampling errors. Velocities and accelerations agree
-with finite differences."""
+"""Motions follow their curves exactly. Finite differences check their derivatives."""
 
 import numpy as np
 import pytest
@@ -33,7 +32,6 @@ HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 
 
 def curves(robot, rng, count):
-    """Yields lines, arcs and splines between nearby poses, each with a start configuration."""
     made = 0
     while made < count:
         q = HOME + rng.uniform(-0.5, 0.5, 6)
@@ -201,7 +199,7 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
 
 
 def test_rates_near_singularity_match_curve_differences():
-    """The line passes near the stretched elbow, and the joint velocities are not damped."""
+    """The line passes near the stretched elbow, without damping."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
     while checked < 2:
@@ -221,7 +219,7 @@ def test_rates_near_singularity_match_curve_differences():
 
 
 class Peak:
-    """A one-joint motion with a narrow velocity peak at a specified time between samples."""
+    """A one-joint motion with a velocity peak between two samples."""
 
     def __init__(self, at, width=0.01):
         self.time_scaling, self.middle, self.width = (

@@ -15,7 +15,6 @@ ARMS = ("iiwa14", "panda")
 
 
 def lines(robot, rng, count):
-    """Yields lines between nearby configurations, away from limits and singularities."""
     while count:
         q = robot.lower + (robot.upper - robot.lower) * rng.uniform(0.2, 0.8, robot.n)
         if robot.manipulability(q).min_singular_value < 0.1:
@@ -25,7 +24,7 @@ def lines(robot, rng, count):
 
 
 def by_least_squares(robot, T, q):
-    """Repeats the iteration step by step with LAPACK's minimum-norm least squares."""
+    """Repeats the iteration with LAPACK's minimum-norm least squares."""
     for _ in range(20):
         reached = robot.fk(q)
         turn = Rotation.from_matrix(T[:3, :3] @ reached[:3, :3].T).as_rotvec()
@@ -52,7 +51,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
             np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
             checked += 1
-        # With fewer samples, the configurations at the remaining samples are the same.
+        # Fewer samples give the same configurations.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
     assert checked == 6
 
@@ -83,7 +82,7 @@ def test_minimum_norm_derivatives_match_differences(name):
 
 
 class Bounded:
-    """A curve that raises an error at parameters before its start or after its end."""
+    """A curve that raises an error outside its parameter range."""
 
     def __init__(self, curve):
         self.curve, self.length = curve, curve.length
@@ -101,7 +100,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # Straight extensions of the curve allow central differences at both of its ends.
+        # Extending the curve allows central differences at both ends.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)
@@ -188,7 +187,7 @@ def test_invalid_minimum_norm_requests_are_rejected():
 
 
 def test_jump_between_adjacent_samples_is_rejected():
-    """No motion exists if adjacent samples converge to configurations that are not connected."""
+    """Adjacent samples converge to configurations that are not connected."""
     robot = chasles.load("iiwa14")
     _, curve = next(lines(robot, np.random.default_rng(4), 1))
     theta = np.zeros((3, 5, 7))

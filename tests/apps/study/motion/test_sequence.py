@@ -1,4 +1,4 @@
-"""Motion sequences: the 49 s process of the well manipulator, and the sequence of its stages."""
+"""The 49 s motion of the well manipulator and its stages."""
 
 import numpy as np
 import pytest
@@ -31,9 +31,8 @@ def robot():
 def process(robot):
     """Returns the process in section 5 of the paper.
 
-    In the last stage four joints satisfy three conditions. The paper does not state which
-    additional condition determines the four joints. Minimum-norm steps from the configuration at 37
-    s reproduce the printed amplitudes.
+    In the last stage, four joints satisfy three conditions. The paper does not state a fourth
+    condition. Minimum-norm steps from the configuration at 37 s reproduce the printed amplitudes.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
     ready = robot.ik_numeric(T_READY, robot.actuators(READY), fixed=("theta2", *HELD)).q

@@ -1,5 +1,4 @@
-"""Joint rates on lines in position and pitch agree with finite differences, for arms with few
-axes."""
+"""Joint rates of arms with few axes agree with finite differences."""
 
 from itertools import pairwise
 

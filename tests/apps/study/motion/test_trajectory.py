@@ -1,4 +1,4 @@
-"""Trajectory files and tables are read without loss, or rejected with a reason."""
+"""Trajectory files are read without loss or rejected with a reason."""
 
 import numpy as np
 import pytest

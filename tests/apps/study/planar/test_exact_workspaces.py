@@ -1,4 +1,4 @@
-"""Compares exact sections with dense samples, grid integrals and optimized bounds."""
+"""Exact planar workspaces agree with samples, integrals and bounds."""
 
 import math
 
@@ -17,7 +17,6 @@ NEAR = 0.01
 
 
 def chains(count, seed=0):
-    """Returns random planar chains with limits, some with unlimited joints."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         n = 2 + k % 3
@@ -42,7 +41,7 @@ def place(lengths, q):
 
 
 def sampled(lengths, lower, upper, rng, count=20_000):
-    """Samples configurations; in half of them some joints are at their limits."""
+    """Samples configurations, half of them with joints at limits."""
     shape = (count, len(lengths))
     ends = np.where(rng.random(shape) < 0.5, lower, upper)
     at_end = (rng.random(shape) < 0.4) & (np.arange(count) % 2 == 0)[:, None]
@@ -50,7 +49,7 @@ def sampled(lengths, lower, upper, rng, count=20_000):
 
 
 def reached(chain, target, rng):
-    """Tests in closed form whether two joints reach a point for some values of the other joints."""
+    """Tests in closed form whether two joints reach a point."""
     lengths, lower, upper = chain
     q = rng.uniform(lower[:-2], upper[:-2], (1 if len(lower) == 2 else 10_000, len(lower) - 2))
     if len(lower) == 3:
@@ -71,7 +70,6 @@ def reached(chain, target, rng):
 
 
 def from_border(region, points):
-    """Returns distances of points from the boundary."""
     least = np.full(len(points), np.inf)
     for arc in region.arcs:
         x, y = (points - arc.center).T
@@ -97,7 +95,7 @@ def test_planar_sections_match_sampled_reachability():
         asked = asked[from_border(region, asked) > NEAR]
         inside = region.contains(asked)
         assert [reached(chain, target, rng) for target in asked] == inside.tolist()
-        # The boundary is a closed curve: each arc ends at the start of a different arc.
+        # The boundary is closed: each arc ends at the start of another arc.
         ends = [np.array([math.cos(a.end), math.sin(a.end)]) * a.radius for a in region.arcs]
         starts = [np.array([math.cos(a.start), math.sin(a.start)]) * a.radius for a in region.arcs]
         np.testing.assert_allclose(np.sum(ends, axis=0), np.sum(starts, axis=0), atol=1e-9)
@@ -111,8 +109,8 @@ def test_two_link_workspace_area_matches_formula():
         a, b = rng.uniform(0.1, 1, 2)
         turn, elbow = rng.uniform(0.1, 3), np.sort(rng.uniform(0, np.pi, 2))
         region = region_of(np.array([a, b]), np.array([0, elbow[0]]), np.array([turn, elbow[1]]))
-        # In polar coordinates, r dr = a b sin(elbow) d elbow for link lengths a and b, and every
-        # radius r covers the same angle.
+        # In polar coordinates, r dr = a b sin(elbow) d elbow for link lengths a and b. Every radius
+        # covers the same angle.
         exact = turn * a * b * (math.cos(elbow[0]) - math.cos(elbow[1]))
         assert region.area == pytest.approx(exact, rel=1e-9)
     whole = region_of(np.array([0.7, 0.4]), np.full(2, -np.pi), np.full(2, np.pi))
@@ -127,9 +125,9 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """The section planes are offset to either side of the axis.
+    """The section planes are offset to both sides of the axis.
 
-    Some of the sampled regions rotate by more than a full turn.
+    Some regions rotate by more than a full turn.
     """
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(3, seed=5)):
@@ -141,8 +139,8 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         rho, angle = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
         inside = np.zeros(len(points), dtype=bool)
         for sign in (1, -1):
-            # The normal of the plane is -y, so at base angle 0 it contains the points (u, -offset,
-            # z).
+            # The normal of the plane is -y. At base angle 0, the plane contains the points (u,
+            # -offset, z).
             u = sign * np.sqrt(np.maximum(rho**2 - body.offset**2, 0))
             turned = (angle - np.arctan2(-body.offset, u) - turn[0]) % (2 * np.pi)
             there = (rho >= abs(body.offset)) & (turned <= np.ptp(turn))
@@ -153,7 +151,7 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         found = points[inside]
         assert (found.min(0) >= low - 1e-12).all()
         assert (found.max(0) <= high + 1e-12).all()
-        # Small workspaces may have corners without samples, so only 60 % of each side are required.
+        # Samples may miss the corners of small workspaces, so 60 % of each side are enough.
         assert (np.ptp(found, 0) > 0.6 * (high - low)).all()
         section = body.meridian
         assert section.contains(np.column_stack([rho, points[:, 2]])[inside]).all()
@@ -169,16 +167,14 @@ def test_revolved_workspace_volume_matches_monte_carlo():
 
 
 def test_swept_disc_volume_matches_pappus_theorem():
-    """Pappus' theorem gives the volume that a disc sweeps in a full turn or in a fraction of a
-    turn."""
+    """Pappus' theorem gives the volume that a disc sweeps."""
     for offset in (0.0, 0.3):
         disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
         whole = 2 * np.pi * 2.0 * np.pi * 0.25
         for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
             made = swept_volume(disc, offset, turn)
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
-    # The disc contains the point nearest to the axis, so both halves of the disc sweep the same
-    # circles.
+    # Both halves of the disc sweep the same circles.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
     near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
     assert near.tolist() == [False, True, False]
@@ -189,8 +185,7 @@ def test_swept_disc_volume_matches_pappus_theorem():
 
 
 def meeting(robot, q, k):
-    """Returns the positions of a point that is fixed on both links k and k + 2, by least
-    squares."""
+    """Fits a point that is fixed on both links k and k + 2."""
     poses = robot.link_poses(q)
     near, far = poses[:, k - 1], poses[:, k + 1]
     few = slice(0, 200)
@@ -282,8 +277,8 @@ def test_workspace_plot_shows_closed_border():
     of_wrist = exact_workspace(chasles.load("puma560"), point="wrist")
     curves = [line.get_xydata() for line in of_wrist.plot().lines]
     drawn = np.concatenate(curves)
-    assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
-    # The boundary is closed by straight lines at the smallest distance of the plane from the axis.
+    assert drawn[:, 0].min() >= 0.15 - 1e-12  # shoulder offset
+    # Straight lines close the boundary at the smallest distance of the plane from the axis.
     assert sum(len(curve) == 2 for curve in curves) >= 2
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))

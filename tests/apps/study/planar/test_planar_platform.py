@@ -1,4 +1,4 @@
-"""Compares workspace areas with published values, and annulus areas with samples."""
+"""Workspace areas agree with published values and with samples."""
 
 from itertools import combinations, pairwise
 
@@ -32,11 +32,10 @@ def test_constant_orientation_area_matches_reference(name, degrees, square_milli
 
 
 def by_chords(centers, inner, outer):
-    """Integrates over y the lengths of the chords that lie in annuli of equal radii.
+    """Integrates the lengths of horizontal chords inside annuli.
 
-    The ends of the chords are smooth functions of y except at heights at which circles begin, end
-    or intersect. Near these heights, the ends behave like a square root, so the Gauss points follow
-    a sine.
+    The chord ends behave like a square root at heights where circles begin, end or intersect. Gauss
+    points that follow a sine remove this singularity.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
@@ -57,7 +56,6 @@ def by_chords(centers, inner, outer):
 
 
 def chord(centers, inner, outer, y):
-    """Returns the length of a horizontal line inside all annuli."""
     halves = [np.sqrt(np.maximum(r**2 - (y - centers[:, 1]) ** 2, 0)) for r in (inner, outer)]
     ends = np.sort(np.concatenate([centers[:, 0] + s * half for half in halves for s in (-1, 1)]))
     middles = (ends[1:] + ends[:-1]) / 2
@@ -68,7 +66,7 @@ def chord(centers, inner, outer, y):
 @pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
 @pytest.mark.parametrize("degrees", [15, 60])
 def test_constant_orientation_area_matches_chord_integration(name, coupler, degrees):
-    """The joints of the platform are at its corners, and rotate with the platform."""
+    """The platform joints are at the corners and rotate with the platform."""
     corners = np.radians([210, 330, 90])
     base, turned = corners, corners + np.radians(degrees)
     centers = 290 * np.column_stack([np.cos(base), np.sin(base)])
@@ -131,7 +129,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """A small platform with equal cranks and couplers rotates freely near the center."""
+    """Returns a small platform that rotates freely near the center."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
@@ -155,7 +153,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
     """Unequal links leave an unreachable disc at each pivot.
 
-    While the platform rotates, the unreachable disc of a leg may move around the tool.
+    The disc may move around the tool while the platform rotates.
     """
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
@@ -180,8 +178,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 150 < inside.sum() < 1350
-    # Points inside the orbit of the unreachable disc belong to the region; points that the disc
-    # sweeps do not.
+    # Points inside the orbit of the disc are dexterous. Points that the disc sweeps are not.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).any() or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

@@ -20,8 +20,7 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Returns the determinant of the rod lines, with all cranks to the left; NaN if the platform is
-    out of reach."""
+    """Returns the determinant of the rod lines, or NaN if the platform is out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]
@@ -33,7 +32,7 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Returns the distance (..., 3) of each leg's end from the nearest limit of its reach."""
+    """Returns the distance (..., 3) of each leg from its nearest limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 
@@ -62,7 +61,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
     assert len(found.type_1) >= 3
     for curve in (*found.type_1, *found.type_2):
         assert np.hypot(*np.diff(curve, axis=0).T).max() < 1.5 * cell
-    # Every sign change of the determinant on a finely sampled line is close to a singularity curve.
+    # Every sign change of the determinant is close to a singularity curve.
     checked = 0
     for y in np.linspace(-0.34, 0.34, 41):
         x = np.linspace(-0.34, 0.34, 2001)
@@ -86,7 +85,7 @@ def test_non_ascending_bounds_are_rejected(robot):
         singularity_curves(robot, 0.0, (0, 1), (1, 1))
 
 
-# --- curves on which a function is zero ---
+# --- zero curves of functions ---
 
 
 def test_zero_curve_of_circle_is_single_closed_curve():

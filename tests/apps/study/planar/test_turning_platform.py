@@ -1,5 +1,4 @@
-"""Compares orientation ranges of planar platforms with samples, and tests singularities inside the
-ranges."""
+"""Orientation ranges of planar platforms agree with samples."""
 
 import math
 
@@ -20,7 +19,6 @@ from chasles.study.planar.turning_platform import _inclusive, _Leg, _total
 
 
 def legs(rng, width):
-    """Returns three legs of a random platform."""
     turns = rng.uniform(-0.3, 0.3) + np.arange(3) * 2 * np.pi / 3
     return [
         _Leg(
@@ -36,7 +34,7 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """Returns (m, count): whether each point is reached at each platform angle of the range."""
+    """Returns flags (m, count): True if a point is reached at an angle."""
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:

@@ -1,4 +1,4 @@
-"""Robots among obstacles: free segments, distances from sampled surfaces, and failure reasons."""
+"""Robots among obstacles: free segments, distances and failure reasons."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -77,7 +77,6 @@ def test_distance_change_stays_within_approach_bound(space):
 
 
 def sampled(corners):
-    """Samples points of the convex hull of corners: a line, or the triangles of a plate."""
     parts = np.linspace(0, 1, 81)
     if len(corners) == 2:
         return corners[0] + parts[:, None] * (corners[1] - corners[0])

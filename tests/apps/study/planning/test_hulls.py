@@ -1,4 +1,4 @@
-"""Compares collision shapes with drawings and equations of robots, and tests motion bounds."""
+"""Collision shapes agree with drawings and equations. Motion bounds hold."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,7 @@ DRAWN = ("link", "plate", "guide", "ram", "carriage", "rod")
 
 
 def closed(robot, rng, count):
-    """Returns configurations (count, n) with closed loops, and all joint variables of these
-    configurations."""
+    """Returns configurations (count, n) and all their joint variables."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     q = rng.uniform(lower, upper, (60 * count, robot.n))
@@ -28,7 +27,6 @@ def closed(robot, rng, count):
 
 
 def to_segment(p, a, b):
-    """Returns the distance of a point from the line segment between two other points."""
     way = b - a
     part = np.clip((p - a) @ way / max(way @ way, 1e-300), 0, 1)
     return np.linalg.norm(p - a - part * way)
@@ -158,7 +156,7 @@ def test_distance_bound_ignores_common_motion(name):
 
 
 def test_motion_bound_uses_lever_arms_of_center_configuration():
-    """The bound uses the lever arms of the folded configuration, where the tool is near axis 1."""
+    """In the folded configuration, the tool is near axis 1."""
     robot = chasles.load("scara")
     hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])
     tool = robot.fk(q)[:3, 3]

@@ -1,4 +1,4 @@
-"""Compares bounds of joint motion in loops with sampled motion and generated derivatives."""
+"""Compares motion bounds of loop joints with sampled motion."""
 
 import warnings
 from dataclasses import replace
@@ -41,7 +41,7 @@ def made(name):
 
 
 def around(values, turns):
-    """Returns distances from the middle value, modulo whole turns."""
+    """Returns distances from the middle value, modulo full turns."""
     away = values - values[PLACES // 2]
     return np.abs(np.where(turns, (away + np.pi) % (2 * np.pi) - np.pi, away)).max(0)
 
@@ -61,7 +61,7 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # If a bound exists, the loops can be closed along the entire segment.
+        # If a bound exists, the loops close along the entire segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -98,14 +98,13 @@ def test_curvature_bounds_exceed_second_derivatives(name):
         )
         most[:, :, k] = np.abs(np.where(rows[:, None], squared, second)).max(0)
     assert (most <= bounds.curvature * (1 + 1e-9) + 1e-9).all()
-    # The bounds exceed the actual motion by a small factor only.
+    # The bounds are not much larger than the motion.
     there = bounds.curvature > 1e-9
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
 
 
 def test_no_bound_exists_for_segment_with_open_loops():
-    """Cylinders exceed their limits, so some triangles cannot be closed and others are almost
-    flat."""
+    """Cylinders exceed their limits, so some triangles cannot close."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
     for _ in range(800):
@@ -132,7 +131,7 @@ class Changed(RobotStandIn):
 
 
 def on_another_branch(robot, q):
-    """Returns joint values whose branch is wrong at the end of the segment."""
+    """Returns joint values of a wrong branch at the end of the segment."""
     z = robot.configuration(q)
     z[-1, 1] += 0.5
     return z
@@ -165,7 +164,7 @@ def test_loops_without_computable_bounds_are_rejected():
 
 
 def test_no_bound_exists_at_singular_configuration():
-    """A joint that occurs in no equation has no bound, and causes no warning."""
+    """A joint that occurs in no equation has no bound."""
     robot, bounds, _, _ = made("excavator")
 
     def without_a_joint(robot, z):
@@ -181,8 +180,7 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """In a box with motion bounds, the equations determine the joints everywhere, so the
-    determinant keeps its sign."""
+    """In a box with motion bounds, the determinant keeps its sign."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)
@@ -208,7 +206,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
 
 
 def in_other_mode(robot, z):
-    """Returns the joints of a different assembly mode for the same actuator values."""
+    """Returns the joints in another assembly mode."""
     actuated = [item.index for item in robot.manifest.loops.actuated_in_z]
     poses = robot.functions["modes"](z[actuated])[0]
     poses = poses[np.isfinite(poses).all(1)]

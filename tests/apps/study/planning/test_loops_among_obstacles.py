@@ -1,4 +1,4 @@
-"""Collision-free paths of robots with loops, checked at ten times the planner's resolution."""
+"""Collision-free paths of robots with loops."""
 
 from dataclasses import replace
 
@@ -69,8 +69,7 @@ AMONG = {
 
 @pytest.mark.parametrize("name", AMONG)
 def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
-    """Checks a path at ten times the planner's resolution. The straight segment from start to goal
-    must be blocked."""
+    """The straight segment from start to goal must be blocked."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
     middle, space = (
@@ -115,6 +114,6 @@ def test_rrt_connect_finds_collision_free_platform_path():
 def test_open_loop_blocks_segment():
     space, q = drawn(chasles.load("excavator"), np.random.default_rng(9))
     open_q = q[0].copy()
-    open_q[1:] += 100  # no triangle with a cylinder of this length can be closed
+    open_q[1:] += 100  # no triangle can have such a long cylinder
     assert np.isinf(space._approach(q[0], open_q)).all()
     assert not space.is_free_segment(q[0], open_q)

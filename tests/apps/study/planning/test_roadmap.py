@@ -1,4 +1,4 @@
-"""Roadmaps on grid maps: exact edges, no invalid path, and failures with a reason."""
+"""Roadmaps on grid maps contain exact edges and no invalid path."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SIDE = 0.1
 
 
 def passage(width=2):
-    """Returns two rooms of 20 by 40 cells, connected by a passage through a wall."""
+    """Returns two rooms of 20 by 40 cells that a passage connects."""
     occupied = np.zeros((41, 40), dtype=bool)
     occupied[20] = True
     occupied[20, 10 : 10 + width] = False
@@ -41,8 +41,7 @@ def test_free_segment_check_agrees_with_fine_sampling():
         points = a + np.linspace(0, 1, 5001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
-        # The sampled test may miss the corner of an obstacle, but never reports a free cell as
-        # blocked.
+        # The sampled test may miss an obstacle corner, but never reports a free cell as blocked.
         assert sampled or not found
         free += found
         if sampled and not found:

@@ -1,4 +1,4 @@
-"""Chains between any two links: joints above the base are inverted."""
+"""Chains between any two links. Joints above the base are inverted."""
 
 import random
 
@@ -65,7 +65,7 @@ LOOP = """<mujoco model="four_bar"><worldbody>
 
 
 def fk_of(robot):
-    """Returns the forward kinematics of a description, q -> (4, 4)."""
+    """Returns the forward kinematics q -> (4, 4) of a description."""
     (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
     return lambda q: np.array(fk(q)).reshape(4, 4)
 

@@ -1,9 +1,9 @@
-"""Malicious files of each kind: no command runs, no other file is read, nothing is written.
+"""Malicious files run no command, read no other file and write nothing.
 
-``@MARK@`` is a file that no command may create, ``@OUT@`` a folder with files that contain
-``CANARY``, ``@PIPE@`` a named pipe without a writer, and ``@URL@`` a network address. Archives are
-compressed and cannot contain the path for ``@MARK@``, so their commands would create a file
-``@MARK@`` in the current folder.
+``@MARK@`` is a file that no command may create. ``@OUT@`` is a folder with files that contain
+``CANARY``. ``@PIPE@`` is a named pipe without a writer, and ``@URL@`` a network address. Archives
+cannot contain the path for ``@MARK@``, so their commands would create a file ``@MARK@`` in the
+current folder.
 """
 
 import os
@@ -40,7 +40,7 @@ def calibration(file):
 
 @pytest.fixture(scope="module", autouse=True)
 def imported():
-    """Imports the readers once instead of in each process that reads a file."""
+    """Imports the readers once instead of once per file."""
     for package in ("mujoco", "xacro", "yaml"):
         pytest.importorskip(package)
 

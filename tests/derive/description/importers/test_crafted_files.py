@@ -1,4 +1,4 @@
-"""Malicious files end with an error that names the file."""
+"""Malicious files raise an error that names the file."""
 
 import sys
 

@@ -61,7 +61,7 @@ def kinematics():
 
 @pytest.fixture
 def files(cache, monkeypatch):
-    """A folder with the files mentioned on the page."""
+    """Creates the files of the page."""
     for name, content in {
         "arm.urdf": ARM.format(name="arm", reach=1),
         "arm.urdf.xacro": XACRO,

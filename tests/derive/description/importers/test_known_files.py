@@ -1,4 +1,4 @@
-"""One function reads every file format, by its suffix in upper or lower case."""
+"""One function reads every file format, by a suffix in upper or lower case."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""MJCF import: compares random models with MuJoCo, and tests errors for invalid models."""
+"""MJCF import agrees with MuJoCo on random models. Invalid models raise errors."""
 
 import random
 
@@ -21,7 +21,6 @@ def path(tmp_path):
 
 
 def compare(path, seed):
-    """Compares the link poses of a random model with MuJoCo; returns their number."""
     dice = random.Random(seed)
     text, count = random_model(dice)
     robot = read_model(path, text, "world", f"s{count}")

@@ -1,4 +1,4 @@
-"""MJCF elements that chasles does not model: either a note names them, or an error rejects them."""
+"""A note or an error names each MJCF element that chasles does not model."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Compares loops of MJCF models with MuJoCo: linkages, spatial loops and delta robots."""
+"""Loops of MJCF models agree with MuJoCo: linkages, spatial loops and delta robots."""
 
 import random
 
@@ -34,13 +34,13 @@ def path(tmp_path):
 
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
-    """The equations of an arbitrarily oriented linkage contain reciprocals and loop vectors."""
+    """The equations of a tilted linkage contain reciprocals and loop vectors."""
     robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
     assert "rates.tex" in fragments(derive(robot, functions=["fk"]))
 
 
 def satisfied(model, crank):
-    """Solves MuJoCo's equality constraints by Newton's method from the initial pose.
+    """Solves MuJoCo's equality constraints by Newton's method.
 
     Returns MuJoCo's data, or None if the loops do not close.
     """
@@ -60,12 +60,12 @@ def satisfied(model, crank):
 
 
 def at_solutions(path, text, tip, cranks):
-    """Returns the robot, its functions by name, MuJoCo's model, and its closed joint values."""
+    """Returns the robot, its functions, MuJoCo's model, and closed joint values."""
     robot = read_model(path, text, "world", tip)
     if tip == "tool":
         made = derive(robot, functions=("fk", "constraint")).functions
     else:
-        # Random loops may have more degrees of freedom than motors, which derive() rejects.
+        # Random loops may have more degrees of freedom than motors.
         made = (constraint_functions.constraint(loop_model(robot)),)
     kernels = lower(made, "r")
     functions = dict(zip((f.name for f in made), kernels, strict=True))
@@ -82,7 +82,6 @@ def at_solutions(path, text, tip, cranks):
 
 
 def compare_linkage(path, seed):
-    """Compares residuals and poses of a linkage at MuJoCo's solution."""
     dice = random.Random(seed)
     text = random_linkage(dice)
     cranks = [0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))]
@@ -96,7 +95,6 @@ def compare_linkage(path, seed):
 
 
 def compare_loop(path, seed):
-    """Compares residuals of a spatial loop at MuJoCo's solution and near this solution."""
     dice = random.Random(seed)
     text = random_spatial_loop(dice)
     robot, functions, _, found = at_solutions(path, text, "b1", [0.0, 0.02, -0.03])
@@ -120,7 +118,6 @@ def test_linkage_residuals_and_poses_match_mujoco(path):
 
 
 def compare_delta(path, seed):
-    """Compares the platform's position with MuJoCo's solution for equal motor values."""
     dice = random.Random(seed)
     text = random_delta(dice)
     robot = read_model(path, text, "world", "tool")

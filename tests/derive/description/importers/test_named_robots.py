@@ -1,4 +1,4 @@
-"""Tests loading robots by name from a folder with the layout of the robot_descriptions cache."""
+"""Robots load by name from a copy of the robot_descriptions cache."""
 
 import importlib
 

@@ -1,5 +1,7 @@
-"""Roll, pitch and yaw agree with products of rotations, and are exact at multiples of 90
-degrees."""
+"""Roll, pitch and yaw agree with products of rotations.
+
+Multiples of 90 degrees are exact.
+"""
 
 import itertools
 import random
@@ -29,7 +31,6 @@ def rotation(roll, pitch, yaw):
 
 
 def quaternion(roll, pitch, yaw):
-    """Returns the product of the quaternions of the three rotations."""
     product = np.array([1.0, 0, 0, 0])
     for k, angle in ((3, yaw), (2, pitch), (1, roll)):
         w, x, y, z = product
@@ -72,7 +73,7 @@ def test_rpy_reproduces_rotation_matrices_and_quaternions():
 
 @pytest.mark.parametrize("step", [1, 6])
 def test_rpy_is_exact_at_multiples_of_fifteen_degrees(step):
-    """The products are computed in double precision. At gimbal lock, yaw is 0."""
+    """The products are in double precision. At gimbal lock, yaw is 0."""
     turns = range(-12, 13, step) if step > 1 else random.Random(1).choices(range(-12, 13), k=6)
     for angles in itertools.product(turns, repeat=3):
         found = roll_pitch_yaw(quaternion(*(k * np.pi / 12 for k in angles)))

@@ -1,4 +1,4 @@
-"""SDF import: the same robots in SDF and in robot files have the same poses."""
+"""Robots in SDF files and in robot files have the same poses."""
 
 import json
 import random

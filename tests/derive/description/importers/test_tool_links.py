@@ -1,4 +1,4 @@
-"""Inferred base and tip links, for realistic and for random trees of links."""
+"""Base and tip links inferred from trees of links."""
 
 import random
 from itertools import pairwise
@@ -17,11 +17,11 @@ TREES = 200
 
 
 def tree(text):
-    """Builds a tree of links from words ``parent>child``; a suffix of the child such as ``m``
-    states the joint type: ``a>b:m``.
+    """Builds a tree of links from words such as ``parent>child:m``.
 
-    The default joint name is ``<child>_joint``; ``a>b:m:name`` sets it. The kind ``s`` is
-    prismatic. The leader of a mimic joint comes last, ``a>b:c:name:leader``.
+    The suffix is the joint type. The default joint name is ``<child>_joint``, and ``a>b:m:name``
+    sets the name. The kind ``s`` is prismatic. The leader of a mimic joint comes last,
+    ``a>b:c:name:leader``.
     """
     links, joints = [], []
     for word in text.split():
@@ -35,7 +35,6 @@ def tree(text):
 
 
 def arm(prefix, count, start):
-    """Returns a chain of moving joints from a link to ``<prefix><count>``."""
     links = [start, *(f"{prefix}{k}" for k in range(1, count + 1))]
     return " ".join(f"{a}>{b}:m" for a, b in pairwise(links))
 
@@ -230,7 +229,7 @@ def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
 
 
 def random_tree(dice):
-    """Returns an arm with a tool among other branches, and the intended base and tip of the arm."""
+    """Returns an arm among other branches, and its intended base and tip."""
     count = dice.randint(4, 7)
     words = [arm("j", count, "base")]
     tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))

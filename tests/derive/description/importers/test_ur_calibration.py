@@ -1,4 +1,4 @@
-"""Compares factory calibrations of UR arms with DH products and Pinocchio's URDF reader."""
+"""Factory calibrations of UR arms agree with DH products and Pinocchio's URDF reader."""
 
 import random
 from dataclasses import replace
@@ -90,7 +90,7 @@ UR10 |= {"d6": "0.0922"}
 
 
 def arm(sizes=None):
-    """Returns the shipped UR5e, or an arm with its structure and other dimensions."""
+    """Returns the UR5e, or an arm of the same structure with other dimensions."""
     robot = read(ROBOTS / "ur5e.toml")
     if sizes is None:
         return robot
@@ -105,7 +105,6 @@ def rows(robot, deltas):
 
 
 def plain_dh(table, q):
-    """Returns the product of DH transforms."""
     pose = np.eye(4)
     for (theta, d, a, alpha), value in zip(table, q, strict=True):
         c, s, ca, sa = *(f(theta + value) for f in (np.cos, np.sin)), np.cos(alpha), np.sin(alpha)
@@ -141,8 +140,7 @@ def compare(path, robot, deltas, dice):
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
-        # Matrix products with offsets of 90 m lose four digits more than frames that are shifted
-        # along the axes.
+        # Matrix products with offsets of 90 m lose four digits more than the frames.
         far = 1 + np.abs(table[:, 1]).max()
         assert np.abs(fk(q) - plain_dh(table, q)).max() <= ORACLE * far
     return measured
@@ -165,7 +163,7 @@ def test_random_calibration_matches_plain_dh_product(tmp_path):
 
 
 def urdf_of(kinematics):
-    """Returns the URDF that ur_description generates, with fixed frames at both ends."""
+    """Returns the URDF that ur_description generates."""
     rows = [
         ("base_link-base_link_inertia", "base_link", "inertia", "0 0 0", "0 0 3.141592653589793")
     ]

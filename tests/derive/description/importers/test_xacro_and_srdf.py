@@ -63,7 +63,6 @@ SRDF = """\
 
 @pytest.fixture
 def arm(tmp_path):
-    """A package with the robot, next to a package with its parts."""
     for path, text in {
         "duo/package.xml": "<package><name>duo</name></package>",
         "duo/urdf/duo.urdf.xacro": ARM,
@@ -77,7 +76,6 @@ def arm(tmp_path):
 
 
 def derive(*words):
-    """Derives the forward kinematics of a file with the command line."""
     return run("derive", *words, "--functions", "fk", "--languages", "c", "--jobs", "1")
 
 

@@ -1,4 +1,4 @@
-"""Documented xacro expressions evaluate as in Python, and no expression runs a command."""
+"""Documented xacro expressions evaluate as in Python. No expression runs a command."""
 
 import math
 

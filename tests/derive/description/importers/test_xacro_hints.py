@@ -1,4 +1,4 @@
-"""Error messages name the files that are missing for an incomplete xacro file."""
+"""Errors name the files that an incomplete xacro file needs."""
 
 import pytest
 
@@ -23,7 +23,7 @@ JOINT = """
 
 
 def written(folder, package="arm", **texts):
-    """Creates a package folder with a xacro file for each name."""
+    """Creates a package folder with xacro files."""
     folder = folder / "src" / package / "urdf"
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():

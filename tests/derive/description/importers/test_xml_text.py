@@ -1,4 +1,4 @@
-"""URDF files with various encodings, and with missing limits."""
+"""URDF files with various encodings or missing limits."""
 
 import re
 

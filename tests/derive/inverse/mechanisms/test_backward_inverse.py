@@ -1,4 +1,4 @@
-"""Robots without a closed-form forward solution: actuator values at a pose, leg by leg."""
+"""Actuator values at a pose, for robots without a closed-form forward solution."""
 
 from functools import cache
 from itertools import product
@@ -77,7 +77,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """Returns a tube that is tilted and pushed by three unequal cylinders."""
+    """Returns a tube that three unequal cylinders tilt and push."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -88,7 +88,7 @@ def tripod():
 
 
 def hexa():
-    """Returns a platform on six arms, which form three pairs at 120 degrees."""
+    """Returns a platform on three pairs of arms at 120 degrees."""
     legs = []
     for k in range(6):
         middle, side = 120 * (k // 2), 2 * (k % 2) - 1
@@ -101,7 +101,7 @@ def hexa():
 
 
 def twisted_delta():
-    """Returns a delta whose second pair of rods is wider at the platform than at the arm."""
+    """Returns a delta whose second pair of rods is wider at the platform."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(
@@ -111,7 +111,6 @@ def twisted_delta():
 
 @cache
 def solved(make):
-    """Returns actuators (k, N, n) and residuals (k, N) of all solution slots at poses (N, 4, 4)."""
     mechanism = make()
     ik = derive(mechanism, functions=["ik_legs"]).function("ik_legs")
     (kernel,) = lower([ik], "arms")
@@ -128,8 +127,7 @@ def solved(make):
 
 @cache
 def drawn(make):
-    """Returns random coordinates (n,) near the reference, and platform poses (m, 4, 4) near its
-    pose.
+    """Returns random coordinates (n,) and platform poses (m, 4, 4) near the reference.
 
     Newton's method finds the poses from several start configurations.
     """

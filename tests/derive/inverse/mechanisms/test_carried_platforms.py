@@ -1,4 +1,4 @@
-"""Inverse of platforms with joints before and behind them, compared with a NumPy model."""
+"""Inverse of platforms with joints before and behind them, compared with NumPy."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,6 @@ pose."""
 
 
 def configurations(mechanism, seed):
-    """Returns a model and closed configurations (N, n_z) near its reference."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
@@ -57,7 +56,7 @@ def test_pose_and_redundant_joints_determine_the_generating_coordinates(seed):
     slots, residual = slots_at(ik, model.tip(z), given)
     own = np.abs(slots - q).max(-1) < SAME
     assert (own & (residual < SAME)).any(0).all()
-    # Every solution slot with a small residual closes the loops at the pose.
+    # Every solution with a small residual closes the loops at the pose.
     for slot, left in zip(slots, residual, strict=True):
         at = z.copy()
         at[:, model.actuated] = slot * model.ratio

@@ -1,4 +1,4 @@
-"""The inverse of a robot with loops whose main chain is solved by handwritten C."""
+"""Inverse of a robot with loops whose main chain is solved by handwritten C."""
 
 from pathlib import Path
 
@@ -14,13 +14,11 @@ POSES = 300
 
 @pytest.fixture(scope="module")
 def boom(tmp_path_factory):
-    """Returns a boom with six general axes, one of them moved by a cylinder."""
     return compiled(read(FILE), tmp_path_factory.mktemp("boom"), ["fk", "ik", "chain"], ["c"])
 
 
 @pytest.fixture(scope="module")
 def solutions(boom):
-    """Returns coordinates, their poses, and the solutions for these poses."""
     rng = np.random.default_rng(0)
     q = np.array([boom.random_q(rng=rng) for _ in range(POSES)])
     T = boom.fk(q)

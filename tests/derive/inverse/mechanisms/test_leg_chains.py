@@ -1,4 +1,4 @@
-"""Inverse of platforms whose legs are serial arms, compared with a NumPy model and a formula."""
+"""Inverse of platforms with serial legs, compared with NumPy and a formula."""
 
 from functools import cache, partial
 
@@ -34,13 +34,11 @@ rod."""
 
 @cache
 def legs_of(kind):
-    """Returns a platform and its leg inverse."""
     mechanism = drawn_legs(kind, 1)
     return mechanism, derive(mechanism, functions=["ik_legs"]).function("ik_legs")
 
 
 def configurations(mechanism):
-    """Returns a model and closed configurations (N, n_z) near its reference."""
     model, rng = Model(mechanism), np.random.default_rng(0)
     at = dict(mechanism.reference)
     z = np.repeat([[float(at.get(name, 0)) for name in model.names]], POSES, 0)
@@ -76,7 +74,7 @@ def test_slots_contain_the_generating_coordinates(kind):
 
 @pytest.mark.parametrize("kind", LEG_KINDS)
 def test_unreachable_pose_has_a_residual(kind):
-    """These platforms have three degrees of freedom, so a screw motion leaves their workspace."""
+    """The platforms have three degrees of freedom, so a screw motion leaves their workspace."""
     mechanism, ik = legs_of(kind)
     model, z = configurations(mechanism)
     T = model.tip(z)
@@ -88,7 +86,7 @@ def test_unreachable_pose_has_a_residual(kind):
 
 @pytest.mark.parametrize("kind", ["3-RUU", "3-RUU with offsets"])
 def test_rotary_delta_agrees_with_the_formula_of_its_arms(kind):
-    """Each arm and its rod, projected by the rod's tilt, form a triangle in the arm's plane."""
+    """Projected onto the arm's plane, each arm and its rod form a triangle."""
     mechanism, ik = legs_of(kind)
     model, z = configurations(mechanism)
     q, residual = slots_at(ik, model.tip(z))
@@ -113,7 +111,7 @@ def test_rotary_delta_agrees_with_the_formula_of_its_arms(kind):
 
 
 def test_missing_inverse_of_guided_platform_has_reason(tmp_path):
-    """No structure fits the passive chain PRPU of this 5-UPS/PRPU platform."""
+    """No structure fits the passive chain PRPU of the 5-UPS/PRPU platform."""
     mechanism = drawn_as(partial(guided, ("ahead", Y, "up", X, Y)), 3)
     reason = "for the main chain, the nearest structure is"
     assert f"There is no ik; {reason}" in str(explain(mechanism))

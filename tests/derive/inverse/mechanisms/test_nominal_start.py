@@ -1,4 +1,4 @@
-"""The inverse of the nominal robot, whose solutions start the iteration of the as-built robot."""
+"""The inverse of an as-built robot starts at the nominal solutions."""
 
 from dataclasses import replace
 from itertools import product
@@ -11,7 +11,6 @@ from tests.support.generators.driven_arms import built_arm
 
 
 def reversed_joint(arm, name):
-    """Returns the arm and its nominal arm with one joint reversed."""
     joints = [replace(j, direction=-j.direction) if j.name == name else j for j in arm.joints]
     reference = tuple((key, -value if key == name else value) for key, value in arm.reference)
     nominal = reversed_joint(arm.nominal, name) if arm.nominal else None

@@ -1,4 +1,4 @@
-"""Compares numerical dead points of loops with the triangle of the three pins."""
+"""Numerical dead points of loops agree with the triangle of the three pins."""
 
 import math
 
@@ -12,7 +12,7 @@ from tests.support.loops.solved import solved
 
 
 def drawn_four_bar(rng):
-    """Returns lengths (mm) of a linkage whose loop closes with the crank normal to the ground."""
+    """Returns lengths (mm) whose loop closes with the crank normal to the ground."""
     while True:
         a, b, c, d = rng.integers(50, 500, 4)
         if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:
@@ -30,8 +30,8 @@ def test_four_bar_dead_points_align_coupler_and_rocker(seed):
     cosines = [(a * a + d * d - far**2) / (2 * a * d) for far in (b + c, abs(b - c))]
     stops = [sign * math.acos(x) for x in cosines if abs(x) < 1 for sign in (1, -1)]
     np.testing.assert_allclose(found.zeros, sorted(stops), atol=1e-9)
-    # The crank varies the distance between the other ends of coupler and rocker. The margin is
-    # sin^2 of the angle between coupler and rocker.
+    # The crank varies the distance between coupler and rocker ends. The margin is sin^2 of the
+    # angle between coupler and rocker.
     sides = np.abs(np.linspace(abs(a - d), a + d, 2001))
     cosine = (b * b + c * c - sides**2) / (2 * b * c)
     assert found.least == pytest.approx((1 - cosine**2).min(), abs=1e-5)

@@ -1,4 +1,4 @@
-"""Limits at which loops cannot be closed, and text reports on mechanisms."""
+"""Limits of loops that cannot close, and text reports on mechanisms."""
 
 import re
 from dataclasses import replace
@@ -31,7 +31,7 @@ def test_reachable_limits_give_no_note():
 
 
 def test_note_on_unreachable_limits_states_closing_range():
-    # The length of the stretched cylinder is the sum of both pin distances from the boom pin.
+    # The stretched length is the sum of both pin distances from the boom pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
     (message,) = limits_of(solved(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
@@ -57,8 +57,8 @@ def test_note_states_share_of_limits_in_which_loops_close():
     )
     message = limits_of(solved(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
-    # The loops close if the distance of the elbows is at most the sum of both coupler lengths (360
-    # mm). A grid gives the fraction of the configurations with closed loops.
+    # The loops close if the elbows are at most both coupler lengths apart (360 mm). A grid gives
+    # the closed fraction.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50
@@ -79,7 +79,7 @@ def test_explanation_of_underactuated_mechanism_raises_error():
         str(explain(replace(robot, actuated=("left",))))
 
 
-# --- counts that the test specifies ---
+# --- specified counts ---
 
 
 def test_kutzbach_matches_textbook_counts():

@@ -1,4 +1,4 @@
-"""Error messages for an open loop whose cause lies in another loop."""
+"""Error messages for an open loop that another loop causes."""
 
 import re
 from dataclasses import replace
@@ -26,21 +26,20 @@ length = 997
 
 
 def with_rod(length):
-    """Returns the loader arm whose front link is a rod."""
+    """Returns the loader arm with a rod as its front link."""
     closure, cylinder = LOADER.index("[[closures]]"), LOADER.index("[[cylinders]]")
     text = LOADER[:closure].replace(FRONT, "").replace("front = 142, ", "") + LOADER[cylinder:]
     return text + ROD.replace("997", length)
 
 
 def message(text):
-    """Returns the text of the error for an open loop."""
     with pytest.raises(LoopError) as raised:
         derive(read_text(text), functions=["chain"])
     return str(raised.value)
 
 
 def test_pin_across_its_loop_is_named_although_another_loop_is_open():
-    """The pin closes at the reference, but locks the joints that the cylinder moves."""
+    """The pin closes at the reference, but locks the joints of the cylinder."""
     text = message(LOADER.replace(", rpy = [90, 0, 0]", ""))
     assert "the loop of 'lift' does not close" in text
     assert "'pin' locks the joints of its loop: a pin rotates about the z axis" in text
@@ -93,7 +92,7 @@ def test_note_compares_an_omitted_cylinder_with_the_stated_joints():
     rear, arm = np.radians([135, -142])
     ends = [115 + 890j, 430 + 330j]
     far = ends[0] + np.exp(1j * rear) * (623 + np.exp(1j * arm) * (900 - 130j)) - ends[1]
-    # The stated angles are rounded to a degree, so the loop of the pin closes only approximately.
+    # The stated angles are rounded, so the loop of the pin closes only approximately.
     assert float(found) == pytest.approx(abs(far), abs=10)
 
 

@@ -1,8 +1,7 @@
 """Error messages for impossible mechanisms are complete and correct.
 
-Each shipped robot with loops is corrupted in typical ways. If the message proposes a range for a
-length or coordinate, the loops must close in the middle of the range. The oracle does not use the
-equations of the compiler.
+Each robot with loops is corrupted in typical ways. If the message proposes a range, the loops must
+close in the middle of the range. The oracle does not use the equations of the compiler.
 """
 
 import math
@@ -54,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Returns the error of a robot's loops and actuators, or None if no value is required."""
+    """Returns the error of a robot's loops, or None if no value is required."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -64,7 +63,7 @@ def error_of(robot):
 
 
 def message(robot):
-    """Returns the text of the error of a robot's loops and actuators, or "" if there is none."""
+    """Returns the error text of a robot's loops, or "" without an error."""
     return str(error_of(robot) or "")
 
 
@@ -82,7 +81,7 @@ OFFER = re.compile(
 
 
 def offers(text):
-    """Returns name, lowest and highest value of each remedy, in meters and radians."""
+    """Returns the name and the range of each remedy in meters and radians."""
     for name, low, high, unit, or_more in OFFER.findall(text):
         factor = 1e-3 if unit == "mm" else np.pi / 180
         bottom = float(low) * factor
@@ -91,7 +90,7 @@ def offers(text):
 
 
 def closes(robot, name, value):
-    """Tests with the oracle whether the loops close at a value of a parameter or coordinate."""
+    """Tests with the oracle whether a value closes the loops."""
     if name in robot.actuated:
         reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
         robot = replace(robot, reference=tuple(reference.items()))
@@ -116,7 +115,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """For a wrong length, the message does not suggest that rod ends are swapped."""
+    """A wrong length is not reported as swapped rod ends."""
     whole = mechanism(name)
     robot = with_parameter(whole, parameter, value)
     text = str(spoilt_error(name, parameter, value))
@@ -132,7 +131,7 @@ def test_proposed_parameter_values_close_the_loop(name, parameter, value):
 
 
 def test_four_bar_gap_and_proposed_ranges_are_correct():
-    # The crank pin is at (0, 100) and the rocker pin at (350, 0): 364.0 mm apart.
+    # The crank pin (0, 100) and the rocker pin (350, 0) are 364.0 mm apart.
     apart = 1000 * np.hypot(0.1, 0.35)
     text = str(spoilt_error("four_bar", "b", "0.08"))
     assert f"are at best {apart - 330:.4g} mm apart" in text
@@ -178,7 +177,7 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
     assert "write values close to these in [reference]" in text
-    # The loops of these robots close at the middle of the limits, a dead point of the slider.
+    # The loops close at the middle of the limits, a dead point of the slider.
     assert message(replace(mechanism("five_bar"), reference=())) == ""
     assert "choose a reference" in message(replace(mechanism("slider_crank"), reference=()))
 
@@ -239,8 +238,8 @@ def test_proposal_starts_at_the_stated_joints_and_includes_the_stroke():
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joint values, the strut is 1.8 mm too short to close the loop. At the reference, the
-    # strut is vertical, which is far from the zero of its swing angle.
+    # At zero joint values, the strut is 1.8 mm too short. At the reference, the strut is vertical,
+    # far from the zero of its swing angle.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -308,10 +307,9 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation(name):
-    """Yields robots without an actuator, with a different actuated joint, or without a joint or
-    strut.
+    """Yields robots with a wrong actuator, or without a joint or strut.
 
-    Each robot comes with words that the expected error contains.
+    Words of the expected error accompany each robot.
     """
     robot = mechanism(name)
     taken = {c.moves for c in robot.coordinates}
@@ -343,12 +341,12 @@ def test_error_states_mismatch_of_actuators_and_freedoms(name):
     for robot, words in cases:
         text = message(robot)
         model = Model(robot)
-        # The message lists the unknown joints that are free in the oracle's Jacobian.
+        # The message lists the unknown joints that move in the oracle.
         assert f"robot {robot.name!r} has " in text
         assert f"{len(robot.actuated)} actuated coordinate" in text
         assert words in text
         passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-        # In the oracle, cylinders without a connection to the mechanism have no degree of freedom.
+        # Cylinders without a connection have no degree of freedom in the oracle.
         if words == "can still move" and not passive_cylinder:
             J = model.jacobian(model.q, model.u)
             free = len(model.unknown) - np.linalg.matrix_rank(J, tol=1e-6)
@@ -377,7 +375,7 @@ def test_dependent_actuators_are_rejected():
 
 
 def swapped(rod):
-    """Returns a rod with swapped end placements on its two bodies."""
+    """Returns a rod with swapped ends."""
     a, b = rod.a, rod.b
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
@@ -387,7 +385,7 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # The rods of the second and third arm also fit if the platform rotates by 5 degrees.
+    # The rods of the second and third arm also fit to a platform that is rotated by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)
@@ -437,7 +435,7 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
 
 
 def with_a_third_crank(closure, miss="0.0002"):
-    """Returns a parallelogram whose third crank, in the middle, has a length error (meter)."""
+    """Returns a parallelogram with a third crank that has a length error (meter)."""
     lengths = (("rod", 2, 1), ("third", 1, 1 + sp.Rational(miss)))
     rods = tuple(
         Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
@@ -458,8 +456,8 @@ def test_error_names_the_redundant_third_crank():
     stated = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in stated
     assert "1 constraint is redundant" in stated
-    # The direction of the closure error is (1, -2), because the lever arm of the rod is twice the
-    # lever arm of the third crank.
+    # The closure error has the direction (1, -2). The lever arm of the rod is twice the lever arm
+    # of the third crank.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in stated
     assert "omitting 'rod' or 'third' adds no freedom" in stated
     (note,) = solved(with_a_third_crank("least squares")).mechanism.notes

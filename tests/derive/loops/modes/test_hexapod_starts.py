@@ -1,4 +1,4 @@
-"""Complex poses of platforms on six rods: the table of start poses serves every robot."""
+"""Complex poses of platforms on six rods. One table of start poses serves every robot."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Closed paths through other members of the platform family permute the poses."""
+    """Closed paths through other platforms permute the poses."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -99,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """The results are bitwise equal even if other rounding errors change the order of the paths."""
+    """Other rounding errors may change the order of the paths, but not the results."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)

@@ -1,8 +1,7 @@
-"""Platforms on random legs with a ball joint: RPS, PRS, RRS legs, and UPS, PUS, RUS legs.
+"""Platforms on random legs with a ball joint: RPS, PRS, RRS, UPS, PUS and RUS.
 
-A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave the
-platform three degrees of freedom. Six legs with three joints each, or six cylinders, do not
-constrain the platform.
+A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave three
+degrees of freedom. Legs with three joints, or cylinders, do not constrain the platform.
 """
 
 from dataclasses import replace
@@ -32,13 +31,12 @@ MAPS = ("actuators", "actuator_rates")
 
 
 def closed_configurations(mechanism, seed):
-    """Returns configurations (N, n_z) near the reference at which the loops are closed."""
+    """Returns closed configurations (N, n_z) near the reference."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
     z = np.repeat(start[None], POSES, 0)
-    # The loops of six legs close at every pose, but the reference may be near a singularity of the
-    # actuators.
+    # The loops of six legs close at every pose, but the actuators may be singular.
     moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
     z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
     z = model.newton(z, moved)
@@ -46,8 +44,7 @@ def closed_configurations(mechanism, seed):
 
 
 def inverse_at(ik, model, z):
-    """Returns actuator values (k, N, n) and residuals (k, N) of all ``ik`` solution slots, and the
-    actuator values in z."""
+    """Returns actuators (k, N, n) and residuals (k, N) of all solutions, and the actuators in z."""
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []
     for signs in product((1.0, -1.0), repeat=len(ik.signs)):
@@ -58,7 +55,6 @@ def inverse_at(ik, model, z):
 
 
 def turned_apart(one, other):
-    """Returns the largest coordinate difference, up to full turns."""
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 
@@ -72,8 +68,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # One solution slot contains the solution on the reference branch. The derivative of this
-    # solution slot equals the actuator velocities of the reference branch.
+    # One solution is on the reference branch. Its derivative equals the actuator velocities.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
@@ -85,8 +80,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two crank angles solve the length equation, but the loop does not close at one of the two
-    angles."""
+    """Two crank angles solve the length equation, but only one angle closes the loop."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(
@@ -112,7 +106,7 @@ def test_explanation_names_the_leg_steps():
 
 @pytest.mark.parametrize(("make", "modes"), [(driven_by_a_leg, 2), (agile_eye, 8)])
 def test_leg_inverse_returns_distinct_working_modes(make, modes):
-    """The lengths in both solutions of each 3-RPS leg have constant signs."""
+    """The lengths in both solutions of each leg have constant signs."""
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2

@@ -1,4 +1,4 @@
-"""Compares the modes of planar platforms on all types of legs with Newton's method."""
+"""Modes of planar platforms on all types of legs agree with Newton's method."""
 
 import sys
 
@@ -61,7 +61,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=400):
-    """Finds the poses on three circles by Newton's method from random start poses."""
+    """Finds poses on three circles by Newton's method from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
@@ -89,7 +89,7 @@ def cylinders(tmp_path_factory):
         CYLINDER.format(k=k, a=a, b=b) for k, (a, b) in enumerate(zip(BASE, PINS, strict=True), 1)
     )
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
-    # A leg with a cylinder has only a single branch.
+    # A leg with a cylinder has a single branch.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
     return compiled(read_text(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 
@@ -160,7 +160,6 @@ MAX_QUERIES = 5_000
 
 @pytest.fixture
 def queries(monkeypatch):
-    """Counts SymPy's queries of expression properties, such as signs."""
     assumptions = sys.modules["sympy.core.assumptions"]
     search, counted = assumptions._ask, []
 
@@ -173,7 +172,7 @@ def queries(monkeypatch):
 
 
 def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(monkeypatch, queries):
-    """For prismatic joints, SymPy does not query the sign of products of sines."""
+    """SymPy does not query the sign of products of sines."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(0), (("PRP", 2), ("RPP", 1), ("PRP", 2)))
     hybrid = derive(read_text(platform.text("platform")), functions=["legs", "actuators"]).hybrid

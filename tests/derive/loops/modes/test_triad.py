@@ -18,7 +18,7 @@ RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 
 
 def harmonics(coefficients, c, s):
-    """Returns the trigonometric polynomial in cosine and sine of the angle."""
+    """Evaluates the trigonometric polynomial for a cosine and a sine."""
     double = c**2 - s**2, 2 * c * s
     triple = double[0] * c - double[1] * s, double[0] * s + double[1] * c
     a0, *rest = coefficients
@@ -34,11 +34,10 @@ def expanded(terms, expressions):
 
 
 def eliminated(points, c, s):
-    """Returns the elimination of the platform's position from three circles with the centers A_i -
-    R b_i, for base points A_i and platform points b_i.
+    """Eliminates the platform's position from three circles with the centers A_i - R b_i.
 
-    The first equation is subtracted from the other equations, which are then solved by Cramer's
-    rule.
+    A_i are base points, and b_i are platform points. The first equation is subtracted from the
+    other equations. Cramer's rule solves these equations.
     """
     x, y = sp.symbols("x y", real=True)
     circles = [
@@ -58,7 +57,7 @@ def eliminated(points, c, s):
 def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
     found = harmonics(expanded(terms, triad_polynomial(terms, Triad(POINTS, PINS, RODS))), C, S)
-    # Up to a constant factor, the polynomials agree for all points if c^2 + s^2 = 1.
+    # Up to a constant factor, the polynomials agree for c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
     for _ in range(6):
@@ -72,8 +71,8 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # The square |k_3 u_2 - k_2 u_3|^2 in the elimination has factors of degree 2. As a polynomial
-    # in z = exp(i phi), this square has no z^4 term.
+    # The square |k_3 u_2 - k_2 u_3|^2 has factors of degree 2. As a polynomial in z = exp(i phi),
+    # it has no z^4 term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -88,8 +87,7 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Returns the polynomial, the position and its mirror image, as functions of the points and the
-    angle."""
+    """Returns the polynomial, the position and its mirror image as functions."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)
@@ -114,7 +112,6 @@ def compiled():
 
 
 def platform_with(pose, directions):
-    """Returns rod ends in specified directions from the platform's pins."""
     pins = np.array(PINS, float) @ np.array(
         [[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]]
     )
@@ -137,8 +134,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis, and all rods reach the same point of
-    # this axis.
+    # The centers A_i - R b_i are on the platform's x axis. All rods reach one point of this axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)
@@ -157,6 +153,6 @@ def test_polynomial_has_double_root_where_rods_stay_parallel(compiled):
     a = triad_polynomial(terms, Triad(POINTS, PINS, rods))
     place = dict(zip(NAMES, (v for pin in PINS for v in pin), strict=True))
     found = harmonics(expanded(terms, a), C, S).subs(place)
-    # At the platform angle 0, the pins of the platform coincide with the first ends of the rods.
+    # At the angle 0, the platform pins coincide with the first rod ends.
     assert found.subs({C: 1, S: 0}) == 0
     assert sp.diff(found, S).subs({C: 1, S: 0}) == 0

@@ -1,4 +1,7 @@
-"""Loops with variable geometry: equations compared with derived robots, derivatives with CasADi."""
+"""Loops with variable geometry agree with derived robots.
+
+CasADi checks the derivatives.
+"""
 
 from dataclasses import replace
 
@@ -33,7 +36,7 @@ plane."""
 
 
 def closed(loops, functions, w, p):
-    """Solves the unknown variables of w by Newton's method."""
+    """Solves the unknown variables by Newton's method."""
     w, n = w.copy(), len(loops.hybrid.q)
     for _ in range(20):
         c, D = (np.array(part) for part in functions["closure_p"](w, p))
@@ -109,7 +112,6 @@ def test_out_of_plane_parameters_are_omitted():
 
 
 def slider_crank_on(guide, at_reference):
-    """Returns a slider-crank whose piston moves along z of the guide's placement."""
     crank, elbow, cross = slider_crank().joints
     (gudgeon,) = slider_crank().closures
     joints = (crank, elbow, replace(cross, before=guide, after=inverse(guide)))
