@@ -24,7 +24,9 @@ T = TypeVar("T")
 _STARTS = 256
 """Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Below this smallest singular value (relative to the best candidate), a candidate is singular."""
+"""A candidate is singular if its smallest singular value, relative to the best candidate, is
+lower.
+"""
 _NEARER = 0.98
 """Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
@@ -33,15 +35,12 @@ class Fact(Generic[T]):
     """A robot attribute that is read from the manifest at its first use."""
 
     def __init__(self, read: Callable[[Manifest], T]) -> None:
-        """Store the function that reads the attribute from a manifest."""
         self.read = read
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Store the attribute name."""
         self.name = name
 
     def __get__(self, robot: Any, owner: type) -> T:
-        """Return the attribute, and store it in the robot."""
         value = vars(robot)[self.name] = self.read(robot.manifest)
         return value
 
@@ -52,12 +51,10 @@ def _read_only(array: FloatArray) -> FloatArray:
 
 
 def _pairs(coordinates: Sequence[Coordinate]) -> FloatArray:
-    """Return lower and upper limits (n, 2)."""
     return _read_only(np.stack(limits_of(coordinates), -1))
 
 
 def _labels(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
-    """Return the solution slot labels by the public name of the function or method."""
     found = {item.name: item.role.labels for item in manifest.functions if item.role.labels}
     return MappingProxyType({_PUBLIC.get(name, name): found[name] for name in found})
 
@@ -75,7 +72,7 @@ def _moves_its_joints(robot: RobotFacts) -> bool:
 
 
 class RobotFacts(GeneratedFunctions):
-    """The manifest data and the generated functions; see `Robot`."""
+    """The manifest data and the generated functions. See `Robot`."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
@@ -117,12 +114,12 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the chain joints theta (..., n), equal to q without loops and couplings."""
+        """Return the chain joints theta (..., n). Without loops and couplings, theta is q."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the coordinates q (..., n), equal to theta without loops and couplings."""
+        """Return the coordinates q (..., n). Without loops and couplings, q is theta."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
@@ -154,10 +151,10 @@ class RobotFacts(GeneratedFunctions):
     def q_reference(self) -> FloatArray:
         """(n,) a configuration within the limits and away from singularities.
 
-        For a robot with loops it is the reference configuration, unless this configuration is
-        singular. Otherwise, it is the configuration with the largest minimum singular value of the
-        Jacobian (lengths in `unit_length`), of 256 configurations around the reference or
-        mid-range.
+        For a robot with loops, it is the reference configuration, unless the reference is singular.
+        Otherwise, it is the best of 256 configurations around the reference or the middle of the
+        range. The best one has the largest minimum singular value of the Jacobian (lengths in
+        `unit_length`).
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -184,10 +181,10 @@ class RobotFacts(GeneratedFunctions):
     def random_q(
         self, size: int | tuple[int, ...] = (), *, rng: int | np.random.Generator | None = 0
     ) -> FloatArray:
-        """Return random configurations within the limits; the loops can be closed at each of them.
+        """Return random configurations within the limits, with closed loops.
 
-        Samples are uniform in each coordinate; the default range is pi or 1 m on each side of
-        the reference. Samples with open loops are replaced by samples closer to `q_reference`.
+        Samples are uniform in each coordinate. The default range is pi or 1 m on each side of the
+        reference. Samples with open loops are replaced by samples closer to `q_reference`.
 
         Args:
             size: The leading dimensions.

@@ -20,7 +20,7 @@ Fixed = str | int | Iterable[str | int]
 
 
 def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
-    """Return the values of fixed joints by name or index, where None keeps the value at `q_seed`.
+    """Return the values of fixed joints by name or index. None keeps the value at `q_seed`.
 
     Raises an InputTypeError if `fixed` is neither a mapping nor names.
     """
@@ -49,7 +49,7 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
     Raises:
         InputTypeError: If `fixed` holds values, or items other than names and indices.
         InputValueError: If a name is unknown, if several coordinates move a joint, or if all
-            coordinates are fixed.
+        coordinates are fixed.
     """
     label = f"{robot.name}.{method}"
     is_fixed = np.zeros(robot.n, np.bool_)
@@ -108,7 +108,7 @@ def parameter_values(
 
 
 def is_own(robot: RobotFacts, fixed: Mapping[str, FloatArray]) -> bool:
-    """Test whether every fixed joint is a redundancy parameter, that is, an input of `ik`."""
+    """Test whether every fixed joint is a redundancy parameter, which is an input of `ik`."""
     return fixed.keys() <= {item.name for item in robot.redundancy}
 
 
@@ -165,7 +165,7 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
 
 @functools.lru_cache(maxsize=64)
 def follows(robot: RobotFacts) -> BoolArray:
-    """Return a mask (n_theta, n): whether each main-chain joint depends on each coordinate."""
+    """Return a mask (n_theta, n) of the coordinates that move each main-chain joint."""
     if robot.reference is None:
         return np.asarray(np.array(robot.manifest.loops.coupling or np.eye(robot.n)) != 0)
     return following(robot.coordinates, robot.reference, robot.chain_D_q)
@@ -176,6 +176,6 @@ def following(
     reference: Reference,
     chain_D_q: Callable[[FloatArray], FloatArray],
 ) -> BoolArray:
-    """Return `follows` for closed-form loops: derivatives of independent joints are exactly 0."""
+    """Return `follows` for closed-form loops. Derivatives of independent joints are exactly 0."""
     q = np.vstack([configurations(coordinates, reference), reference.q])
     return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))

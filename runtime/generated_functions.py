@@ -1,4 +1,4 @@
-"""The names of all generated functions; the stub file contains their types."""
+"""The names of all generated functions. The stub file contains their types."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _OTHER_NAMES = """
 
 
 class GeneratedFunctions:
-    """Attributes for generated functions; a missing function raises an error with the reason."""
+    """Attributes for generated functions. A missing function raises an error with the reason."""
 
 
 def _declare(names: str, kind: type[Capability]) -> None:

@@ -91,7 +91,6 @@ class Solutions(Fields):
 
     @classmethod
     def _judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Return solutions from solution slots, valid if the residual is at most `tolerance`."""
         return cls(q, residual, margin, residual <= cls.tolerance)
 
     @property
@@ -105,9 +104,8 @@ class Solutions(Fields):
         """(..., k) whether the pose belongs to a different assembly mode from `fk`.
 
         With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
-        the mode of the reference configuration; in other modes, the same coordinates give other
-        poses.
-        A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
+        the mode of the reference configuration. The coordinates of another mode have other poses in
+        `fk`. A solution slot in another assembly mode is not valid. For some platforms, `fk_all(q)`
         returns all modes. The result is False for robots whose loops have a closed form. Filters do
         not change this field.
         """
@@ -129,7 +127,7 @@ class Solutions(Fields):
         """Return the valid solutions (count, n) [rad or m] of one pose, in slot order.
 
         Raises:
-            InputValueError: If there are several poses, as their numbers of solutions may differ.
+            InputValueError: If there are several poses, whose numbers of solutions may differ.
         """
         if self.valid.ndim != 1:
             raise InputValueError(
@@ -141,16 +139,17 @@ class Solutions(Fields):
     def within_limits(
         self, limits: Literal["robot"] | ArrayLike | None = "robot", *, windings: bool = True
     ) -> Self:
-        """Keep the solutions within limits, with all windings (values that differ by 2 pi).
+        """Keep the solutions within limits.
+
+        Joint values that differ by full turns are listed separately.
 
         A joint whose range is `w` turns, rounded up, multiplies the number of solution slots by
         `w`. The solution slots of a branch are consecutive, in ascending order, and the last joint
-        varies fastest. Windings are counted down from the upper limit, which is included; if
-        windings lie on both limits, only the winding on the upper limit is listed. Joints without
-        limits keep their value. Joints with one limit are moved within this limit by the fewest
-        turns. Each winding is then a separate solution. Distances from a seed ignore full turns
-        only for joints without limits. Full turns that move several coordinates of a coupled robot
-        yield one winding within the limits.
+        varies fastest. If full turns lie on both limits, only the value at the upper limit is
+        listed. Joints without limits keep their value. Joints with one limit are moved within this
+        limit by the fewest turns. Each winding is then a separate solution. Distances from a seed
+        ignore full turns only for joints without limits. Full turns that move several coordinates
+        of a coupled robot yield one winding within the limits.
 
         A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
@@ -184,7 +183,9 @@ class Solutions(Fields):
         return tuple.__new__(kind, (q, *fields, valid))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
-        """Sort the solution slots of each pose by their distance from a seed, invalid slots last.
+        """Sort the solution slots of each pose by their distance from a seed.
+
+        Invalid slots are last.
 
         The distance is the largest weighted joint displacement, in the shorter direction for joints
         that wrap; prismatic joints are scaled by `unit_length`.
@@ -257,8 +258,8 @@ class Solutions(Fields):
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
         """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
 
-        Among equal distances, the lowest solution slot is selected; among windings of one solution,
-        the winding with the smallest sum of displacements.
+        For equal distances, the lowest solution slot is selected. For full turns of one solution,
+        the smallest sum of displacements is selected.
 
         Args:
             q_seed: (..., n) coordinates of the robot [rad or m].
@@ -305,12 +306,10 @@ class Solutions(Fields):
         return self._wrapped(self.q - self._read_seed("distances_from", q_seed)[..., None, :])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the class attributes and the tuple."""
         facts = (self.coordinates, self.wraps, self.labels, self.unit_length)
         return _restore, ((*facts, self.windings, self.joint_limits), tuple(self))
 
     def _weighted(self, method: str, weights: ArrayLike | None) -> FloatArray:
-        """Return displacements (n,) that are equivalent to 1 rad; infinite for a weight of 0."""
         units = facts_of(type(self)).units
         if weights is None:
             return units
@@ -318,7 +317,6 @@ class Solutions(Fields):
             return np.asarray(units / read_weights(len(units), f"Solutions.{method}", weights))
 
     def _read_seed(self, method: str, q_seed: ArrayLike) -> FloatArray:
-        """Return a seed (n,) or (..., n) after a check of its shape."""
         start, n = real_array("Solutions", "q_seed", q_seed), self.q.shape[-1]
         if start.shape == (n,):
             return start
@@ -334,7 +332,6 @@ class Solutions(Fields):
         return start
 
     def _seeds(self, method: str, given: ArrayLike) -> FloatArray:
-        """Return a seed (n,), or a dense row for each pose."""
         if type(given) is np.ndarray and given.dtype == float and given.shape == self.q.shape[-1:]:
             return given if given.flags.c_contiguous else given.copy()
         start = self._read_seed(method, given)
@@ -343,11 +340,9 @@ class Solutions(Fields):
         return start if start.flags.c_contiguous else np.ascontiguousarray(start)
 
     def _remade(self, *fields: Any) -> Self:
-        """Return solutions of the same class; this is faster than calling the class."""
         return tuple.__new__(type(self), fields)
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
-        """Wrap differences to [-pi, pi] in place, for coordinates that wrap."""
         turns = difference * np.where(self.wraps, 1 / TURN, 0.0)
         np.round(turns, out=turns)
         turns *= TURN
@@ -414,11 +409,6 @@ def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
 
 @dataclass(frozen=True)
 class _Listing:
-    """The class of solutions within limits, and the limits.
-
-    The limits are arrays (n,): lower and upper limits, periods, rounding, numbers of windings.
-    """
-
     kind: type[Solutions]
     limits: tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
 
@@ -451,7 +441,6 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
 
 
 def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -> Any:
-    """Call a compiled filter; fields that are not dense are copied first."""
     try:
         return compiled(*fields, *rest)
     except TypeError:

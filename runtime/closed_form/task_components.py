@@ -1,4 +1,4 @@
-"""Tasks of an inverse: components of a pose, their errors, and Jacobian rows.
+"""Tasks of an inverse as components of a pose.
 
 A task combines components, such as the position and the direction of the third tool axis. The
 manifest lists the components in the order of the task input.
@@ -35,7 +35,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """The error measure of a task, with its component names, or () for a complete pose."""
+    """A task with its component names. The names are () for a whole pose."""
 
     components: tuple[str, ...] = ()
 
@@ -78,7 +78,6 @@ class Task:
         return target
 
     def _entries(self) -> Iterator[tuple[str, slice]]:
-        """Yield each component with its slice of the task input."""
         first = 0
         for component in self.components:
             yield component, slice(first, first + TASK_COMPONENTS[component])
@@ -120,7 +119,7 @@ def _pitch(pose: FloatArray, J: FloatArray, pitch: FloatArray) -> Measured:
     level = np.hypot(x, y)
     sine, cosine = np.sin(pitch[:, 0]), np.abs(np.cos(pitch[:, 0]))
     error = np.arctan2(sine, cosine) - np.arctan2(rise, level)
-    # For a vertical axis any heading is correct; the assumed heading keeps the rate nonzero.
+    # Any heading is correct for a vertical axis. The assumed heading keeps the rate nonzero.
     upright = level == 0
     c = np.where(upright, pose[:, 0, 0], x / np.where(upright, 1.0, level))
     s = np.where(upright, pose[:, 1, 0], y / np.where(upright, 1.0, level))
@@ -153,7 +152,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
-    """Return the inverse of a task; raise an InputValueError if the robot has none."""
+    """Return the inverse of a task. Raise an InputValueError if the robot has none."""
     inverses = manifest.inverses
     if task not in inverses:
         raise InputValueError(

@@ -1,4 +1,4 @@
-"""Loop configurations without a closed form, by Newton's iteration in C.
+"""Loop configurations without a closed form, by Newton's method in C.
 
 The functions follow the straight line in q from the reference configuration, or start at a seed.
 """
@@ -20,9 +20,9 @@ class LoopSolution(NamedTuple):
     """Configurations with closed loops.
 
     Attributes:
-        z: (..., n_z) configurations, NaN without convergence.
+        z: (..., n_z) configurations. NaN without convergence.
         valid: (...,) whether the iteration converged.
-        residual: (...,) largest constraint residual [m, rad], NaN without convergence.
+        residual: (...,) largest constraint residual [m, rad]. NaN without convergence.
     """
 
     z: FloatArray
@@ -60,14 +60,14 @@ class NewtonMethods(RobotFacts):
 
     @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
     def solve_loops_along(self, q: ArrayLike, z_seed: ArrayLike | None = None) -> LoopSolution:
-        """Solve the loops along a path, each step from the previous configuration.
+        """Solve the loops along a path. Each step starts from the previous configuration.
 
         Args:
             q: (k, n) actuated coordinates [rad or m], in order.
             z_seed: (n_z,) a configuration near the first solution, or None; see `solve_loops`.
 
         Returns:
-            The result of `solve_loops` for all rows; all rows after a failed row also fail.
+            The result of `solve_loops` for all rows. After a row that fails, all rows fail.
         """
         rows = real_array(label := f"{self.name}.solve_loops_along", "q", q)
         if rows.shape[1:] != (self.n,):

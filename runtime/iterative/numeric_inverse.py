@@ -1,4 +1,4 @@
-"""Iterative inverse kinematics for every robot, within its limits, for weighted poses.
+"""Iterative inverse kinematics for every robot, within its limits.
 
 The iteration in C (_numeric.c) calls the compiled robot functions. The iteration starts from a
 table of configurations within the limits, sorted by distance from the pose.
@@ -34,9 +34,9 @@ _TOOL = ("fk_jacobian_mixed", "hessian_mixed")
 """The generated functions that a solver for the tool calls."""
 _STARTS = 256
 _FEWEST = 32
-"""Minimum number of start configurations with closed loops; sampling continues until then."""
+"""Minimum number of start configurations with closed loops."""
 _MAX_SOLVERS = 64
-"""Maximum number of cached solvers of a robot; the cache is cleared when it is full."""
+"""Maximum number of cached solvers of a robot. A full cache is cleared."""
 _MAX_EVALUATIONS = 2**31 - 1
 
 
@@ -76,7 +76,6 @@ class NumericSolution(NamedTuple):
         return reasons if reasons.ndim else str(reasons)
 
     def __str__(self) -> str:
-        """Return a summary of one sentence."""
         if self.valid.ndim == 0:
             steps = f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
             return f"{self.reason or 'solved'} after {steps}, residual {self.residual:.3g}"
@@ -96,7 +95,6 @@ class NumericMethods(RobotFacts):
 
     @functools.cached_property
     def _solvers(self) -> dict[tuple[str | None, int], Solver]:
-        """The cached solvers, keyed by tip link and start set."""
         return {}
 
     @needs("fk", *_TOOL)
@@ -117,8 +115,8 @@ class NumericMethods(RobotFacts):
         """Solve inverse kinematics by iteration within the limits.
 
         The iteration takes Levenberg-Marquardt steps with lambda proportional to the squared error.
-        The ratio of lambda to the squared error decreases after successful steps and increases
-        after failed steps; no step exceeds a limit. If the iteration ends at a different pose, it
+        Lambda divided by the squared error decreases after successful steps and increases after
+        failed steps. No step exceeds a limit. If the iteration ends at a different pose, it
         restarts from other configurations. For a pose out of reach, the result is the minimum
         residual found, with `valid` False.
 
@@ -127,17 +125,17 @@ class NumericMethods(RobotFacts):
                 from rigid poses up to `se3.NEARLY_RIGID` are corrected; larger deviations result in
                 NaN.
             q_seed: (..., n) start coordinates [rad or m], clipped to the limits. Without `q_seed`,
-                the iteration starts from the table configuration with the nearest pose.
+                the iteration starts from the configuration in its table whose pose is nearest.
             tip: The link to be moved to the pose, one of `link_names`; the tool by default. Robots
                 without `link_poses` accept the tool only.
             task_weights: Six weights of the error components (v, omega), 0 for a free component:
-                (1, 1, 1, 0, 0, 0) for a position. By default all weights are 1, so that
+                (1, 1, 1, 0, 0, 0) for a position. By default, all weights are 1, so that
                 `unit_length` is equivalent to 1 rad.
             frame: The axes of these components: "tool" (the tip) or "base".
             fixed: Coordinates with exact values, even outside the limits: names or indices for the
                 values at `q_seed`, or a mapping of names to values (...). A joint of the main chain
                 stands for the coordinate that moves it.
-            tolerance: Maximum residual of a solution [m]; 1e-9 `unit_length` if None.
+            tolerance: Maximum residual of a solution [m]. None means 1e-9 `unit_length`.
             max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
                 0.4 microseconds each for a six-joint arm.
             rng: Seed of the random start table, a generator, or None for a new table per call. With
@@ -189,7 +187,6 @@ class NumericMethods(RobotFacts):
     def _with_fixed(
         self, method: str, items: Mapping[str | int, ArrayLike | None], q_seed: ArrayLike | None
     ) -> FloatArray:
-        """Return the seeds (..., n) with the values of fixed coordinates and joints."""
         if q_seed is None and None in items.values():
             raise InputValueError(
                 f"{method}: fixed names keep their values at q_seed; pass q_seed, or a mapping of "
@@ -220,7 +217,7 @@ class NumericMethods(RobotFacts):
         return begin
 
     def _new_solver(self, tip: str | None, start_set: int) -> Solver:
-        """Create and cache a solver; the creation takes as long as solving a thousand poses."""
+        """Create and cache a solver, which takes as long as a thousand poses."""
         if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
@@ -228,7 +225,6 @@ class NumericMethods(RobotFacts):
     def _with_seeds(
         self, poses: FloatArray, q_seed: ArrayLike, locked: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Broadcast poses and seeds, clipped to the limits unless locked."""
         method = f"{self.name}.ik_numeric"
         begin = real_array(method, "q_seed", q_seed)
         if begin.shape[-1:] != (self.n,):
@@ -259,7 +255,6 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
 
 
 def _solver(robot: RobotFacts, tip: str | None, start_set: int) -> Solver:
-    """Return a new solver for a tip."""
     limits, q = (robot.lower, robot.upper), starts(robot, start_set)
     if tip is None or tip == robot.tip_frame:
         return Solver(_kernels(robot, _TOOL), *limits, q, _entries(robot.fk(q)))
@@ -280,7 +275,6 @@ def _kernels(robot: RobotFacts, names: Sequence[str]) -> tuple[object, ...]:
 
 
 def _entries(T: FloatArray) -> FloatArray:
-    """Return the first three rows of poses (m, 4, 4) as (12, m)."""
     return np.ascontiguousarray(T[:, :3].reshape(-1, 12).T)
 
 
