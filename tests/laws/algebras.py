@@ -75,6 +75,6 @@ def ad(x: Matrix) -> Matrix:
 
 
 def halves(x: Matrix) -> tuple[Matrix, Matrix]:
-    """The parts v and omega of a twist."""
+    """Returns the parts v and omega of a twist."""
     x = checked(x, (6, 1), "twist")
     return x[:3, :], x[3:, :]

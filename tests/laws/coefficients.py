@@ -25,8 +25,7 @@ class _Coefficient:
     taylor: Callable[[int], Expr]
 
     def __call__(self, theta: Expr) -> Expr:
-        """Returns the value at theta: the limit at zero, and the series for a Float below one
-        radian."""
+        """Returns the value at theta. Zero takes the limit, and small Floats the series."""
         if is_zero(theta):
             return self.taylor(0)
         if isinstance(theta, Float) and abs(theta) < 1:
@@ -42,7 +41,7 @@ class _Coefficient:
 
 
 def _rate(closed: Callable[[Expr], Expr], base: Callable[[int], Expr]) -> _Coefficient:
-    """Coefficient f'(theta)/theta of a function f with Taylor coefficients `base`."""
+    """Returns the coefficient f'(theta)/theta of a function f."""
     return _Coefficient(closed, lambda k: 2 * (k + 1) * base(k + 1))
 
 
@@ -57,8 +56,7 @@ def _bernoulli(k: int) -> Expr:
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """1 - cos(theta), written for symbols as 2 sin(theta/2)^2, which is accurate near zero in
-    floats."""
+    """Returns 1 - cos(theta). For symbols, 2 sin(theta/2)^2 is accurate near zero."""
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 

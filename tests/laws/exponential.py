@@ -158,7 +158,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Returns the rotation vector and the angle; a symbolic rotation may negate both."""
+    """Returns the rotation vector and the angle. A symbolic rotation may negate both."""
     sine_axis = vee_so3(R - R.T) / 2
     sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
     if not R.is_symbolic():

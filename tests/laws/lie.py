@@ -1,7 +1,7 @@
-"""All functions on SO(3), SE(3) and their algebras that these tests cover.
+"""Functions on SO(3), SE(3) and their algebras.
 
-The compiler needs few of these functions (`chasles.derive.terms.lie`); many tests use the other
-functions as oracles.
+The compiler needs few of these functions (`chasles.derive.terms.lie`). Many tests use the others as
+oracles.
 """
 
 from chasles.derive.terms.lie import (

@@ -52,7 +52,6 @@ def rotation_vectors(angles: list[float]) -> list[Matrix]:
 
 
 def twists(angles: list[float]) -> list[Matrix]:
-    """Returns every axis at every angle, and cycles through the linear parts."""
     return [
         Matrix.vstack(vector(*LINEAR[k % len(LINEAR)]), omega)
         for k, omega in enumerate(rotation_vectors(angles))
@@ -60,7 +59,6 @@ def twists(angles: list[float]) -> list[Matrix]:
 
 
 def few_twists(angles: list[float]) -> list[Matrix]:
-    """Returns every angle once, and cycles through the axes and the linear parts."""
     return [
         vector(*LINEAR[k % len(LINEAR)], *(angle * a for a in AXES[k % len(AXES)]))
         for k, angle in enumerate(angles)
@@ -85,8 +83,7 @@ def wide(M: Matrix) -> mpmath.matrix:
 
 
 def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf:
-    """Returns the largest difference of two numerical matrices; A NaN difference counts as
-    infinite."""
+    """Returns the largest difference of two matrices. NaN counts as infinite."""
     with mpmath.workdps(DIGITS):
         A, B = (M if isinstance(M, mpmath.matrix) else wide(M) for M in (A, B))
         assert (A.rows, A.cols) == (B.rows, B.cols)
@@ -100,8 +97,7 @@ def assert_close(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix, case: obj
 
 
 def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> mpmath.matrix:
-    """Returns the sum of coefficient(k) X^k at 40-digit precision, until two consecutive terms are
-    below 1e-35."""
+    """Returns the sum of coefficient(k) X^k at 40-digit precision."""
     with mpmath.workdps(DIGITS):
         total, power, small = mpmath.zeros(X.rows), mpmath.eye(X.rows), 0
         for k in range(MAX_TERMS):
@@ -114,7 +110,6 @@ def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> 
 
 
 def expm(X: Matrix) -> mpmath.matrix:
-    """Returns the matrix exponential at 40-digit precision."""
     with mpmath.workdps(DIGITS):
         return mpmath.expm(wide(X), method="taylor")
 

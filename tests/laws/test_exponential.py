@@ -1,5 +1,4 @@
-"""exp and log are inverses at random rotations, at the identity, at the angle 1e-8 and up to half a
-turn."""
+"""exp and log are inverses, including the identity, small angles and half turns."""
 
 import math
 
@@ -143,7 +142,7 @@ def test_exp_and_log_of_identity_are_exact() -> None:
 
 
 def test_hidden_zero_angle_takes_the_limit() -> None:
-    """An angle that is an unsimplified expression for 0 is treated as the angle 0."""
+    """An unsimplified zero counts as the angle 0."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
     omega = lie.Matrix([nothing, 0, 0])
@@ -158,7 +157,7 @@ def test_hidden_zero_angle_takes_the_limit() -> None:
 
 
 def test_a_single_float_makes_every_entry_a_float() -> None:
-    """An angle with exact and Float terms uses the series as well, and is fully evaluated."""
+    """An angle with exact and Float terms also uses the series."""
     mixed = lie.Matrix([Float(0.1), sqrt(2), pi, Float(1e-8), sqrt(2) / 10**8, pi / 10**8])
     for function in (lie.exp_se3, lie.dexp_left_se3, lie.dexp_left_inverse_se3):
         assert all(e.is_Float or e in (0, 1) for e in function(mixed))

@@ -60,8 +60,7 @@ def test_rotation_about_diagonal_axis_is_exact() -> None:
 
 
 def test_exp_screw_has_few_operations() -> None:
-    """Bounds on the operation count of a pose; if terms that cancel remain, the count is
-    higher."""
+    """Terms that cancel would increase the operation count."""
     point = lie.Matrix([a, b, 0])
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, point), q)) <= 19

@@ -8,8 +8,6 @@ from tests.support.compiling import deriving_only, own_robots_compiled_quickly
 
 @pytest.fixture(autouse=True)
 def own_robots():
-    """Derives the robots of the papers in this process, and compiles them with flags for fast
-    compilation."""
     with own_robots_compiled_quickly(), deriving_only():
         yield
 

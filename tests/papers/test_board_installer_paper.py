@@ -1,4 +1,4 @@
-"""The board installer paper: its results also hold for other configurations and lengths."""
+"""Results of the board installer paper also hold for other configurations and lengths."""
 
 import board_installer as paper
 import board_pictures

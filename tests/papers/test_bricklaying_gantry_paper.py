@@ -21,8 +21,8 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # The columns x and y have one table row each, because these columns differ from tables 1 and 2
-    # only in their unit.
+    # The columns x and y have one table row each, because they differ from tables 1 and 2 only in
+    # their unit.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 

@@ -1,4 +1,4 @@
-"""All rows of the paper tables hold, fail if digits are changed, and are on the pages in docs."""
+"""All rows of the paper tables hold, are on the pages, and fail with changed digits."""
 
 import importlib
 import re
@@ -41,8 +41,7 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Selects random printed digits with their table rows, and repeats only the comparison of these
-    rows."""
+    """Selects random printed digits, and repeats the comparison of their rows."""
     digits = [
         (row, digit)
         for row in rows
@@ -90,7 +89,7 @@ def test_rows_without_a_refuting_digit_name_the_reason():
 
 
 def borne_out(row):
-    """Tests whether the displayed numbers of a row support its verdict."""
+    """Tests whether the numbers of a row support its verdict."""
     printed, ours = (numbers(text) for text in row.shown)
     if not printed or not ours or row.verdict in {"assumed", "lost", "not printed"}:
         return True
@@ -103,8 +102,7 @@ def borne_out(row):
 
 
 def numbers(text):
-    """Returns the numbers of a table cell, or no number if the cell contains words or an
-    equation."""
+    """Returns the numbers of a table cell without words or an equation."""
     parts = re.sub(r"[()[\]]", "", text).split(", ")
     return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
 

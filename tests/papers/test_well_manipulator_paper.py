@@ -1,4 +1,4 @@
-"""The well manipulator paper: statements for single times also hold during the 49 s motion."""
+"""Statements of the well manipulator paper also hold during the 49 s motion."""
 
 import numpy as np
 import pytest
@@ -91,8 +91,7 @@ def test_cylinder_amplitudes_match_printed_and_corrected_pin():
 
 
 def test_speed_printed_for_cylinder_4_belongs_to_cylinder_3():
-    """The value 2408 that the paper prints for cylinder 4 is our value for cylinder 3, in mm
-    deg/s."""
+    """The paper prints the value 2408 of cylinder 3 (in mm deg/s) for cylinder 4."""
     speeds = np.degrees(np.ptp(paper.process().sampled.qd[:, paper.CYLINDERS], axis=0)) / MM
     assert speeds[2] == pytest.approx(2408, abs=1)
     assert np.abs(speeds[[0, 1, 3]] - 2408).min() > 300

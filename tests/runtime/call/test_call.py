@@ -1,5 +1,4 @@
-"""Every form of argument gives the same results as a loop over single poses, or raises a clear
-error."""
+"""Every form of argument gives the results of single calls, or raises a clear error."""
 
 import re
 import threading
@@ -22,7 +21,6 @@ batches = hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3)
 
 
 def loop(function, core, *inputs):
-    """Calls the function on each pose separately, with broadcast leading dimensions."""
     batch = np.broadcast_shapes(*(x.shape[: x.ndim - n] for x, n in zip(inputs, core, strict=True)))
     full = [
         np.broadcast_to(x, batch + x.shape[x.ndim - n :]) for x, n in zip(inputs, core, strict=True)
@@ -39,8 +37,7 @@ def test_batch_equals_loop_over_single_poses(robot, data):
     result = robot.fk(q)
     assert result.shape == (*batch, 3, 4)
     assert result.dtype == np.float64
-    # Each entry of the result is a sum of several terms. If the terms of an entry cancel, only
-    # their rounding errors remain.
+    # Terms may cancel in a sum, so that only their rounding errors remain.
     rounding = np.finfo(np.float64).eps * (1 + np.abs(q).max(initial=0))
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-13, atol=rounding)
 
@@ -449,7 +446,6 @@ def test_concurrent_calls_give_single_thread_results(robot):
 
 
 def refused(function, *inputs, **keywords):
-    """Makes a call that must raise an error."""
     with pytest.raises(chasles.ChaslesError):
         function(*inputs, **keywords)
 

@@ -1,5 +1,4 @@
-"""Robots have only supported attributes; errors for missing attributes suggest a similar
-attribute."""
+"""Robots have only supported attributes. Errors suggest a similar attribute."""
 
 import re
 
@@ -145,8 +144,7 @@ def test_branches_of_loops_have_labels(name, function, method):
     labels = robot.labels[method]
     assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
     first = labels[0].split(", ")
-    # The last branch varies fastest: the first and the second solution slot differ only in the last
-    # branch.
+    # The last branch varies fastest, so the first two slots differ only in the last branch.
     second = labels[1].split(", ")
     assert [a == b for a, b in zip(first, second, strict=True)] == [True] * (len(first) - 1) + [
         False

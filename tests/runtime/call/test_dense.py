@@ -8,7 +8,7 @@ import chasles
 
 @pytest.fixture(params=["lanes", "plain"])
 def function(request, robot):
-    """A function with vector code for several poses at once, and a function with scalar code."""
+    """Returns functions with vector code and with scalar code."""
     return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 

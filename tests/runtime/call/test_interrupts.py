@@ -51,7 +51,7 @@ class Stopped(Exception):
 
 @pytest.fixture
 def stop_signal():
-    """Sends signals at short intervals; the handler of signal number `CHECKS` raises an error."""
+    """Sends signals at short intervals. The handler raises an error at signal number `CHECKS`."""
     handled = []
 
     def handle(*_):

@@ -1,4 +1,4 @@
-"""Batches, which compute several poses at once with vector code, agree with single calls."""
+"""Batches with vector code agree with single calls."""
 
 import functools
 
@@ -105,7 +105,7 @@ def make_inputs(function, *batch, seed=1, scale=np.pi):
 
 
 def call(function, *inputs, **keywords):
-    """Returns the results as a list. For an inverse, omits the fields that Python computes."""
+    """Returns the results as a list, without the fields that Python computes."""
     result = function(*inputs, **keywords)
     return list(result[: len(function.outputs)]) if isinstance(result, tuple) else [result]
 
@@ -116,7 +116,7 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Asserts equal results up to rounding error, and non-finite values in the same entries."""
+    """Asserts equal results up to rounding errors. Non-finite values are in the same entries."""
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)
@@ -126,7 +126,7 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """Returns the results of a single call, or of a batch of one pose if a loop is open."""
+    """Returns the results of a single call, or of a batch of one for an open loop."""
     try:
         return call(function, *row)
     except chasles.OutOfReachError:
@@ -134,7 +134,6 @@ def alone(function, *row):
 
 
 def loop(function, *inputs):
-    """Returns the stacked results of single calls."""
     rows = [alone(function, *row) for row in zip(*inputs, strict=True)]
     return [np.stack(column) for column in zip(*rows, strict=True)]
 
@@ -181,8 +180,7 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each non-finite value occurs in each argument, because the list of values is shifted from
-        # argument to argument.
+        # Each non-finite value occurs in each argument.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]

@@ -1,4 +1,4 @@
-"""Freed memory of large results is reused for later results, but never while an array uses it."""
+"""Large results reuse freed memory, but never memory in use."""
 
 import itertools
 import os
@@ -51,8 +51,7 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A slightly smaller result reuses the memory block of the freed result. A result of half the
-    # size would waste the rest of the block, so it gets new memory.
+    # A slightly smaller result reuses the freed block. A result of half the size gets new memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
@@ -70,7 +69,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # The two results together take 32 MB, so each result is below the limit of the buffer pool.
+    # Each of the two results is below the limit of the buffer pool.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK

@@ -26,7 +26,6 @@ def eager(monkeypatch):
 
 
 def check(function, *inputs, **keywords):
-    """Checks that results are the same for any number of threads, with and without `out=`."""
     expected = function(*inputs, **keywords)
     several = isinstance(expected, tuple)
     for threads in COUNTS:
@@ -219,7 +218,7 @@ def test_threaded_errors_match_single_threaded_errors(robot, call):
 
 
 def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
-    """For example, a worker fails if the memory for strided operands cannot be allocated."""
+    """A worker fails if the memory for strided operands cannot be allocated."""
     running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):
@@ -268,7 +267,6 @@ def test_threaded_non_finite_inputs_propagate_without_warning(bad):
 
 
 def refused(function, *inputs, **keywords):
-    """Makes a call that must raise an error."""
     with pytest.raises(chasles.InputError):
         function(*inputs, **keywords)
 

@@ -11,13 +11,11 @@ from tests.support.generators.geometric_errors import displaced
 
 @pytest.fixture(scope="session")
 def displaced_robot():
-    """Returns the description of the arm."""
     return displaced(read(description("irb120")), SIZE, SEED)
 
 
 @pytest.fixture(scope="session")
 def displaced_arm(displaced_robot, tmp_path_factory):
-    """The compiled arm."""
     folder = tmp_path_factory.mktemp("displaced") / displaced_robot.name
     functions = ("fk", "fk_jacobian_mixed", "ik")
     return compiled(displaced_robot, folder, functions, ["c", "casadi"])

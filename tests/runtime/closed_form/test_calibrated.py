@@ -1,4 +1,4 @@
-"""The inverse of calibrated arms, refined in C from the solutions of a nominal arm."""
+"""The inverse of a calibrated arm refines the solutions of a nominal arm in C."""
 
 import ctypes
 import subprocess
@@ -28,9 +28,9 @@ TRUE = 1e-8
 
 @pytest.fixture(scope="module")
 def case(displaced_robot, displaced_arm):
-    """Returns a calibrated arm, and its forward kinematics computed by Pinocchio.
+    """Returns a calibrated arm and its forward kinematics from Pinocchio.
 
-    The campaign `displaced` tests all arms and error sizes; test_displaced tests fixed joints.
+    The campaign `displaced` tests all arms and error sizes. test_displaced tests fixed joints.
     """
     return displaced_arm, pinocchio_fk(displaced_robot)
 
@@ -46,8 +46,7 @@ def found(arm, solutions, q):
 
 
 def right_angles(n, count, seed=1):
-    """Returns configurations near multiples of 90 degrees, half of them exactly at these
-    multiples."""
+    """Returns configurations near multiples of 90 degrees, half of them exactly there."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))

@@ -1,4 +1,4 @@
-"""An arm with geometry errors: solution sets are certified as complete, and few are missed."""
+"""Solution sets of an arm with errors are certified as complete."""
 
 import ctypes
 import subprocess
@@ -58,8 +58,7 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Returns a function that counts the elimination orders with a verdict, by default
-    "complete"."""
+    """Returns a function that counts the elimination orders with a verdict."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -93,8 +92,7 @@ def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Tests whether an elimination order still certifies the solutions if one solution moves by
-    1e-3."""
+    """Tests whether an elimination order certifies a wrong set with a moved solution."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)
 

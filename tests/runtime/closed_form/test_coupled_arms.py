@@ -1,4 +1,4 @@
-"""Arms with couplings: full turns of the nearest solution, limits of motors and joints, tips."""
+"""Arms with couplings: nearest solutions, and limits of motors and joints."""
 
 import itertools
 import pickle

@@ -1,4 +1,4 @@
-"""``ik_position_direction`` takes a direction of any length; a zero direction gives NaN."""
+"""``ik_position_direction`` takes a direction of any length. A zero direction gives NaN."""
 
 import numpy as np
 import pytest

@@ -58,8 +58,8 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """The bound on the residual also holds near several singularities. So a much larger residual
-    proves that a pose is out of reach.
+    """The bound also holds near singularities, so a larger residual proves that a pose is out of
+    reach.
     """
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)
@@ -113,9 +113,9 @@ def test_few_configurations_are_missed_near_singularities(arm):
 
 
 def test_arm_with_fixed_joints_misses_no_configuration(tmp_path):
-    """Configurations at which the Jacobian of the remaining joints is singular are excluded.
+    """Configurations with a singular Jacobian of the free joints are excluded.
 
-    The arm has eight joints with round dimensions; its inverse missed poses for some fixed values.
+    The arm has eight joints with round dimensions.
     """
     robot, half = displaced(random_arm(100), 4e-3, 100), 200
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, ["c"])

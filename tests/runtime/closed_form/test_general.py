@@ -73,9 +73,8 @@ def test_ik_recovers_generating_configuration(robot):
 
 
 def test_nearly_coincident_solutions_are_found(robot):
-    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. The roots
-    # of such solutions may become complex, and Newton steps toward a nearly singular pair may be
-    # too short.
+    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. Their roots
+    # may become complex, and Newton steps may be too short.
     q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 

@@ -1,7 +1,7 @@
 """The inverse of random arms, some with intersecting or parallel axes.
 
-Five-joint arms recover the solutions of reachable poses. For six-joint arms with prismatic joints,
-the solutions agree with the solutions of arms with round dimensions.
+Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints agree
+with arms with round dimensions.
 """
 
 import numpy as np
@@ -68,7 +68,6 @@ def test_fixed_joints_keep_their_values(judged):
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """The derived and compiled arm."""
     folder = tmp_path_factory.mktemp("five") / "arm"
     return compiled(robot_of(CHAIN), folder, DERIVED, ["c"])
 

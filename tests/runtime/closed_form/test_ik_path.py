@@ -1,5 +1,4 @@
-"""Paths of poses on one branch, additional inputs of an inverse, and robots that have no
-inverse."""
+"""Paths of poses on one branch, and robots without an inverse."""
 
 import itertools
 
@@ -54,8 +53,7 @@ def test_path_continues_through_singularity_without_jump(arm):
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
-    # The two branches meet at the stretched arm. The path may follow either branch, but must not
-    # jump.
+    # The branches meet at the stretched arm. The path may follow either branch, but must not jump.
     assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
     assert path.min_margin_index == 100
@@ -115,8 +113,8 @@ def test_path_ends_before_joint_jump(arm):
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
-    # At a self-motion an inverse may return any solution. The solution of the inverse is far away,
-    # but Newton's method finds a nearby solution.
+    # At a self-motion, the inverse may return a far solution. Newton's method finds a near
+    # solution.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)
@@ -331,8 +329,7 @@ def test_task_without_inverse_is_rejected_by_name():
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "stanford", "excavator"])
 def test_batched_path_equals_sequential_steps(name):
-    """The paths are random walks, some with large steps, that cross branches, full turns and
-    limits."""
+    """The paths are random walks that cross branches, full turns and limits."""
     robot, rng, reasons = chasles.load(name), np.random.default_rng(5), []
     lower, upper = np.maximum(robot.lower, -7), np.minimum(robot.upper, 7)
     for k in range(24):

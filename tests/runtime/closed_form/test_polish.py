@@ -27,7 +27,7 @@ def reachable(n, seed=0):
 
 
 def errors(robot, q, T):
-    """Returns distance and angle by an independent formula, with the angle from its chord."""
+    """Returns distance and angle by an independent formula."""
     here = robot.fk(q)
     linear = np.linalg.norm(here[..., :3, 3] - T[..., :3, 3], axis=-1)
     chord = np.linalg.norm(here[..., :3, :3] - T[..., :3, :3], axis=(-2, -1))

@@ -1,4 +1,4 @@
-"""A refined inverse returns every regular solution, each in exactly one solution slot."""
+"""A refined inverse returns every regular solution in exactly one slot."""
 
 import numpy as np
 

@@ -36,8 +36,7 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """Returns a SCARA arm with an inverse that is accurate only to half of its digits at high
-    poses."""
+    """Returns a SCARA arm whose inverse is inaccurate at high poses."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE
@@ -50,7 +49,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (60, 4); the tool positions of the first 20 rows are high above the base."""
+    """Returns coordinates (60, 4). The first 20 rows place the tool high above the base."""
     rng = np.random.default_rng(2)
     q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
     q[:20, 2] += 0.6
@@ -208,8 +207,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """Adds a perturbation to all solution slots of an inverse. Returns the solutions of the final
-    refinement stage."""
+    """Perturbs all solution slots, and returns the refined solutions."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)

@@ -1,8 +1,7 @@
-"""Rounded poses are projected and solved; matrices that are not poses are reported.
+"""Rounded poses are projected and solved. Matrices that are not poses are reported.
 
-The oracle of the projection is the polar decomposition R (R^T R)^(-1/2), by an eigenvalue problem
-in NumPy and by singular values to 40 digits in mpmath. The projection itself uses Newton's method
-in C and singular values in Python.
+The oracle is the polar decomposition R (R^T R)^(-1/2), by eigenvalues in NumPy and by 40-digit
+singular values in mpmath.
 """
 
 import functools
@@ -56,14 +55,13 @@ single-precision copy."""
 
 
 def sampled(robot, count, rng):
-    """Samples random coordinates within the limits."""
     lower, upper = np.maximum(robot.lower, -2.5), np.minimum(robot.upper, 2.5)
     return rng.uniform(lower, upper, (count, robot.n))
 
 
 @functools.cache
 def arm_and_poses(name):
-    """Returns an arm, and poses well within its workspace."""
+    """Returns an arm and poses in its workspace."""
     arm = chasles.load(name)
     rng = np.random.default_rng(sum(map(ord, name)))
     T = arm.fk(rng.uniform(-2.5, 2.5, (40 * POSES, arm.n)))
@@ -72,7 +70,6 @@ def arm_and_poses(name):
 
 
 def polar(T):
-    """Replaces each rotation by the nearest rotation matrix."""
     P = np.array(T, np.float64)
     R = P[..., :3, :3]
     square, V = np.linalg.eigh(R.mT @ R)
@@ -81,7 +78,7 @@ def polar(T):
 
 
 def noisy(T, size, rng):
-    """Adds errors of a specified size to every entry of the first three rows."""
+    """Adds errors of a specified size to the first three rows."""
     noise = np.zeros(T.shape)
     noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
     return T + noise
@@ -486,7 +483,6 @@ def test_full_precision_rotations_have_no_rounding_residual():
 
 
 def turned_about_z(angles):
-    """Rotates poses (N, 4, 4) about z."""
     T = np.zeros((len(angles), 4, 4)) + np.eye(4)
     T[:, :3, :3] = transform.Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
     return T

@@ -1,9 +1,7 @@
-"""Between two nearly equal solutions the error has a saddle, and the iteration continues past this
-saddle.
+"""The iteration continues past saddles of the error between two solutions.
 
-A UR5e with a nearly straight elbow has two nearly equal solutions. At many poses of a random arm,
-the least-squares solutions are saddles. At these poses, all joint angles are multiples of 90
-degrees.
+A UR5e with a nearly straight elbow has two nearly equal solutions. Poses of a random arm have
+saddles where all joint angles are multiples of 90 degrees.
 """
 
 from itertools import product
@@ -78,8 +76,7 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
-    """At the stretched arm, the error has a minimum outside the reach of the arm, and a saddle
-    inside."""
+    """The error has a minimum outside the reach of the arm, and a saddle inside."""
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
     inward = np.linalg.svd(J)[0][:, :, -1]

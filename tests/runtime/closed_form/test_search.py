@@ -1,8 +1,7 @@
-"""If the closed form misses a pose at multiples of 90 degrees, a search starts at least-squares
-solutions.
+"""A search starts at least-squares solutions if the closed form misses a pose.
 
-The arm comes from the benchmarks. At some values of the fixed prismatic joint, the other axes
-intersect. The closed form then misses poses, for any fixed joint.
+The arm comes from the benchmarks. At some values of the prismatic joint, other axes intersect, and
+the closed form misses poses.
 """
 
 import json
@@ -38,8 +37,7 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Configurations whose joint angles are multiples of 90 degrees, and whose prismatic joint has
-    the length of an offset."""
+    """Returns right-angle configurations whose prismatic joint has the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (200, 8))
     q[:, 5] = -0.4
     return q
@@ -96,7 +94,7 @@ def test_search_keeps_unreachable_poses_unchanged(arm):
 
 
 def test_valid_flag_matches_pose_error(arm):
-    """Only some of these poses near the arm are reachable; each valid solution reaches its pose."""
+    """Only some of the poses are reachable. Each valid solution reaches its pose."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

@@ -1,7 +1,7 @@
-"""Micrometer- and kilometer-sized robots have the same solutions as a meter-sized robot.
+"""Micrometer- and kilometer-sized robots have the solutions of a meter-sized robot.
 
-The oracle is similarity: scaling all lengths scales positions and prismatic joints, and changes
-    neither revolute joints nor the validity of a solution slot.
+Scaling all lengths scales positions and prismatic joints. Revolute joints and the validity of slots
+do not change.
 """
 
 from pathlib import Path
@@ -35,7 +35,7 @@ REACHED = 1e-12
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """A shipped robot with a size of about one meter, and the same robot in a different size."""
+    """Returns a shipped robot of about one meter, and the robot in another size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name
@@ -43,8 +43,7 @@ def family(request, tmp_path_factory):
 
 
 def poses(arm):
-    """Returns poses within reach, many poses beyond the reach, and some poses slightly beyond the
-    reach."""
+    """Returns reachable poses, far poses, and poses slightly out of reach."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-2, 2, (POSES, arm.n))
     T = arm.fk(q)
