@@ -72,7 +72,7 @@ static struct PyModuleDef module_definition = {
     .m_methods = module_methods,
 };
 
-/* Imports the exceptions and interns the names; returns -1 on error. */
+/* Imports the exceptions and interns the names. Returns -1 on error. */
 static int import_names(void)
 {
     PyObject *errors = PyImport_ImportModule("chasles.errors");

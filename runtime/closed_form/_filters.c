@@ -34,7 +34,7 @@ typedef struct {
     const npy_bool *valid;
 } Slots;
 
-/* Reads q (..., k, n) and valid (..., k); returns -1 on error. */
+/* Reads q (..., k, n) and valid (..., k). Returns -1 on error. */
 static int read_slots(PyObject *q, PyObject *valid, Slots *slots)
 {
     PyArrayObject *array = (PyArrayObject *)q;
@@ -131,7 +131,7 @@ static void write_windings(const Limits *limits, npy_intp n, const double *value
     }
 }
 
-/* Reads (low, high, turn, rounding, windings) of n coordinates; returns -1 on error. */
+/* Reads (low, high, turn, rounding, windings) of n coordinates. Returns -1 on error. */
 static int read_limits(PyObject *given, npy_intp n, Limits *limits)
 {
     const double **to[] = {&limits->low, &limits->high, &limits->turn, &limits->rounding};
@@ -188,7 +188,7 @@ typedef struct {
     double scale[MAX_JOINTS]; /* the weight of each displacement */
 } Seeds;
 
-/* Reads a seed (n,) or seeds (..., n), then the arrays turns (n,) and units (n,); returns -1 on
+/* Reads a seed (n,) or seeds (..., n), then the arrays turns (n,) and units (n,). Returns -1 on
  * error. */
 static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
                       Seeds *seeds)
@@ -260,7 +260,7 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     return best.slot;
 }
 
-/* Reads q, valid, seed, turn and unit; returns 0 on error. */
+/* Reads q, valid, seed, turn and unit. Returns 0 on error. */
 static int read_query(PyObject *args, PyObject **q, Slots *slots, Seeds *seeds)
 {
     PyObject *valid, *seed, *turn, *unit;

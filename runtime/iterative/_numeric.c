@@ -19,7 +19,7 @@ typedef struct {
     PyArrayObject *tables[N_TABLES]; /* limits, start configurations and start poses */
 } Solver;
 
-/* Converts to a dense array of doubles with this shape (-1 for any size); returns NULL on error. */
+/* Converts to a dense array of doubles with this shape (-1 for any size). Returns NULL on error. */
 static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
 {
     PyArrayObject *array =
@@ -45,8 +45,8 @@ static void solver_dealloc(Solver *self)
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
-/* Tests that the function has one input and n_outputs outputs of these sizes (-1: any size);
- * returns 0 on error. */
+/* Tests that the function has one input and n_outputs outputs of these sizes (-1: any size).
+ * Returns 0 on error. */
 static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int first, int second)
 {
     const int sizes[] = {input, first, second};
@@ -61,7 +61,7 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
     return fits;
 }
 
-/* Reads the sizes of the arm from its functions, and tests them; returns 0 on error. */
+/* Reads the sizes of the arm from its functions, and tests them. Returns 0 on error. */
 static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
@@ -76,7 +76,7 @@ static int read_sizes(Arm *self)
            (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
 }
 
-/* Reads the compiled functions for the tip; returns -1 on error. */
+/* Reads the compiled functions for the tip. Returns -1 on error. */
 static int read_kernels(Solver *self, PyObject *capsules)
 {
     Py_ssize_t count = PyTuple_GET_SIZE(capsules);
@@ -126,7 +126,7 @@ static int read_screws(Arm *self, PyObject *rows)
     return self->screws && fit ? 0 : -1;
 }
 
-/* Reads the limits, the start configurations and the start poses; returns -1 on error. */
+/* Reads the limits, the start configurations and the start poses. Returns -1 on error. */
 static int read_tables(Solver *self, PyObject *lower, PyObject *upper, PyObject *starts,
                        PyObject *poses)
 {
@@ -176,7 +176,7 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     return (PyObject *)self;
 }
 
-/* Converts to a dense array of poses (..., 4, 4); returns NULL on error. */
+/* Converts to a dense array of poses (..., 4, 4). Returns NULL on error. */
 static PyArrayObject *read_poses(PyObject *object)
 {
     PyArrayObject *array =
@@ -195,7 +195,7 @@ enum { N_RESULTS = 6, MAX_NDIM = 32 };
 static const int RESULT_TYPES[N_RESULTS] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
                                             NPY_INT8,   NPY_INT32,  NPY_INT32};
 
-/* Creates the result arrays for the batch of T; returns -1 on error. */
+/* Creates the result arrays for the batch of T. Returns -1 on error. */
 static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
 {
     npy_intp shape[MAX_NDIM];
@@ -224,7 +224,7 @@ static int is_interrupted(void)
     return stops;
 }
 
-/* Solves all poses without holding the interpreter lock (GIL); returns -1 on error. */
+/* Solves all poses without holding the interpreter lock (GIL). Returns -1 on error. */
 static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
                PyObject *const *results, long threads)
 {
@@ -256,7 +256,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
     return PyErr_Occurred() ? -1 : 0;
 }
 
-/* Reads the mask of locked coordinates (n,), which requires seeds; returns NULL on error. */
+/* Reads the mask of locked coordinates (n,), which requires seeds. Returns NULL on error. */
 static PyArrayObject *read_locked(const Solver *self, PyObject *object, PyObject *seeds, Task *task)
 {
     PyArrayObject *array = (PyArrayObject *)PyArray_FROM_OTF(object, NPY_BOOL, NPY_ARRAY_IN_ARRAY);

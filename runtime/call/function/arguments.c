@@ -12,7 +12,7 @@ static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
     return options[slot - kernel->n_inputs];
 }
 
-/* Sets the error for a wrong number of inputs; returns -1. */
+/* Sets the error for a wrong number of inputs. Returns -1. */
 static int set_count_error(const Kernel *kernel, int takes_fixed, Py_ssize_t n_given)
 {
     int wanted = takes_fixed ? 1 : kernel->n_inputs;
@@ -31,7 +31,7 @@ static int set_count_error(const Kernel *kernel, int takes_fixed, Py_ssize_t n_g
     return -1;
 }
 
-/* Sets the error for an unknown keyword, with a hint; returns -1. */
+/* Sets the error for an unknown keyword, with a hint. Returns -1. */
 static int set_keyword_error(const Kernel *kernel, int takes_fixed, PyObject *keyword)
 {
     PyObject *names = PyList_New(0), *hints = PyImport_ImportModule("chasles.call.hints");
@@ -200,7 +200,7 @@ static PyObject *shape_text(int ndim, const npy_intp *dims)
     return text;
 }
 
-/* Tests the last dimensions of an input; returns -1 on error. */
+/* Tests the last dimensions of an input. Returns -1 on error. */
 static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArrayObject *array)
 {
     int extra = PyArray_NDIM(array) - operand->ndim;
@@ -271,7 +271,7 @@ PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *obj
     return result;
 }
 
-/* Tests the leading dimensions of an input against the earlier inputs; returns -1 on error. */
+/* Tests the leading dimensions of an input against the earlier inputs. Returns -1 on error. */
 static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
                          const LeadingShape *batch)
 {

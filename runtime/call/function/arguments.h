@@ -35,10 +35,10 @@ int has_override(PyObject *object);
  * possible, or NULL on error. */
 PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *object);
 
-/* Broadcasts the leading dimensions of all inputs; returns -1 with an error that names the
+/* Broadcasts the leading dimensions of all inputs. Returns -1 with an error that names the
  * conflicting inputs. */
 int broadcast_inputs(const Kernel *kernel, PyObject *const *inputs, LeadingShape *batch);
 
-/* Tests that an out array has exactly the shape and type of the result; returns -1 on error. */
+/* Tests that an out array has exactly the shape and type of the result. Returns -1 on error. */
 int check_out(const Kernel *kernel, const Operand *operand, const LeadingShape *batch,
               PyObject *object);

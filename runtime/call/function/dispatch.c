@@ -18,7 +18,7 @@
 #define MIN_LONG 8192 /* rows */
 
 /* Tests whether the kernel can write directly into the caller's arrays. An output must not share
- * memory with any other operand, as kernels may read inputs after writing outputs. */
+ * memory with any other operand, because kernels may read inputs after writing outputs. */
 static int are_direct_outputs(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
 {
     const double *memory[MAX_OPERANDS];
@@ -108,7 +108,7 @@ static int is_long(npy_intp n)
     return n >= MIN_LONG;
 }
 
-/* Tests whether the results for n rows are large enough for blocks of the memory pool. */
+/* Tests whether the results for n rows are large enough for the memory pool. */
 static int is_large(const Kernel *kernel, npy_intp n)
 {
     double size = 0.0; /* a double, because an integer could overflow */
@@ -129,8 +129,8 @@ static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
                     steps + kernel->n_inputs);
 }
 
-/* Runs the kernel on dense batches of one shape, into new arrays; faster than the ufunc for few
- * poses. */
+/* Runs the kernel on dense batches of one shape, into new arrays. This is faster than the ufunc
+ * for few poses. */
 static PyObject *call_dense(const Function *self, PyObject *const *inputs, const npy_intp *batch,
                             int ndim)
 {
@@ -184,8 +184,8 @@ static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *c
     return result;
 }
 
-/* Calls run(function, inputs, outs) of a Python module; outs is a tuple or None. Unless `leading`
- * is NULL, the leading shape and the number of threads are further arguments. */
+/* Calls run(function, inputs, outs) of a Python module, where outs is a tuple or None. If
+ * `leading` is not NULL, the leading shape and the number of threads are passed, too. */
 static PyObject *call_python(const char *module, Function *self, PyObject *const *inputs,
                              PyObject *const *outs, PyObject *leading, long threads)
 {
@@ -330,7 +330,7 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
     return result;
 }
 
-/* Calls the kernel with one object for each input, by the fastest of the three functions. */
+/* Calls the kernel with one object for each input. The fastest of the three functions is used. */
 static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,
                             long threads)
 {

@@ -1,7 +1,6 @@
 /* Function: the Python object that calls one compiled function.
  *
- * The file function.c defines the type, and dispatch.c the calls; arguments.c reads arguments, and
- * results.c packs results. */
+ * The file function.c defines the type, and dispatch.c the calls. */
 #pragma once
 
 #include "call/kernel/operands.h"

@@ -93,7 +93,7 @@ static PyObject *nearest_single(const Nearest *self, PyObject *const *args)
     return pack_nearest(self, q, found, slot);
 }
 
-/* Solves for a dense batch of poses, with one seed or a seed for each pose; returns NULL on error.
+/* Solves for a dense batch of poses, with one seed or a seed for each pose. Returns NULL on error.
  */
 static PyObject *nearest_batch(const Nearest *self, PyObject *const *args, ptrdiff_t seed_step)
 {

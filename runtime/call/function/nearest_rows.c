@@ -48,7 +48,7 @@ void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
     }
 }
 
-/* Reads an array of (n, ...) or (1, ...) dense rows; returns -1 on error. */
+/* Reads an array of (n, ...) or (1, ...) dense rows. Returns -1 on error. */
 static int read_rows(PyObject *object, int type, npy_intp n, npy_intp size, void *data,
                      ptrdiff_t *step)
 {
@@ -71,7 +71,7 @@ static int read_rows(PyObject *object, int type, npy_intp n, npy_intp size, void
 int read_moves(PyObject *moves, npy_intp n, const double **to)
 {
     for (int i = 0; i < N_MOVES; i++) {
-        /* The limits of the joints of a coupled robot follow the limits of its coordinates. */
+        /* The limits of coupled joints come after the limits of the coordinates. */
         PyObject *given = PyTuple_GET_ITEM(moves, i);
         const npy_intp size =
             i < 2 && PyArray_Check(given) ? PyArray_SIZE((PyArrayObject *)given) : n;
@@ -88,7 +88,7 @@ int can_select(const Function *inverse)
            slots_of(inverse->kernel) * (coordinates_of(inverse->kernel) + 2) <= SCRATCH;
 }
 
-/* Reads the results, and sets n to the number of their rows; returns -1 on error. */
+/* Reads the results, and sets n to the number of their rows. Returns -1 on error. */
 static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Rows *rows)
 {
     const npy_intp sizes[] = {coordinates_of(kernel), 1, 1};

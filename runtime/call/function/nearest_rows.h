@@ -10,7 +10,7 @@
 #define MAX_BLOCK 32 /* maximum number of rows; solutions fit the L1 cache */
 #define N_MOVES 4    /* lower limits, upper limits, scales, periods */
 
-/* Addresses of the rows of a call, and their strides, counted in doubles. */
+/* Addresses of the rows of a call, with their strides (counted in doubles). */
 typedef struct {
     const double *inputs[MAX_OPERANDS];
     ptrdiff_t steps[MAX_OPERANDS];
@@ -27,17 +27,17 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row requires refinement, or an error because its matrix is not a pose. */
+/* Tests whether a row needs refinement, or an error because its matrix is not a pose. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
 }
 
-/* Tests whether the function is an inverse with a compiled selection, whose solution slots fit the
- * scratch memory. */
+/* Tests whether the function is an inverse with a compiled selection. Its solution slots must
+ * fit the scratch memory. */
 int can_select(const Function *inverse);
 
-/* Reads the distance metric, four arrays (n,); returns -1 on error. */
+/* Reads the distance metric, four arrays (n,). Returns -1 on error. */
 int read_moves(PyObject *moves, npy_intp n, const double **to);
 
 /* Finds the nearest solutions of n rows, block by block. */

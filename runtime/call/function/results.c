@@ -71,7 +71,7 @@ static PyObject *valid_branches(const Function *self, PyArrayObject *residual, U
     return (PyObject *)valid;
 }
 
-/* Raises an error for matrices that are not poses; returns -1 if an error is set. */
+/* Raises an error for matrices that are not poses. Returns -1 if an error is set. */
 static int refuse_poses(const Function *self, PyObject *T)
 {
     PyObject *module = PyImport_ImportModule("chasles.se3");
@@ -81,7 +81,7 @@ static int refuse_poses(const Function *self, PyObject *T)
     return answer ? 0 : -1;
 }
 
-/* Calls the refinement, which changes the results and valid in place; returns -1 on error. */
+/* Calls the refinement, which changes the results and valid in place. Returns -1 on error. */
 static int refine_branches(const Function *self, PyObject *const *inputs, PyObject **results,
                            PyObject *valid)
 {
@@ -194,7 +194,7 @@ static int outputs_are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* Calls the guard for a pose whose result is not finite; returns -1 if it raises an error. */
+/* Calls the guard for a pose whose result is not finite. Returns -1 if it raises an error. */
 static int call_guard(Function *self, PyObject *const *inputs)
 {
     PyObject *given = new_tuple(self->kernel->n_inputs, inputs);

@@ -14,7 +14,8 @@ PyObject *new_tuple(int n, PyObject *const *items);
 /* Takes ownership of three results. Returns the branches as Solutions, refined if necessary. */
 PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results);
 
-/* Takes ownership of a ufunc's result and returns it, as Solutions if the outputs are branches. */
+/* Takes ownership of a ufunc result. Returns the result, as Solutions if the outputs are branches.
+ */
 PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObject *result);
 
 /* Packs results, unless the guard raises an error for values in `memory` that are not finite. This
@@ -22,13 +23,14 @@ PyObject *branches_of_ufunc(const Function *self, PyObject *const *inputs, PyObj
 PyObject *pack_guarded(Function *self, PyObject *const *inputs, double *const *memory,
                        PyObject **results, PyObject *const *outs);
 
-/* Takes ownership of a ufunc result for one pose; returns it unless the guard raises an error. */
+/* Takes ownership of a ufunc result for one pose. The result is returned unless the guard raises an
+ * error. */
 PyObject *guard_ufunc_result(Function *self, PyObject *const *inputs, PyObject *result);
 
-/* Sets the class of the solutions and its tolerance; returns -1 on error. */
+/* Sets the class of the solutions and its tolerance. Returns -1 on error. */
 int set_solutions(Function *self, PyObject *type);
 
-/* Sets the refinement and its maximum residual; returns -1 on error. */
+/* Sets the refinement and its maximum residual. Returns -1 on error. */
 int set_refinement(Function *self, PyObject *refinement);
 
 /* Returns one result, or a tuple of several results; takes ownership of the references. Arrays of

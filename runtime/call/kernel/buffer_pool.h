@@ -1,20 +1,21 @@
 /* Memory pool for large results.
  *
- * The library glibc returns freed blocks of 32 MB to the system, which clears memory before it is
- * used again. For a large batch, clearing takes as long as the computation. Therefore large results
- * use a memory handler (NEP 49) that keeps freed blocks for the next call. A block belongs to one
- * array or to the pool. The interpreter lock (GIL) protects the pool. */
+ * The library glibc returns freed blocks of 32 MB to the system. The system clears memory before
+ * the next use. For a large batch, clearing takes as long as the computation. Therefore large
+ * results use a memory handler (NEP 49) that keeps freed blocks for the next call. A block
+ * belongs to one array or to the pool. The interpreter lock (GIL) protects the pool. */
 #pragma once
 
 #include "call/kernel/python_api.h"
 
 #define MIN_KEPT ((size_t)32 << 20) /* minimum size of results in the pool, in bytes */
 
-/* Prepares the memory handler; returns -1 on error. */
+/* Prepares the memory handler. Returns -1 on error. */
 int buffer_pool_init(void);
 
 /* Returns a new array of doubles in a block, or in memory of the program's own memory handler. */
 PyObject *new_large(int ndim, npy_intp *dims);
 
-/* release_memory() of the module: returns all pooled blocks to the system, and their size [B]. */
+/* release_memory() of the module: returns all blocks of the pool to the system. The result is
+ * their size [B]. */
 PyObject *release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored));

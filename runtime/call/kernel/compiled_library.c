@@ -54,7 +54,7 @@ static const char *kernels_of_processor(void)
 #endif
 }
 
-/* Opens the library and checks its hash; returns -1 on error. */
+/* Opens the library and checks its hash. Returns -1 on error. */
 static int library_load(Library *self, const char *path, const char *expected_hash)
 {
     self->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);

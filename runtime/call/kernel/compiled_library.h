@@ -7,7 +7,7 @@
 typedef struct {
     PyObject_HEAD
     void *handle;                  /* of dlopen */
-    const chasles_kernel *kernels; /* table of functions; the last entry has no name */
+    const chasles_kernel *kernels; /* table of functions, whose last entry has no name */
     PyObject *path;
 } Library;
 

@@ -14,7 +14,7 @@ void kernel_free(Kernel *kernel)
     PyMem_Free(kernel);
 }
 
-/* Reads .name and .shape of an operand description; returns -1 on error. */
+/* Reads .name and .shape of an operand description. Returns -1 on error. */
 static int operand_read(Operand *operand, PyObject *description)
 {
     operand->name = PyObject_GetAttr(description, str_name);
@@ -46,7 +46,7 @@ static int operand_read(Operand *operand, PyObject *description)
     return 0;
 }
 
-/* Reads the descriptions of all operands; returns -1 on error. */
+/* Reads the descriptions of all operands. Returns -1 on error. */
 static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outputs)
 {
     Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
@@ -70,7 +70,7 @@ static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outp
     return 0;
 }
 
-/* Binds the functions of an entry if its sizes match the manifest: a wrong size would write past
+/* Binds the functions of an entry if its sizes match the manifest. A wrong size would write past
  * the end of an array. Returns -1 on error. */
 static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
 {

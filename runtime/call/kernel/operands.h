@@ -1,6 +1,6 @@
 /* Kernel, one compiled function with the shapes of its operands (inputs and outputs).
  *
- * A Function and its ufunc share the kernel; the ufunc keeps it alive in a capsule. */
+ * A Function and its ufunc share the kernel. The ufunc keeps the kernel alive in a capsule. */
 #pragma once
 
 #include <stdint.h>
@@ -42,12 +42,12 @@ typedef struct {
 } Kernel;
 
 /* Creates a kernel from tuples of operand descriptions (.name, .shape), which must match the
- * library entry; returns NULL on error. */
+ * library entry. Returns NULL on error. */
 Kernel *kernel_new(PyObject *library, const chasles_kernel *entry, PyObject *label,
                    PyObject *inputs, PyObject *outputs);
 
-/* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length;
- * returns -1 on error if the operands do not fit such an inverse. */
+/* Marks the kernel as an inverse of poses, with forward kinematics (or NULL) and the unit length.
+ * Returns -1 on error if the operands do not fit such an inverse. */
 int set_poses(Kernel *kernel, int poses, const chasles_kernel *fk, double unit);
 
 void kernel_free(Kernel *kernel);

@@ -20,7 +20,8 @@ static void clear_slots(const Kernel *kernel, double *const *outputs, double res
     }
 }
 
-/* Returns the residual of a non-pose matrix, NaN if an entry is not finite, otherwise infinity. */
+/* Returns the residual of a matrix that is not a pose: NaN if an entry is not finite, otherwise
+ * infinity. */
 static double residual_without_pose(const double *T)
 {
     double sum = 0;
@@ -140,7 +141,7 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
 }
 
-/* Runs an inverse on n rows by the code for many poses; poses are projected. */
+/* Runs an inverse on n rows with the code for many poses. The poses are projected. */
 static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
                        const ptrdiff_t *input_steps, double *const *outputs,
                        const ptrdiff_t *output_steps)

@@ -1,11 +1,11 @@
 /* Inverses of rounded poses (single precision or printed digits).
  *
- * A pose counts as rigid if a residual is at rounding level. Other poses are tested. Nearly rigid
- * poses are projected and solved again; all other matrices result in NaN and infinite residuals.
- * For general arms, each matrix is tested first.
+ * A pose counts as rigid if a residual is at rounding level. Other poses are tested. Nearly
+ * rigid poses are projected and solved again. All other matrices lead to NaN and infinite
+ * residuals. For general arms, each matrix is tested first.
  *
- * If the unit length is not 1 m, residuals are recomputed as the larger of the distance and the
- * angle times the unit length. */
+ * If the unit length is not 1 m, residuals are computed again as the larger of the distance and
+ * the angle times the unit length. */
 #pragma once
 
 #include <string.h>

@@ -7,6 +7,6 @@
  * the table sorted by pose distance. Returns 0 if the table has no further start configuration. */
 int next_start(const Problem *problem, const double *seed, int tried);
 
-/* Inserts work->q into the best results work->best[:count], sorted by error; returns the new count.
+/* Inserts work->q into the best results work->best[:count], sorted by error. Returns the new count.
  */
 int keep_end(const Problem *problem, double half_square, double *errors, int count);

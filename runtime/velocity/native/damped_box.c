@@ -149,7 +149,7 @@ static int advance_to_bound(DampedBox *box, int count, const double *lower, cons
     return 1;
 }
 
-/* Releases the variable whose multiplier is largest; returns 0 if no multiplier is positive. */
+/* Releases the variable whose multiplier is largest. Returns 0 if no multiplier is positive. */
 static int release_bound(DampedBox *box, const double *lower, const double *upper)
 {
     int n = box->n, best = -1;

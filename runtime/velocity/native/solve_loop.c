@@ -25,7 +25,7 @@ static void lock_joints(RateProblem *p)
     p->rank = p->rank < free ? p->rank : free;
 }
 
-/* Reads and scales the inputs; returns 0 if an input is not finite. Bounds may be infinite, but
+/* Reads and scales the inputs. Returns 0 if an input is not finite. Bounds may be infinite, but
  * must not be NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
