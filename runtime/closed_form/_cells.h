@@ -13,8 +13,8 @@
 
 #define MAX_JOINTS 64
 
-/* The weighted sum of the non-periodic coordinates of a solution selects its cell; equal solutions
- * are in the same cell or in adjacent cells. */
+/* The weighted sum of the coordinates selects the cell of a solution. Equal solutions are in the
+ * same cell or in adjacent cells. */
 typedef struct {
     npy_intp size;         /* number of cells, a power of 2 */
     npy_intp *head, *next; /* last solution of each cell, and its predecessors; -1 for none */

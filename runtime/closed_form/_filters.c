@@ -97,8 +97,8 @@ static double first_turn(const Limits *limits, npy_intp j, double q)
     return not_below < last ? not_below : last;
 }
 
-/* Writes all listed windings of each coordinate of a solution, and whether they are within the
- * limits. A value that exceeds a limit by rounding is set to the limit. */
+/* Writes all full turns of each coordinate of a solution, with a mark whether they are within
+ * the limits. A value that exceeds a limit by rounding is set to the limit. */
 static void write_turns(const Limits *limits, npy_intp n, const double *slot, double *value,
                         npy_bool *inside)
 {
@@ -210,7 +210,8 @@ typedef struct {
     npy_intp slot;
 } Ranked;
 
-/* Returns a solution and its distance; a lower bound may replace a distance above `enough`. */
+/* Returns a solution with its distance from the seed. A distance above `enough` may be a lower
+ * bound. */
 static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
                      uint64_t enough)
 {
@@ -364,8 +365,8 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether all groups hold different solutions; a group has the windings of one solution.
- * Returns false without a comparison if there are many groups. */
+/* Tests whether all groups hold different solutions. A group contains one solution with its full
+ * turns. Returns false without a comparison if there are many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {

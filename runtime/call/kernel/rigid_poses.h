@@ -16,8 +16,8 @@
 /* The outputs of an inverse. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
-/* Tests whether four numbers differ from 0 0 0 1, by their bits, which is faster than comparisons.
- * The shift removes the sign bit of a zero. */
+/* Tests whether four numbers differ from 0 0 0 1. The bits are compared, which is faster. The
+ * shift removes the sign bit of a zero. */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;
@@ -41,7 +41,7 @@ static inline int is_settled(const double *T, const double *residual, npy_intp k
     return 0;
 }
 
-/* Tests a pose without a solution up to rounding error, and solves again if it is nearly rigid. */
+/* Tests a pose without a solution. A nearly rigid pose is projected and solved again. */
 void settle_pose(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
 /* Runs an inverse with a test of each pose, or with recomputed residuals. */

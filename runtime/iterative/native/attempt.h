@@ -1,14 +1,15 @@
-/* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum error.
+/* One attempt: Levenberg-Marquardt steps from one start configuration to the nearest minimum
+ * error.
  *
  * The damping is lambda = mu |e|^2 / 2. The factor mu decreases after successful steps and
- * increases after failed steps. As lambda vanishes with the error, the iteration converges
- * quadratically, even near singularities. */
+ * increases after failed steps. The damping vanishes with the error. The iteration therefore
+ * converges quadratically, even near singularities. */
 #pragma once
 
 #include "iterative/native/arm.h"
 #include "iterative/native/pose_error.h"
 
-/* Outcomes of an attempt: converged (or at the minimum error for a rounded target); at a minimum
+/* Ends of an attempt: converged (or at the minimum error of a rounded target); at a minimum
  * error, with or without coordinates at limits; out of evaluations; the target is not a pose. */
 typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
 

@@ -16,8 +16,8 @@ void call_kernel(const chasles_kernel *kernel, const double *x, double *first, d
     kernel->call(inputs, outputs);
 }
 
-/* Writes the link pose T and the mixed Jacobian J (6, n) of its origin: each screw up to the link
- * moves the origin by v + w x lever. */
+/* Writes the pose T of a link and the mixed Jacobian J (6, n) of its origin. A screw moves the
+ * origin by v + w x lever. */
 static void evaluate_link(const Arm *arm, const double *q, double *T, double *J, double *scratch)
 {
     double *poses = scratch, *rates = poses + POSE * arm->n_links;

@@ -4,11 +4,11 @@
  *
  *     (J^T J + lambda 1) dq = J^T e
  *
- * and is clipped to the limits. Where branches meet, Halley's step is tried too: it uses
- * J + H dq / 2 instead of J, with H the Hessian and dq the first step.
+ * and is clipped to the limits. Where branches meet, Halley's step is tried, too. It uses J + H
+ * dq / 2 instead of J, where H is the Hessian and dq is the first step.
  *
- * Source: Sugihara 2011 (damping); Bertsekas, Projected Newton methods, 1982 (limits); Lloyd, Irani
- * and Ahmadi 2022 (Halley's step). */
+ * Source: Sugihara 2011 (damping); Bertsekas, Projected Newton methods, 1982 (limits); Lloyd,
+ * Irani and Ahmadi 2022 (Halley's step). */
 #pragma once
 
 #include "iterative/native/arm.h"

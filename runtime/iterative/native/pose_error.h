@@ -58,8 +58,8 @@ static inline void pose_error(const Task *task, const double *T, const double *t
     }
 }
 
-/* Converts tip twists (n, 6) in task axes to decreases of the displacement (p, w). In tip axes, p
- * also changes with the tip rotation; w changes by the inverse derivative of the exponential. */
+/* Converts tip twists (n, 6) in task axes to decreases of the displacement (p, w). In tip axes,
+ * a rotation of the tip also changes p. */
 static inline void differentiate_displacement(const Task *task, const double *p, const double *w,
                                               double *columns, int n)
 {
@@ -78,7 +78,7 @@ static inline void differentiate_displacement(const Task *task, const double *p,
     }
 }
 
-/* Applies the weights to the error e (6,) and computes its norms; p is the vector to the target. */
+/* Applies the weights to the error e (6,) and computes its norms. */
 static inline void measure_error(const Task *task, const double *p, Evaluation *out)
 {
     double *e = out->e, distance = 0, angle = 0, sum = 0;

@@ -1,7 +1,7 @@
 /* Iterative inverse kinematics of one pose: attempts from several start configurations.
  *
- * If no attempt converges, the best results are refined to the nearest minimum error, with a
- * reserved fraction of the budget. */
+ * If no attempt converges, the best results are refined to the nearest minimum error. A part of
+ * the budget is reserved for this. */
 #pragma once
 
 #include "iterative/native/arm.h"

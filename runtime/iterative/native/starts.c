@@ -38,7 +38,7 @@ static void copy_start(const Problem *problem, const double *seed, int start, do
     }
 }
 
-/* Writes the squared errors of the start values; locked coordinates change the table poses. */
+/* Writes the squared errors of the start configurations. Locked coordinates change their poses. */
 static void measure_locked_starts(const Problem *problem, const double *seed, double *distances)
 {
     const Workspace *work = problem->work;

@@ -3,8 +3,9 @@
 
 #include "iterative/native/arm.h"
 
-/* Copies start configuration number `tried` to work->q: first the seed (n,) unless it is NULL, then
- * the table sorted by pose distance. Returns 0 if the table has no further start configuration. */
+/* Copies start configuration number `tried` to work->q. The seed (n,) is first unless it is
+ * NULL, then the table follows, sorted by pose distance. Returns 0 if the table has no further
+ * start configuration. */
 int next_start(const Problem *problem, const double *seed, int tried);
 
 /* Inserts work->q into the best results work->best[:count], sorted by error. Returns the new count.
