@@ -1,4 +1,4 @@
-"""Compares as-built robots with loops, refined from their design, with another loop solver."""
+"""As-built robots with loops agree with another loop solver."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def drawn(seed):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Returns the as-built robot, and the description with which the test closes its loops.
+    """Returns the as-built robot and its description.
 
     The campaign `as_built` tests every single error and many random lengths.
     """
@@ -112,8 +112,9 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found(built):
-    """The margin of the loop is 1.5e-5 at this configuration. Larger steps would open the loops;
-    smaller steps do not converge."""
+    """The margin of the loop is 1.5e-5. Larger steps would open the loops, and smaller steps do not
+    converge.
+    """
     robot, _ = built
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5
@@ -133,7 +134,7 @@ def test_solution_far_from_its_nominal_start_is_found(built):
 def test_fixed_joints_keep_their_values(tmp_path):
     """Every length has an error of up to 0.5 mm, and two axes are tilted by 0.1 degrees.
 
-    The design has three redundant joints, but with tilted axes, a single fixed joint is enough.
+    The design has three redundant joints. With tilted axes, a single fixed joint is enough.
     """
     design = read(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))

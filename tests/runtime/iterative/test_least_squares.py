@@ -1,4 +1,4 @@
-"""Overconstrained loops that cannot close: the configuration minimizes the sum of squared gaps."""
+"""Loops that cannot close minimize the sum of squared gaps."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def configurations(robot, count=40):
 
 
 def weighted(mechanism):
-    """Returns gaps in meters and their derivative; rotation entries are scaled by the size."""
+    """Returns gaps in meters and their derivative."""
     model = Model(mechanism)
     size = float(f"{NumericMechanism(mechanism).size:.3g}")
     weights = []
@@ -146,14 +146,13 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution():
-    """The least-squares option has no effect on this robot, which has the closed form of the
-    design."""
+    """The least-squares option has no effect on a robot whose loops close."""
     hybrid = solved(replace(parallelogram(), closure="least squares"))
     assert not hybrid.forward.open
 
 
 def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
-    """The second motor of a planar arm drives the elbow; its parallelogram has a redundant rod."""
+    """The second motor drives the elbow by a parallelogram with a redundant rod."""
     text = """
 name = "driven_elbow"
 convention = "urdf"

@@ -1,6 +1,6 @@
-"""Mechanisms of millimeter size and of 100 meter size behave like mechanisms of decimeter size.
+"""Mechanisms of millimeter and 100 meter size behave like mechanisms of decimeter size.
 
-The oracle is similarity to the shipped robot: angles are equal, and lengths are scaled.
+The oracle is similarity: angles are equal, and lengths are scaled.
 """
 
 import re
@@ -44,7 +44,7 @@ def written(name, factor, folder):
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
-    """Returns a shipped robot, the same robot in a different size, and the scale factor."""
+    """Returns a shipped robot, a scaled copy, and the scale factor."""
     name, factor = request.param
     return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
 

@@ -1,4 +1,4 @@
-"""Newton's method in C closes loops on their branch from start values, with derivatives."""
+"""Newton's method in C closes loops on their branch."""
 
 import pickle
 import tomllib
@@ -77,7 +77,7 @@ WANTED = (
 
 
 def coordinates(robot, n, wide=1.0, seed=0):
-    """Returns coordinates near mid-range, or near angles at which cranks support the platform."""
+    """Returns coordinates near mid-range, or near singularities of the cranks."""
     lower, upper = sampling_limits(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
@@ -101,8 +101,10 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Follows w to the coordinates q by Newton's method in small steps. The result is NaN if det
-    c_u changes sign; c_u is the derivative of the loop equations."""
+    """Follows w to the coordinates q by Newton's method in small steps.
+
+    The result is NaN if the determinant of the loop derivative changes sign.
+    """
     names = [v.name for v in robot.configuration_variables]
     own = [k for k, name in enumerate(names) if not name.startswith("psi")]
     moved = [c.name for c in robot.coordinates]
@@ -132,8 +134,8 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Newton's method finds no solution beyond a singularity. Near a singularity, steps of this
-    # length may cross the singularity.
+    # Newton's method finds no solution beyond a singularity. Steps of this length may cross a
+    # singularity.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
@@ -246,8 +248,7 @@ def test_newton_functions_accept_batches_out_and_pickle(robot):
 
 
 def test_margin_is_zero_at_a_singularity(robot):
-    # Until the continuation ends, the margin is proportional to the square root of the remaining
-    # distance.
+    # The margin is proportional to the square root of the remaining distance.
     near, far = np.array(robot.reference.q), unreachable(robot)
     assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)
     for _ in range(60):

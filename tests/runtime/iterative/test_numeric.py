@@ -1,4 +1,4 @@
-"""Iterative inverse kinematics stays within limits, reports its error, and is reproducible."""
+"""Iterative inverses stay within limits, report their error, and are reproducible."""
 
 import re
 
@@ -44,7 +44,6 @@ def ur5e():
 
 
 def beyond(robot, count):
-    """Poses whose position is 10 % farther from the base than the tool can reach."""
     T = robot.fk(configurations(robot, 2000))
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
@@ -110,8 +109,7 @@ def test_unreachable_position_ends_at_local_minimum(name):
 
 
 def test_arm_stretches_towards_unreachable_position():
-    # If the elbow and the limits permit it, the nearest position is on the outer boundary of the
-    # reach.
+    # The nearest position may be on the outer boundary of the reach.
     robot = chasles.load("lynxmotion")
     table, arm = np.array([0, 0, 0.1]), 0.3
     towards = np.array([np.cos(0.7), 0, np.sin(0.7)])
@@ -194,8 +192,7 @@ def test_nearby_seed_converges_to_nearby_solution(robot):
     step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
     found = robot.ik_numeric(robot.fk(q), q + step)
     assert found.valid.all()
-    # Only a few poses near singularities need a restart. Without a self-motion, the solution is the
-    # original configuration.
+    # Only a few poses near singularities need a restart.
     assert (found.restarts == 0).mean() >= 0.95
     moved = np.abs(found.q - q).max(axis=1)
     assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)
@@ -457,7 +454,7 @@ def test_numeric_page_examples_print_documented_output(capsys):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_seed_rotated_by_half_turn_converges(ur5e, axis):
-    # At this point the logarithm of the pose difference contains a limit of the form 0 / 0.
+    # At this point, the logarithm contains a limit of the form 0 / 0.
     rng = np.random.default_rng(0)
     seed = rng.uniform(-2, 2, (3000, 6))
     T = ur5e.fk(seed) @ np.diag([1.0 if k in (axis, 3) else -1.0 for k in range(4)])
@@ -469,7 +466,7 @@ def test_seed_rotated_by_half_turn_converges(ur5e, axis):
 
 
 def test_fixed_coordinates_have_the_given_values(ur5e):
-    """Fixed joint values, keyed by name or index, broadcast with the poses and the seeds."""
+    """Fixed joint values broadcast with the poses and the seeds."""
     q = np.array([[0.3, -1.2, 1.1, -0.4, 0.7, 0.2], [0.1, -0.9, 0.8, 0.3, -0.6, 1.0]])
     elbow, last = ur5e.coordinate_names[2], 5
     found = ur5e.ik_numeric(ur5e.fk(q), q + 0.05, fixed={elbow: q[:, 2], last: q[:, last]})

@@ -1,7 +1,6 @@
 """Generated C and its solvers run under the compiler's sanitizers.
 
-Results do not reveal out-of-bounds accesses, undefined behavior or data races. The campaign
-``memory`` tests other robots.
+The campaign ``memory`` tests other robots.
 """
 
 import json
@@ -48,7 +47,6 @@ FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOT
 
 
 def part(name, functions, folder):
-    """Copies a shipped robot with a subset of its functions, to compile several times faster."""
     made = Path(shutil.copytree(GENERATED / name, folder / name))
     shutil.copytree(GENERATED / "support", folder / "support", dirs_exist_ok=True)
     manifest = made / "manifest.json"
@@ -78,7 +76,7 @@ def require(folder, sanitizer):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Compiles a program with code for all instruction sets, keyed by robot and flags."""
+    """Compiles a program for all instruction sets."""
 
     @cache
     def of(name, *flags, compiler=GCC):
@@ -109,7 +107,7 @@ def test_vector_code_touches_only_its_rows(chosen, built):
 
 
 def test_generated_code_has_no_data_races(tmp_path):
-    """The instruction set is selected at run time; a build for one processor selects nothing."""
+    """A build for one processor would not select the instruction set at run time."""
     require(tmp_path, "thread")
     small = part(SMALL, ["ik"], tmp_path)
     program, functions = build(small, tmp_path, UNUSED, "-Og", "-fsanitize=thread")
@@ -143,7 +141,7 @@ SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
 
 
 def screws_for(name):
-    """Returns the screws up to the second-to-last link in the driver's input format."""
+    """Returns screws of the links in the driver's input format."""
     robot = chasles.load(name)
     screws = screws_up_to(robot.manifest, len(robot.link_names) - 2)
     return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])

@@ -83,7 +83,7 @@ joints = [
 
 
 def moves(poses, steps):
-    """Returns the link twist for each unit joint rate, in the link frame, by differences."""
+    """Differentiates the link poses to twists in the link frame."""
     ahead, behind = poses[: len(poses) // 2], poses[len(poses) // 2 :]
     return se3.log(se3.inverse(behind) @ ahead) / (2 * steps)
 

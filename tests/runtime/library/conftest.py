@@ -11,10 +11,9 @@ from chasles.cli import app
 
 @pytest.fixture(scope="session")
 def compiler_in_process():
-    """Replaces `subprocess.run`, and runs the compiler of chasles in the test process.
+    """Runs the compiler of chasles in the test process, which has already imported SymPy.
 
-    The test process has imported SymPy already. All programs except the compiler of chasles run
-    unchanged.
+    Other programs run unchanged.
     """
     run = subprocess.run
 

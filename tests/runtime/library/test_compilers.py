@@ -21,15 +21,13 @@ and without vectors."""
 
 
 def configurations(robot, rng, n=N):
-    """Samples configurations around the reference, where the loops close."""
     center = np.array(robot.reference.q) if robot.reference else np.zeros(robot.n)
     lower, upper = np.maximum(robot.lower, center - 1), np.minimum(robot.upper, center + 1)
     return center + 0.5 * (rng.uniform(lower, upper, (n, robot.n)) - center)
 
 
 def inverse(robot, q):
-    """Solves the poses of configurations, with the redundancy parameters fixed at the values in the
-    configurations."""
+    """Solves the poses of configurations with their redundancy parameters."""
     role = robot.manifest.with_role("inverse", "pose").role
     fixed = {robot.coordinates[k].name: q[:, k] for k in role.fixed}
     if any(item.name == "swivel" for item in robot.redundancy):

@@ -1,4 +1,4 @@
-"""Robots derived on first use: named arms, descriptions, concurrent and interrupted first uses."""
+"""Robots derived on first use: named arms, descriptions and interruptions."""
 
 import json
 import os
@@ -53,7 +53,7 @@ print(chasles.find_folder(sys.argv[1]))
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """Prepares an empty cache, and a compiler and flags for fast compilation."""
+    """Prepares an empty cache and fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if COMPILER:
         monkeypatch.setenv("CC", COMPILER)
@@ -121,7 +121,7 @@ def arm(tmp_path):
 
 
 def derived(cache):
-    """Lists all folders in the cache of derived robots, including temporary folders."""
+    """Lists all folders in the cache of derived robots."""
     return sorted(path.name for path in (cache / "derived").iterdir())
 
 
@@ -367,8 +367,7 @@ def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkey
 
 @pytest.fixture
 def bare(tmp_path, monkeypatch):
-    """Creates an environment with only chasles and NumPy, and a compiler that the test may
-    change."""
+    """Creates an environment that contains only chasles and NumPy."""
     folder = tmp_path / "bare"
     venv.create(folder, symlinks=True, with_pip=False)
     package = tmp_path / "site" / "chasles"

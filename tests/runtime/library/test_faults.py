@@ -1,4 +1,7 @@
-"""Faults during compilation and derivation: one error, no partial file, and the next run works."""
+"""Faults during compilation leave one error and no partial file.
+
+The next run works.
+"""
 
 import os
 import shutil
@@ -32,7 +35,7 @@ KILLS = 8
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """Prepares an empty cache, and a compiler and flags for fast compilation."""
+    """Prepares an empty cache and fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     if COMPILER:
         monkeypatch.setenv("CC", COMPILER)
@@ -57,7 +60,7 @@ def here(monkeypatch, compiler_in_process):
 
 
 def command(*words):
-    """Runs a command, and raises an error if the command prints anything but one error message."""
+    """Runs a command, which may print only one error message."""
     done = run(*words)
     assert "Traceback" not in done.output
     if done.exit_code:
@@ -142,13 +145,11 @@ def test_load_works_after_a_kill_at_any_moment(arm, cache):
 
 
 def started(path, environment=None):
-    """Starts a process that loads a robot."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     command = [sys.executable, "-c", LOAD, str(path)]
     return subprocess.Popen(command, start_new_session=True, env=environment, **pipes)
 
 
 def kill(process):
-    """Kills a process and its children."""
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()

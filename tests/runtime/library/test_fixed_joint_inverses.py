@@ -27,7 +27,7 @@ def shipped():
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(shipped, tmp_path_factory, compiler_in_process):
-    """A separate cache for this file, and fast compilation."""
+    """Prepares a separate cache and fast compilation."""
     fixed_joints._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
@@ -49,7 +49,7 @@ def panda(shipped):
 
 
 def stages(well):
-    """Returns the poses, theta1 and theta2 of the paper's 49 s motion in steps of 0.1 s."""
+    """Returns poses, theta1 and theta2 of the paper's 49 s motion in steps of 0.1 s."""
     t = np.arange(0, 49, 0.1)
     upright = np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
     start = np.array([0, 88.79, -49.2, 0, -86.76, 0, -40.62]) * DEG
@@ -63,7 +63,7 @@ def stages(well):
     T[down, 0, 3] = 1.237
     depth = np.interp(t, [27, 37, 39, 49], [1020, -1146, -1146, -1146 - 2166])
     T[down, 2, 3] = depth[down] * MM
-    # The paper does not state how joint 2 moves after 39 s; in this test, joint 2 lowers the arm.
+    # The paper does not state how joint 2 moves after 39 s. In this test, joint 2 lowers the arm.
     theta2 = np.interp(t, [39, 49], [88.79, 30]) * DEG
     return t, T, theta[:, 0], theta2
 
@@ -105,8 +105,7 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # At this cylinder length the loop does not close: a batch contains NaN, and a single call
-    # raises an error.
+    # The loop does not close. A batch contains NaN, and a single call raises an error.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -143,8 +142,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     assert (found.q[..., 3] == q[:, None, 3]).all()
     away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
-    # Fixed joint values and poses broadcast; `out` and `threads` have the same effect as in every
-    # call.
+    # Fixed joint values and poses broadcast.
     one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
     assert one.q.shape == (3, 8, 7)
     out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))
@@ -160,8 +158,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
 
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
-    """SciPy finds roots of the pose error from random start values, with the fixed joint
-    removed."""
+    """SciPy finds roots of the pose error from random start values."""
     from scipy.optimize import root
 
     rng = np.random.default_rng(2)
@@ -185,7 +182,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Inner joints are fixed at multiples of 90 degrees, which changes the structure of the arm."""
+    """Inner joints at multiples of 90 degrees change the structure of the arm."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))

@@ -1,5 +1,4 @@
-"""The cache compiles each library once, never reuses a library for other content, and rebuilds
-damaged files."""
+"""The cache compiles each library once and rebuilds damaged files."""
 
 import gc
 import os
@@ -29,7 +28,6 @@ def fast(cache, monkeypatch):
 
 
 def libraries(cache):
-    """Lists the files in the cache, including temporary folders."""
     return sorted(cache.iterdir()) if cache.exists() else []
 
 

@@ -36,7 +36,6 @@ def level() -> int:
 
 
 def has_function(library, name) -> bool:
-    """Tests whether a library has a function."""
     texts = dict.fromkeys(("label", "doc"), name)
     rest = ("signature", "guard", "solutions", "rescue", "fk", "general")
     values = {"operations": {}, "reduced": (len, ()), "poses": 0, "unit": 1.0, "parameters": ()}

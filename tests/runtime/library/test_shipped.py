@@ -1,5 +1,4 @@
-"""In the manifests of the shipped robots every function has a role, and every solution slot a
-label."""
+"""Every function of a shipped robot has a role, and every slot a label."""
 
 from itertools import chain
 

@@ -1,4 +1,4 @@
-"""If an input file is a pipe, a folder or missing, a single error states the fault."""
+"""A single error states that an input file is a pipe, a folder or missing."""
 
 import os
 import shutil
@@ -19,8 +19,7 @@ KINDS = {
 
 
 def load_error(path):
-    """Returns the error of loading a robot; the error quotes and replaces the error of the
-    operating system."""
+    """Returns the error of loading a robot."""
     with pytest.raises(chasles.ChaslesError) as caught:
         chasles.load(path)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None
