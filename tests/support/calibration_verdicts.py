@@ -1,5 +1,4 @@
-"""The outcome of an identification from simulated measurements: no message, warnings or an
-error."""
+"""The outcome of an identification: no message, warnings or an error."""
 
 from dataclasses import dataclass
 
@@ -45,22 +44,20 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Whether the robot explains the measurements within the noise, without a warning about the
-        robot or the measurements."""
+        """Tests whether the robot explains the measurements without a warning."""
         return not (self.accusations or self.unexplained)
 
     @property
     def is_answered(self) -> bool:
-        """Whether the measurements cause a warning or an error.
+        """Tests whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with zero offsets of several degrees. The
-        warning about such a fit concerns the number of measurements.
+        A few measurements of a different robot may fit with wrong zero offsets. The warning then
+        concerns the number of measurements.
         """
         return bool(self.accusations or self.warnings)
 
     @property
     def text(self) -> str:
-        """All messages in one line."""
         return "; ".join((*self.accusations, *self.unexplained))
 
 

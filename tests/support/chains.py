@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """The numbers of one joint, from which both the compiler and Pinocchio build their models."""
+    """The numbers of one joint for the models of the compiler and of Pinocchio."""
 
     kind: str
     xyz: tuple

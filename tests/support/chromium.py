@@ -39,7 +39,6 @@ class Chromium:
     """
 
     def __init__(self, program: str, folder: Path) -> None:
-        """Starts the browser with a separate profile in a folder."""
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
         self._process = subprocess.Popen(
@@ -64,7 +63,6 @@ class Chromium:
             self._ask(f"{domain}.enable")
 
     def close(self) -> None:
-        """Terminates the browser."""
         self._session = None
         self._ask("Browser.close")
         self._socket.close()
@@ -111,12 +109,10 @@ class Chromium:
         self._mouse("mouseReleased", end)
 
     def draw(self, frames: int = 3) -> None:
-        """Waits until the page has drawn frames."""
         for _ in range(frames):
             self.run("new Promise(drawn => requestAnimationFrame(() => drawn(true)))")
 
     def click(self, point) -> None:
-        """Clicks a point of the page."""
         for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
             self._mouse(kind, point)
 
@@ -175,8 +171,7 @@ class Chromium:
 
 
 def _end_with_parent() -> None:
-    """Makes Linux kill this process when its parent process ends, even if a signal ends the
-    parent."""
+    """Makes Linux kill this process when its parent process ends."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)

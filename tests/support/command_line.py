@@ -21,7 +21,6 @@ class Done:
 
     @property
     def output(self) -> str:
-        """The text of standard output and standard error."""
         return self.stdout + self.stderr
 
 

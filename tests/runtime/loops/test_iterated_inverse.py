@@ -1,8 +1,4 @@
-"""Solutions of an inverse through iterated loops agree with forward kinematics.
-
-The oracle closes the loops in NumPy: by continuation from the reference, and from many start values
-at a single pose.
-"""
+"""Solutions of an inverse through iterated loops agree with forward kinematics."""
 
 import numpy as np
 import pytest
@@ -19,7 +15,7 @@ POSES, SAME = 3, 1e-8
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """Returns a robot, its oracle, and closed configurations (N, n_z) near the reference.
+    """Returns a robot, its oracle, and closed configurations (N, n_z).
 
     The campaign `legs` tests other platforms.
     """
@@ -35,7 +31,6 @@ def case(tmp_path_factory):
 
 
 def apart(one, other):
-    """Returns the largest coordinate difference, up to full turns."""
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 
@@ -77,8 +72,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg of the platform is the main chain. The actuator value of the first leg is
-    # correct in half of the eight solution slots.
+    # The first leg is the main chain. Its actuator value is correct in half of the eight slots.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])

@@ -1,5 +1,4 @@
-"""An open loop raises an error that names the loop for a single pose, and results in NaN in a
-batch."""
+"""An open loop raises an error for a single pose, and gives NaN in a batch."""
 
 import pickle
 

@@ -18,8 +18,7 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Returns the determinant of the rod lines with all cranks to the left, or NaN if the pose is
-    out of reach."""
+    """Returns the determinant of the rod lines, or NaN if the platform is out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]
@@ -31,13 +30,12 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """Returns the distance (..., 3) of each leg's end from the nearest limit of its reach."""
+    """Returns the distance (..., 3) of each leg from its nearest limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 
 
 def reaches(pose):
-    """Returns the distances (..., 3) of the pins from the base joints."""
     d = planar.pins(np.asarray(pose)) - planar.BASE * planar.DIRECTIONS
     return np.hypot(d[..., 0], d[..., 1])
 

@@ -1,4 +1,4 @@
-"""Compares manipulability with textbook formulas, NumPy and finite differences."""
+"""Manipulability agrees with textbook formulas, NumPy and finite differences."""
 
 import numpy as np
 import pytest
@@ -18,8 +18,10 @@ def ur5e():
 
 
 def test_planar_arm_manipulability_matches_textbook_formula():
-    """For link lengths a1, a2 and elbow angle q2, the measure w = a1 a2 |sin q2| is largest at an
-    elbow angle of 90 degrees (Yoshikawa 1985, section 4)."""
+    """The measure w = a1 a2 |sin q2| is largest at an elbow angle of 90 degrees.
+
+    Source: Yoshikawa 1985, section 4. The link lengths are a1 and a2.
+    """
     scara = chasles.load("scara")
     q = inside(scara, 200)
     a1, a2 = (np.linalg.norm(x) for x in planar_links(scara))
@@ -103,7 +105,7 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
         force = ur5e.force_ellipsoid(q, components=components)
         np.testing.assert_allclose(force.lengths, 1 / found.lengths[:, ::-1], rtol=1e-12)
         np.testing.assert_array_equal(force.axes, found.axes[:, :, ::-1])
-    # Torques of norm 1 balance any wrench on the boundary of the force ellipsoid of all components.
+    # Torques of norm 1 balance any wrench on the boundary of the force ellipsoid.
     whole = ur5e.force_ellipsoid(q, components="all")
     length = ur5e.characteristic_length
     wrench = whole.axes[..., 0] * whole.lengths[:, :1] * np.repeat([1 / length, 1], 3)

@@ -47,8 +47,7 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
     np.testing.assert_allclose(found.twist[away], V[away], rtol=0, atol=1e-11)
     lost = robot.functions[f"jacobian_{representation}"](q)
     _, _, unit = pure(robot, q)
-    # Joint rates of norm 1 in the singular direction produce a twist whose norm is the singular
-    # value sigma.
+    # Joint rates of norm 1 in the singular direction give a twist of norm sigma.
     back = np.linalg.lstsq(
         lost[0] * unit, found.singular_direction[0] * found.min_singular_value[0], rcond=None
     )[0]
@@ -71,8 +70,7 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
     expected = np.einsum("Nji,Nj->Ni", vt, along)
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
-    # The solver attains the twist in all other directions up to rounding; the singular direction is
-    # damped and reported.
+    # Only the singular direction is damped. The solver attains the twist in all other directions.
     missed = (found.twist - V) * row
     direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
@@ -220,8 +218,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Random joint rates at 250 Hz move joints to their limits. All limits are satisfied at every
-    time step."""
+    """Random joint rates at 250 Hz move joints to their limits."""
     rng = np.random.default_rng(10)
     dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
@@ -382,7 +379,7 @@ def test_secondary_objective_never_reduces_task_scale(panda):
 
 
 def test_secondary_objective_uses_remaining_freedom_at_saturation():
-    """Only the saturated joint loses null-space motion, since two degrees of redundancy remain."""
+    """Two degrees of redundancy remain, so only the saturated joint loses null-space motion."""
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
     z = 3.0 * np.random.default_rng(18).normal(size=q.shape)

@@ -1,5 +1,4 @@
-"""Joint rates reject a wrong argument with an error that names the argument, and support
-platforms."""
+"""Errors of joint rates name the wrong argument."""
 
 import re
 
@@ -101,8 +100,7 @@ def test_velocity_page_examples_run_as_documented():
 
 
 def test_correct_joint_saturates_if_two_are_at_limits(panda):
-    """Joint 7 must be the only saturated joint. Fixing joint 1, which violates its limit first,
-    would give a wrong result."""
+    """Only joint 7 must saturate. Fixing joint 1 first would give a wrong result."""
     q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
     V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
     found = panda.joint_rates(q, V)

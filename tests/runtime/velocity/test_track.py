@@ -33,12 +33,12 @@ def arm():
 
 
 def lost(arm, q):
-    """Returns the twist of the tool that the arm cannot perform, in the tool frame."""
+    """Returns the part of the tool twist that the arm cannot perform, in the tool frame."""
     return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
 
 
 def through(arm, q, twist, m=STEPS + 1):
-    """Returns a screw motion that passes through the pose of q, and its start configuration."""
+    """Returns a screw motion through the pose of q, and its start configuration."""
     poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
@@ -104,8 +104,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # The path passes the singularity in the singular direction. The closer the path passes the
-    # singularity, the faster the wrist must rotate by half a turn.
+    # The path passes the singularity in the singular direction. At a smaller distance, the wrist
+    # rotates faster.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -157,7 +157,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """Returns the pose error after a step from q, and the smallest pose error that SciPy finds."""
+    """Returns the pose error after a step, and the smallest error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)
@@ -188,8 +188,8 @@ def test_track_step_solves_bounded_least_squares(arm):
 
 
 def test_joints_stop_at_their_limits(arm):
-    # The path requires an elbow angle beyond its limit; the arm follows the path as far as it can
-    # and then returns to the path.
+    # The elbow would exceed its limit. The arm follows as far as possible, and then returns to the
+    # path.
     s = np.concatenate([np.linspace(0, 1, 501), np.linspace(1, 0, 501)])
     q = REGULAR + [0, 0, 1.3, 0, 0, 0] + s[:, None] * [0.1, 0.2, 0.6, 0, 0, 0]
     assert q[:, 2].max() > arm.upper[2]
