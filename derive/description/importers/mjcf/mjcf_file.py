@@ -120,6 +120,7 @@ class MjcfFile:
                 loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Closure)
             ),
             struts=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)),
+            drives=self.loops.motors(tree),
             tool_body=tool_frame,
             title=self.model.name,
             source=self._source(ends),

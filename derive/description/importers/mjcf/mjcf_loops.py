@@ -16,7 +16,7 @@ from typing import Any, Literal
 import sympy as sp
 
 from ....model.errors import DescriptionError
-from ....model.mechanism import Closure, ClosureKind, Frame, Strut
+from ....model.mechanism import Closure, ClosureKind, Drive, Frame, Strut
 from ....model.placements import Vector, align_z, from_xyz_rpy
 from ....model.tolerances import COMPILED_DECIMALS
 from ..identifiers import identifier
@@ -98,10 +98,15 @@ class ModelLoops:
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
+        leaders: set[str] = set()
         for k in range(self.arrays.neq):
             if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
                 continue
             joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
+            if is_in_a_tree and joint is not None and joint.leader not in {"", *by_name, *leaders}:
+                # The leader moves no other joint of the robot. It is a motor, or it is omitted.
+                leaders.add(joint.leader)
+                continue
             if joint is not None and (joint.coupling is None or is_in_a_tree):
                 name = self.model.named("mjOBJ_EQUALITY", k)
                 equality = f"equality {name!r}" if name else "an equality"
@@ -117,15 +122,35 @@ class ModelLoops:
                     f"joint {joint.name!r} is coupled{to} by {equality}; {reason}"
                 )
 
+    def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
+        """Returns the hinges outside a tree that have an actuator and move a joint of the tree.
+
+        A joint with an actuator of its own needs no such motor.
+        """
+        inside, moved = {joint.name for joint in tree}, self.model.drives.joints
+        turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}
+        found = []
+        for joint in self.bodies.joints:
+            rule, leader = joint.coupling, joint.leader
+            if rule is None or rule.offset != 0 or (joint.name in inside) == (leader in inside):
+                continue
+            ((_, ratio),) = rule.ratios or (("", sp.S.Zero),)
+            own, motor = (joint.name, leader) if joint.name in inside else (leader, joint.name)
+            if ratio != 0 and own not in moved and motor in moved and motor in turning:
+                ratio = ratio if own == joint.name else 1 / ratio
+                found.append(Drive(identifier(motor), identifier(own), ratio))
+        return tuple(found)
+
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """Returns the joints with an actuator, in the order of the actuators.
+        """Returns the joints and motors with an actuator, in the order of the actuators.
 
         Raises:
             DescriptionError: No joint has an actuator.
         """
         names = [joint.name for joint in tree if joint.kind != "fixed"]
-        drives = self.model.drives
-        moved = [name for name in dict.fromkeys(drives.joints) if name in names]
+        drives, motors = self.model.drives, {drive.name for drive in self.motors(tree)}
+        known = {*names, *(name for name in drives.joints if identifier(name) in motors)}
+        moved = [name for name in dict.fromkeys(drives.joints) if name in known]
         if not moved:
             tendons = [t.name for t in drives.tendons if t.is_driven and t.moves(names, ())]
             pulled = f"; driven tendons are not modeled ({', '.join(tendons)})" if tendons else ""

@@ -94,6 +94,41 @@ def compare_linkage(path, seed):
     return robot.closures[0].kind
 
 
+@pytest.mark.parametrize("leads", [True, False])
+def test_joint_outside_the_loop_drives_the_crank_like_in_mujoco(path, leads):
+    """The joint with the motor leads the joint of the loop, or follows it."""
+    pair, ratio = (
+        ('joint1="inner" joint2="crank"', 2) if leads else ('joint1="crank" joint2="inner"', 0.5)
+    )
+    text = (
+        random_linkage(random.Random(5))
+        .replace('<joint name="crank"/>', '<joint name="inner"/>')
+        .replace("<worldbody>", '<worldbody><body><joint name="crank"/><geom size=".01"/></body>')
+        .replace("</equality>", f'<joint {pair} polycoef="0 {ratio} 0 0 0"/></equality>')
+    )
+    robot = read_model(path, text, "world", "tool")
+    assert robot.actuated == ("crank",)
+    (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    )
+    for crank in (0.0, 0.07, -0.06):
+        site = satisfied(model, crank).site("tool")
+        tool = np.array(fk([crank])).reshape(4, 4)
+        assert np.abs(tool[:3, 3] - site.xpos).max() <= 1e-9
+        assert np.abs(tool[:3, :3].ravel() - site.xmat).max() <= 1e-9
+
+
+def test_motor_of_the_loop_may_also_move_a_joint_elsewhere(path):
+    text = (
+        random_linkage(random.Random(5))
+        .replace("<worldbody>", '<worldbody><body><joint name="aside"/><geom size=".01"/></body>')
+        .replace("</equality>", '<joint joint1="crank" joint2="aside"/></equality>')
+    )
+    robot = read_model(path, text, "world", "tool")
+    assert (robot.actuated, robot.drives) == (("crank",), ())
+
+
 def compare_loop(path, seed):
     dice = random.Random(seed)
     text = random_spatial_loop(dice)
