@@ -247,8 +247,8 @@ class _Builder:
         turned: Sum of the joint values in the incomplete group. The values of opposite axes are
             negative.
         offset: Sum of the constant angles in the incomplete group.
-        unsettled: Constant angle that the axes of the last station must still rotate. sign:
-        -1 if the joint axes are opposite to the group axes, otherwise 1.
+        unsettled: Constant angle that the axes of the last station must still rotate.
+        sign: -1 if the joint axes are opposite to the group axes, otherwise 1.
     """
 
     stations: list[Station]

@@ -56,6 +56,7 @@ class Kinematics:
     """A chain and the named terms of its functions.
 
     Attributes:
+        robot: The description of the chain.
         terms: Table of named terms.
         motion: The joint motion as a function of the coordinates.
         arguments: The arguments ``q``, ``qd`` and ``qdd``.

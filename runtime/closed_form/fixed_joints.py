@@ -37,7 +37,13 @@ class FixedJoints:
     robot_of: Callable[[Manifest], Any]
 
     def __call__(self, T: ArrayLike, fixed: Any, out: Any, threads: Any) -> Solutions:
-        """Return all solutions with fixed joint values."""
+        """Return all solutions with fixed joint values.
+
+        Raises:
+            InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
+            InputValueError: If a joint name is unknown.
+            DerivationError: If there is no closed form. The message lists suitable joints.
+        """
         options = {"out": out, "threads": threads}
         if not self._parameters and isinstance(fixed, Mapping) and not fixed:
             return self._own(T, **options)

@@ -59,7 +59,8 @@ class Reader:
         files: Number of files per trial.
         file: Name of the file that is read.
         corpus: Valid files.
-        read: Reads a file. mutation: Mutates words, values or arrays.
+        read: Reads a file.
+        mutation: Mutates words, values or arrays.
     """
 
     name: str
