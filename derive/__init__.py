@@ -4,7 +4,7 @@
     >>> robot = read("my_robot.toml")
     >>> write(robot, "robots/my_robot")
 
-Names are imported at their first use, so that the check for outdated robots needs no SymPy.
+Names are imported at their first use. The check for outdated robots therefore needs no SymPy.
 """
 
 import os
@@ -58,9 +58,9 @@ if TYPE_CHECKING:
     from .sympy_expressions import Expressions as Expressions
     from .sympy_expressions import expressions as expressions
 
-# SymPy reads the size of its cache when it is imported. The default cache of SymPy holds a thousand
-# results, which is too few for a robot with loops. SymPy would then rebuild the same expressions
-# repeatedly.
+# SymPy reads the size of its cache when it is imported. SymPy's default cache holds a thousand
+# results, too few for a robot with loops. SymPy would then rebuild the same expressions again and
+# again.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 _ROOMS = {

@@ -1,4 +1,4 @@
-"""Derives all functions of a robot together, so that functions can share terms."""
+"""Derives all functions of a robot together. The functions can then share terms."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,10 +38,9 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Name of the function that computes the loop margin, keyed by the inputs of the functions that it
-guards."""
+"""Maps the inputs of a function to the margin function that guards it."""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of the functions that are not guarded by a loop margin."""
+"""Roles of functions without a loop margin."""
 
 
 @dataclass(frozen=True)
@@ -52,15 +51,15 @@ class Derivation:
         robot: The description.
         terms: The terms and constants that all functions share.
         groups: The chain of the robot, reduced to groups of axes.
-        functions: The derived functions, in the order of output.
+        functions: The derived functions in output order.
         hybrid: The loops and their solution, or None for a serial robot.
-        inverse: The inverse kinematics, or None if none of its functions was requested.
+        inverse: The inverse kinematics, or None if no inverse was requested.
         written: Functions with handwritten C code that reads tables of the robot.
-        families: The families of closed-form inverses that the derivation tested.
-        closure: The equations of loops without a closed form, or None for other robots.
-        geometry: The functions whose geometry is an input, or None if no parametric function was
-            requested.
-        parametric_loops: The closure equations whose geometry is an input. None likewise.
+        families: The families of closed-form inverses that were tried.
+        closure: The equations of iterated loops. None for other robots.
+        geometry: The parametric functions, or None if none was requested.
+        parametric_loops: The closure equations for variable geometry. None if no parametric
+            function was requested.
     """
 
     robot: Described
@@ -115,23 +114,22 @@ def derive(
     parametric: bool = False,
     families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
-    """Derives the functions of a robot: tool kinematics, and the solution of its loops.
+    """Derives the functions of a robot.
 
-    The derivation order is fixed, so neither functions nor names of terms depend on the order of
-    ``functions``.
+    The result does not depend on the order of ``functions``.
 
     Args:
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
         functions: Names of the functions; by default, all functions of the robot.
-        fixed: Names of the joints with fixed values, which are inputs of ``ik`` after the pose, or
-            () for the default choice of a redundant robot.
-        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
+        fixed: Joints with fixed values. They are inputs of ``ik`` after the pose. If empty, a
+            redundant robot uses its default choice.
+        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         families: The families of closed-form inverses to try, in order.
 
     Raises:
-        InputValueError: A function name is unknown, or there is no closed form for the fixed
-            joints.
+        InputValueError: A function name is unknown, or the inverse for the fixed joints has no
+            closed form.
         LoopError: A loop cannot be closed at the reference configuration.
         DescriptionError: The number of actuated coordinates differs from the degrees of freedom.
     """
@@ -180,7 +178,7 @@ def derive(
 def _with_needed(
     functions: Sequence[str] | None, needed: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Returns the names of the requested functions, and of all functions that they need."""
+    """Returns the requested functions and every function that they call."""
     if functions is None:
         return None
     names = list(functions)
@@ -197,7 +195,7 @@ def _of_mechanism(
     *,
     parametric: bool,
 ) -> Derivation:
-    # Each step of the derivation uses only results and folders of earlier steps.
+    # Each derivation step uses only the results and folders of earlier steps.
     model = loop_model(mechanism)
     loops = solved_loops(model)
     makers = _LoopMakers.of(loops)
@@ -238,15 +236,15 @@ def _of_mechanism(
 
 @dataclass(frozen=True)
 class _LoopMakers:
-    """The functions that follow from the loops of a robot, keyed by name, before the derivation.
+    """Derivation steps for the functions of a robot with loops.
 
     Attributes:
         loops: The loops and their solution.
-        closure: The closure equations of loops without a closed form, or None.
-        iteration: The forward solution by iteration, or None.
+        closure: The equations of iterated loops, or None.
+        iteration: The iterative forward kinematics, or None.
         symbolic: The derivation of each symbolic function.
         handwritten: The derivation of each function with handwritten C code.
-        called: Names of the functions that the C code of a function calls.
+        called: Names of the functions that each function calls.
     """
 
     loops: SolvedLoops
@@ -258,7 +256,6 @@ class _LoopMakers:
 
     @classmethod
     def of(cls, loops: SolvedLoops) -> "_LoopMakers":
-        """Collects the functions of the loops and of the platform."""
         closed = maps.makers(loops) | constraint_functions.makers(loops) | platforms.makers(loops)
         closure = loop_closure(loops) if loops.forward.open else None
         iteration = _iteration(closure)
@@ -269,7 +266,6 @@ class _LoopMakers:
         return cls(loops, closure, iteration, iterated | closed, handwritten, called)
 
     def with_legs(self) -> "_LoopMakers":
-        """Adds the inverses that solve each leg; an iteration checks their assembly modes."""
         legs = backward_inverse.makers(self.loops) | leg_inverse.makers(self.loops)
         if self.iteration is None:
             return replace(self, symbolic={**self.symbolic, **legs})
@@ -280,12 +276,10 @@ class _LoopMakers:
 
     @property
     def names(self) -> list[str]:
-        """Names of the functions of the tool, and of the other symbolic functions."""
         has_tool = self.iteration is not None or not self.loops.forward.open
         return [*(FUNCTIONS if has_tool else ()), *self.symbolic]
 
     def without_replaced(self, inverse: Inverses | None) -> "_LoopMakers":
-        """Removes the inverse that solves each leg if a refined inverse replaces it."""
         if inverse is None or mode_check.IK not in {f.name for f in inverse.written}:
             return self
         symbolic = {name: maker for name, maker in self.symbolic.items() if name != mode_check.LEGS}
@@ -295,19 +289,17 @@ class _LoopMakers:
     def handwritten_functions(
         self, functions: Sequence[str] | None, inverse: Inverses | None
     ) -> dict[str, NativeSolverFunction]:
-        """Returns the requested functions with handwritten C, and the functions of the inverse."""
         found = [*inverse.written] if inverse else []
         requested = [name for name in self.handwritten if functions is None or name in functions]
         made = [self.handwritten[name](self.loops) for name in requested]
         return {f.name: f for f in (*found, *made) if f is not None}
 
     def functions(self, chosen: Sequence[str]) -> dict[str, SymbolicFunction]:
-        """Derives the chosen functions of the tool, and the other symbolic functions."""
         of_tool = [name for name in chosen if name in FUNCTIONS]
         is_closed = not self.loops.forward.open
         made = tool_functions(self.loops, of_tool) if is_closed and of_tool else {}
         made |= {name: self.symbolic[name](self.loops) for name in chosen if name in self.symbolic}
-        # The functions of the tool share terms with the functions of the main chain.
+        # Tool functions and main-chain functions share terms.
         return made | (self.iteration.tool_functions(of_tool) if self.iteration else {})
 
 
@@ -317,7 +309,6 @@ def _loop_inverse(
     families: tuple[Family, ...],
     fixed: str | Sequence[str],
 ) -> Inverses | None:
-    """Returns the inverse kinematics, or None if the robot has none or no function needs it."""
     known = {*makers.names, *makers.handwritten}
     is_asked = functions is None or not set(functions) <= known
     if not makers.loops.may_have_inverse or not is_asked:
@@ -327,7 +318,6 @@ def _loop_inverse(
 
 
 def _iteration(closure: LoopClosure | None) -> Iteration | None:
-    """Returns the forward solution by iteration, or None if the actuators do not determine it."""
     if closure is None or not closure.is_determined or closure.hybrid.is_overdetermined:
         return None
     return Iteration(closure)
@@ -336,12 +326,10 @@ def _iteration(closure: LoopClosure | None) -> Iteration | None:
 def _unguarded_without(
     function: NativeSolverFunction, chosen: Collection[str]
 ) -> NativeSolverFunction:
-    """Drops the margin function of the loops if it was not requested."""
     return function if function.margin in chosen else replace(function, margin="")
 
 
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
-    """Returns the function with the margin function of its loops as guard."""
     guard = _GUARDS.get(function.role.domain, "")
     if guard not in capabilities or function.role.name in _UNGUARDED:
         return function
@@ -354,7 +342,6 @@ def _chosen(
     default: Sequence[str],
     on_demand: Sequence[str] = (),
 ) -> list[str]:
-    """Returns the requested functions, in derivation order."""
     if functions is None:
         return list(default)
     known = [*default, *on_demand]

@@ -1,4 +1,4 @@
-"""Jobs of the command line: robots to derive, their folders, and tests of these folders.
+"""Runs the jobs of the command line, such as deriving or checking robots.
 
 The module `jobs` imports SymPy and CasADi; the names in this file do not.
 """

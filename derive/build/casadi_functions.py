@@ -20,15 +20,13 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     """Returns one function of a robot as a ``casadi.Function``, for use in an optimization.
 
     Args:
-        robot: The name of an installed robot, a generated folder, any file that
-            :func:`~chasles.derive.read` supports, or a description. Deriving a file or a
+        robot: A robot name, a generated folder, a robot file or a description. Deriving a file or a
             description takes seconds.
         name: A function of positions, such as ``"fk"`` or ``"chain"``.
             ``casadi.jacobian`` and ``casadi.jtimes`` compute Jacobians and rates from the function.
 
     Returns:
-        A function with one matrix output and only the arguments on which the output depends, for
-        example q.
+        The CasADi function. It has one matrix output and takes only the arguments that affect it.
 
     Raises:
         UnknownRobotError: The folder has no ``.casadi`` file.
@@ -52,7 +50,6 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
 
 
 def _folder(robot: str | Path | Described) -> Path | None:
-    """Returns the generated folder of a robot, or None for a description or its file."""
     if not isinstance(robot, str | Path):
         return None
     is_name = isinstance(robot, str) and os.sep not in robot

@@ -1,7 +1,7 @@
 """Checks in milliseconds, without SymPy, whether a robot's generated folder is up to date.
 
 A stamp file in the folder contains a hash of all sources and of the generated files. The stamp file
-is never committed.
+is never committed to Git.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ from ..model.errors import DescriptionError
 
 ROOM = Path(__file__).parent.parent
 GENERATED = ROOM.parent / "generated"
-"""The folder of the robots that are installed with chasles."""
+"""The folder of the robots installed with chasles."""
 STAMP = ".derived"
 
 
@@ -31,20 +31,20 @@ class Job:
 
     Attributes:
         file: The description file.
-        to: The folder in which the folder of the robot is created.
+        to: The folder that will contain the robot's folder.
         base: Base link of a URDF or an MJCF model.
         tip: Tip link of a URDF or an MJCF model.
         functions: The functions to derive, or empty for all functions.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        suffix: Suffix that is appended to the robot's name if one file describes several robots.
+        suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
-        exact: Whether values are used exactly as written in the file.
-        fixed: Names of the joints with fixed values in ``ik``, or empty for the default choice.
-        parametric: Whether the parametric functions are also derived.
+        exact: Whether to use the file's values exactly as written.
+        fixed: Joints with fixed values in ``ik``. Empty for the default choice.
+        parametric: Whether to derive the parametric functions too.
         detail: Level of detail of the article: full, brief or none.
-        time_limit: Time limit of the derivation (second); 0 is no limit.
+        time_limit: Time limit of the derivation in seconds. 0 means no limit.
         languages: The languages to write, or empty for the default languages.
-        name: The robot's name; with None, the name in the file is used.
+        name: Name of the robot. None for the name in the file.
     """
 
     file: Path
@@ -66,7 +66,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a job: success, a line of text for the user, and an optional warning."""
+    """The result of a job."""
 
     good: bool
     line: str
@@ -74,7 +74,7 @@ class Report:
 
 
 def is_up_to_date(job: Job) -> bool:
-    """Whether a target folder was generated from this job's sources and is unchanged."""
+    """Whether the job's output folder is up to date and unmodified."""
     recipe = _recipe(job)
     stamped = {
         path.parent: path.read_text(encoding="ascii").splitlines()
@@ -115,7 +115,7 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """Returns the bytes of a description and of the files that it extends, includes or names."""
+    """Returns the contents of a description file and of every file that it refers to."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
@@ -131,7 +131,7 @@ def _description(job: Job) -> list[bytes]:
 
 
 def source_files(job: Job) -> list[Path]:
-    """Returns the files of a job's robot, and the files that they extend, include or name.
+    """Returns a job's robot file and every file that it refers to.
 
     Raises:
         DescriptionError: The description is a xacro file that cannot be expanded.
@@ -147,7 +147,6 @@ def source_files(job: Job) -> list[Path]:
 
 
 def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
-    """Returns the XML of a xacro file and the files that it includes, within reading limits."""
     from ..description.importers.chains import within_limits  # noqa: PLC0415
     from ..description.importers.xacro_file import expanded_with_files  # noqa: PLC0415
 
@@ -155,7 +154,7 @@ def _expanded(file: Path, job: Job) -> tuple[str, list[Path]]:
 
 
 def write_sources(job: Job, to: Path) -> None:
-    """Writes digests and paths of the source files; the runtime uses them as the cache key."""
+    """Writes the hash and path of every source file. The runtime uses this list as a cache key."""
     folder = job.file.parent.resolve()
     lines = [
         f"{hashlib.sha256(read_bytes(file)).hexdigest()} {os.path.relpath(file, folder)}\n"
@@ -166,7 +165,6 @@ def write_sources(job: Job, to: Path) -> None:
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
-    """Returns the bytes of a robot file and of the files that it extends or names, by path."""
     if not file.is_file() or file.resolve() in seen:
         return seen
     seen[file.resolve()] = content = read_bytes(file)
@@ -184,10 +182,6 @@ def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
 
 
 def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
-    """Returns the bytes of an MJCF file and of its included files, relative to its folder.
-
-    The reader of the description reports a missing file.
-    """
     if file.is_file() and file not in seen:
         seen[file] = read_bytes(file)
         for name in re.findall(rb"""<include\s+file\s*=\s*["']([^"']+)["']""", seen[file]):
@@ -197,7 +191,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Returns the hash of the compiler's code and of the versions of its libraries."""
+    """Returns a hash of the compiler's code and its library versions."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("support/**/*.*")]):
         digest.update(path.read_bytes() + b"\0")

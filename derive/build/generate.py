@@ -1,4 +1,4 @@
-"""Generates a robot's folder: all files are created in memory, then written together."""
+"""Generates a robot's folder. All files are created in memory and then written together."""
 
 import gc
 import json
@@ -30,18 +30,18 @@ def files(
     parametric: bool = False,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> dict[str, bytes]:
-    """Returns all generated files of a robot: the content by path inside the robot's folder.
+    """Returns the text of every generated file, keyed by its path in the robot's folder.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         functions: The functions to derive; all by default.
-        fixed: The joints with fixed values in ``ik``, or () for the default choice.
-        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
+        fixed: Joints with fixed values in ``ik``. Empty for the default choice.
+        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         languages: The languages to write, see :func:`write`.
 
     Returns:
-        The files of every language and the manifest. A description gives the same bytes on any
-        machine.
+        The files of every language and the manifest. The same description gives the same bytes on
+        every machine.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -70,8 +70,8 @@ def _texts(
 def without_garbage_collection() -> Iterator[None]:
     """Disables Python's cyclic garbage collector.
 
-    A derivation creates millions of objects that live until its end. Repeated garbage collection
-    would take a sixth of the derivation time and free no memory.
+    A derivation creates millions of objects that live until its end. Garbage collection would take
+    a sixth of the derivation time and free no memory.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -83,7 +83,7 @@ def without_garbage_collection() -> Iterator[None]:
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
-    """Returns the text of every generated file of a derivation, keyed by path."""
+    """Returns the text of every generated file, keyed by path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
     with run_in_fork(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
@@ -109,16 +109,15 @@ def write(
 ) -> list[Path]:
     """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
 
-    Files of earlier runs are removed if they are obsolete. Files that chasles did not generate are
-    never removed.
+    Obsolete files from earlier runs are removed. Files that chasles did not generate are kept.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
-        folder: The folder of the robot, created if it does not exist; its usual name is the robot's
-            name.
+        folder: The folder of the robot, usually named after the robot. The folder is created if
+            necessary.
         functions: The functions to derive; all by default.
-        fixed: The joints with fixed values in ``ik``, or () for the default choice.
-        parametric: Whether functions whose geometry is an input, such as ``fk_p``, are derived too.
+        fixed: Joints with fixed values in ``ik``. Empty for the default choice.
+        parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
             :class:`~chasles.derive.emit.emitter.Emitter`. The Python files call the generated C.
 
@@ -136,13 +135,12 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Writes all files or none into a folder, the manifest last.
+    """Writes all files into a folder, or no file if an error occurs.
 
     Args:
         texts: The texts of the generated files by path.
         folder: The folder of the robot.
-        shares: Whether the support headers go into a folder shared by all robots in the parent
-            folder.
+        shares: Whether the support headers go into a folder that all robots share.
     """
     paths = paths_of(texts, folder, shares=shares)
     ordered = sorted(texts, key=lambda name: name == MANIFEST)
@@ -164,13 +162,13 @@ def _remove(file: Path) -> None:
 
 
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
-    """Returns the path of each generated file; `shares` puts support files into a shared folder."""
+    """Returns the path of each generated file. Support files may be in a shared folder."""
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Returns files with the suffix of a generated file that are not among the listed files."""
+    """Returns the unlisted files in a folder whose suffix marks them as generated."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()
@@ -181,7 +179,6 @@ def strays(names: Collection[str], folder: Path) -> list[str]:
 
 
 def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """Merges the files of all languages into one folder."""
     merged: dict[str, str] = {}
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
@@ -193,11 +190,10 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
 
 
 def _listed(folder: Path) -> set[str]:
-    """Returns the files listed in the manifest of an earlier run; empty if there is no manifest."""
     try:
         found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         listed = found.get("files") if isinstance(found, dict) else None
         return {name for name in listed or () if is_inside(folder / name, folder)}
     except (OSError, RecursionError, TypeError, ValueError):
-        # The folder has no manifest, or the manifest is damaged.
+        # The manifest is missing or damaged.
         return set()

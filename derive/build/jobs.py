@@ -1,4 +1,4 @@
-"""Jobs: reads all descriptions, derives them in parallel, then writes or compares files."""
+"""Reads descriptions, derives the robots in parallel, and writes or compares the files."""
 
 import json
 import time
@@ -55,13 +55,13 @@ def _as_written(job: Job) -> Described:
 
 
 def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
-    """Returns the jobs for the robots of one file: one per tip, group or arm.
+    """Returns one job for each robot that a file describes.
 
     Args:
-        job: The job that all robots of the file share.
-        tips: Tip links; if empty, the groups or the link tree of the file determine the tips.
+        job: Options that all robots of the file share.
+        tips: Tip links of the robots. If empty, the file's groups or link tree determine them.
         groups: Names of SRDF groups.
-        srdf: The SRDF file; with None, the SRDF file next to the robot file is used.
+        srdf: The SRDF file. None for the SRDF file next to the robot file.
 
     Raises:
         DescriptionError: The description is invalid.
@@ -78,7 +78,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """Returns the errors of all descriptions, before any robot is derived."""
+    """Returns the errors of all descriptions before any robot is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -96,27 +96,27 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives the functions of robots and writes a folder for each robot; yields the reports."""
+    """Derives robots and writes a folder for each. Yields one report per robot."""
     return _each(_derive, jobs, workers)
 
 
 def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and compares the files with their folders, byte by byte."""
+    """Derives robots and compares the result with their existing folders."""
     return _each(_compare, jobs, workers)
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Explains each robot's inverse kinematics, after the notes from reading the description."""
+    """Explains the inverse kinematics of each robot."""
     return (_attempt(_explain, job) for job in jobs)
 
 
 def judged(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Evaluates each robot's model for calibration, after the notes from reading it."""
+    """Reports how well each robot's model suits calibration."""
     return (_attempt(_judge, job) for job in jobs)
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Returns the generated folders for which no description exists."""
+    """Returns the generated folders that have no description."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
@@ -141,9 +141,9 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
     except OSError as error:
-        # No process can start, or the system's folder of temporary files is full.
+        # No process can be started, or the disk with temporary files is full.
         return Report(False, f"{job.file}: {error}")
-    except Exception:  # A compiler defect ends the derivation of one robot, but not of all robots.
+    except Exception:  # A compiler defect must not stop the derivation of the other robots.
         message = "chasles fails on this file; please report the file with these lines"
         return Report(False, f"{job.file}: {message}\n{traceback.format_exc()}")
 
@@ -180,7 +180,6 @@ def _derive(job: Job) -> Report:
 
 
 def _warning(job: Job, robot: Described) -> str:
-    """Returns a warning about the robot of a job, or "" if nothing is wrong."""
     return robot.cleaning.warning and f"warning: {job.file}: {robot.cleaning.warning}"
 
 

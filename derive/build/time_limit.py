@@ -10,15 +10,15 @@ from ..model.errors import DerivationError
 
 ROOM = Path(__file__).resolve().parents[1]
 REPEATED = 1.0
-"""Seconds until the timer fires again if a library has suppressed the signal."""
+"""Seconds until the timer fires again, in case a library suppressed the signal."""
 
 
 class OutOfTime(DerivationError):
-    """A derivation exceeded its time limit; the message names the interrupted function."""
+    """The derivation of a robot exceeded its time limit."""
 
 
 class _Alarm(BaseException):
-    """Raised by the timer signal; libraries do not catch it, as it is not an ``Exception``."""
+    """Raised by the timer signal. Libraries do not catch it, as it is not an ``Exception``."""
 
 
 class at_most:  # noqa: N801
@@ -30,7 +30,7 @@ class at_most:  # noqa: N801
     Raises:
         OutOfTime: The body exceeded the limit.
 
-    The limit works in the main thread of a process, on systems with an interval timer.
+    The limit works only in the main thread, on systems with an interval timer.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -52,7 +52,6 @@ class at_most:  # noqa: N801
             raise OutOfTime(_message(self.seconds, self._places[0])) from None
 
     def _ring(self, _: int, frame: FrameType | None) -> None:
-        """The timer interrupts only the body of the ``with`` statement, not the context manager."""
         own = [way.__code__ for way in (at_most.__enter__, at_most.__exit__, at_most._ring)]
         if not any(inner.f_code in own for inner in _frames(frame)):
             self._places.append(_place(frame))
@@ -60,7 +59,6 @@ class at_most:  # noqa: N801
 
 
 def _frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """Yields a stack frame and all of its callers, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back
@@ -74,7 +72,6 @@ def _message(seconds: float, place: str) -> str:
 
 
 def _place(frame: FrameType | None) -> str:
-    """Returns the innermost compiler function of a stack frame."""
     for inner in _frames(frame):
         file = Path(inner.f_code.co_filename)
         if ROOM in file.parents and file.parent.name != "build":

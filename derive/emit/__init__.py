@@ -1,1 +1,1 @@
-"""Writes the files of a derivation, which are C, CasADi, Python and the manifest."""
+"""Writes the C, CasADi and Python files of a derivation, and its manifest."""

@@ -1,13 +1,11 @@
-"""Writes C with the generator of CasADi and its interface, for ``casadi.external``.
+"""Writes C with the code generator of CasADi.
 
-The default C (``emit/c``) is printed from typed programs and has a different interface. This output
-language is for programs that pass robot functions to CasADi. The C functions have the names
-``<robot>_<function>``, take and return dense vectors in row-major order, and include the
-derivatives ``jac_<robot>_<function>``.
+The default C output of chasles has a different interface. This output is for programs that call
+robot functions through ``casadi.external``. The C functions have the names ``<robot>_<function>``
+and use dense row-major vectors. Their derivatives have the names ``jac_<robot>_<function>``.
 
-A CasADi rootfinder closes loops without a closed form. Functions with branches (inverses) have no
-CasADi graph and are omitted. Velocities through loops without a closed form are derivatives, and
-are also omitted.
+A CasADi rootfinder closes loops without a closed form. Inverses with branches have no CasADi graph
+and are omitted. Velocities of robots with iterated loops are omitted. They are derivatives.
 """
 
 import textwrap
@@ -39,7 +37,6 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _missing(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> str:
-    """Returns a comment that names the public functions that the file omits, or an empty text."""
     others = (f for f in (*derivation.functions, *derivation.written) if f not in functions)
     names = ", ".join(f.name for f in others if not f.role.is_intermediate)
     if not names:
@@ -52,10 +49,6 @@ def _missing(derivation: Derivation, functions: Sequence[SymbolicFunction]) -> s
 def _through_loops(
     derivation: Derivation, functions: Sequence[SymbolicFunction]
 ) -> Iterator[ca.Function]:
-    """Builds the position functions that call loop solvers; their vectors are dense and row-major.
-
-    The solver for an arbitrary geometry starts from the nominal joint positions.
-    """
     kept = [f for f in functions if f.calls or f.name == START]
     if not any(f.calls for f in kept):
         return

@@ -1,4 +1,4 @@
-"""Writes and loads a file with the CasADi functions of a robot, for optimal control."""
+"""Writes and loads a file with the CasADi functions of a robot."""
 
 import tempfile
 from pathlib import Path
@@ -17,17 +17,16 @@ POSITIONS = frozenset(
         *("assembly polynomial", "assembly pose", "assembly mirror"),
     }
 )
-"""Roles of the functions that compute positions. The list omits derivatives of position
-functions."""
+"""Roles of functions that compute positions. The list contains no derivatives."""
 OF_GEOMETRY = "parametric pose"
-"""Role of the position function that is derived only on demand."""
+"""Role of the position function with variable geometry."""
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the file for ``casadi.Function.load``, keyed by its name.
 
     The file contains the function that :func:`joined` returns. CasADi prints its own graph, so the
-    typed programs are not needed.
+    programs are not needed.
     """
     function = joined(derivation)
     if function is None:
@@ -41,9 +40,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
-    The outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if this
-    function was derived. CasADi can differentiate these outputs. The result is None if no function
-    of positions was derived.
+    The outputs are the functions in :data:`POSITIONS`. They include ``fk_p(q, p)`` if it was
+    derived. CasADi can differentiate these outputs. The result is None if the robot has no position
+    function.
     """
     kept = [
         f
@@ -58,8 +57,8 @@ def joined(derivation: Derivation) -> ca.Function | None:
 
 
 def output_of(everything: ca.Function, name: str) -> ca.Function:
-    """Returns one output of a function as a CasADi function of the arguments that affect it."""
-    # An implicit function has no graph that consists of scalar operations.
+    """Returns one output as a CasADi function of only those arguments that affect it."""
+    # An implicit function has no graph of scalar operations.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}
     outputs: Any = everything.call(list(inputs.values()), kind is ca.MX, False)

@@ -1,4 +1,4 @@
-"""Builds CasADi functions for robots with iterated loops, with derivatives."""
+"""Builds differentiable CasADi functions for robots with iterated loops."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,9 +14,8 @@ from ..terms.casadi_graph import combined, lower
 from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
-"""Number of points on the line from the reference to the coordinates. Each search starts from the
-solution at the previous point. With this number of points, each shipped robot stays on its branch
-within its limits.
+"""Number of points between the reference and the coordinates. Each search starts at the previous
+solution. With this number, every shipped robot stays on its branch within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,
@@ -27,17 +26,17 @@ OPTIONS = {
 
 
 def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
-    """Builds the position functions of a robot, some of which call the loop solver.
+    """Builds the position functions of a robot with iterated loops.
 
-    ``casadi.rootfinder`` solves for the loop variables w. CasADi differentiates w by the implicit
+    ``casadi.rootfinder`` computes the loop variables w. CasADi differentiates w with the implicit
     function theorem.
 
     Args:
         derivation: The robot.
-        kept: The position functions of the robot, in derivation order.
+        kept: The position functions of the robot in derivation order.
 
     Returns:
-        A CasADi function with one output per position function.
+        A CasADi function. Each output is a position function.
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
@@ -66,7 +65,7 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
 
 
 def is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether every call of a loop solver in a function computes positions, not velocities."""
+    """Whether every loop solver that a function calls computes positions."""
     return all(
         not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
         for call in function.calls
@@ -74,7 +73,7 @@ def is_of_positions(function: SymbolicFunction) -> bool:
 
 
 def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
-    """Returns the loop variables w at coordinates, continued along a line from the reference."""
+    """Returns the loop variables w, continued along a line from the reference."""
     assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
     (residual,) = lower([closure.functions[RESIDUAL]], "of")
@@ -93,7 +92,7 @@ def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
 def _of_geometry(
     loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], configuration: ca.MX
 ) -> ca.MX:
-    """Returns the loop variables w for a geometry, starting from the nominal configuration."""
+    """Returns the loop variables w for a geometry."""
     assert loops is not None
     q, p = inputs["q"], inputs["p"]
     names, n = [variable.name for variable in loops.hybrid.variables], len(loops.hybrid.q)
@@ -107,7 +106,7 @@ def _of_geometry(
 
 
 def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
-    """Returns the loop variables, or NaN if the loops are not closed when the iteration ends."""
+    """Returns the loop variables, or NaN if the loops do not close."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 
@@ -115,12 +114,9 @@ def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
 def _solver(
     w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
 ) -> ca.Function:
-    """Returns the unknown loop variables for known variables and geometry p, from a start value.
-
-    With more equations than unknowns, the solver sets the gradient of the sum of squares to zero.
-    """
     u, a = w[list(unknown)], w[list(given)]
     if residual.numel() > u.numel():
+        # An overdetermined system is solved by least squares.
         residual = ca.mtimes(ca.jacobian(residual, u).T, residual)
     inputs, names = [u, ca.vertcat(a, p)], ["u", "a"]
     equations = ca.Function("equations", inputs, [residual], names, ["residual"])

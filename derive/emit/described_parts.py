@@ -1,7 +1,7 @@
-"""Writes the description of a robot with loops, with placeholders for its geometry.
+"""Writes the description of a robot with loops. Placeholders replace its geometry.
 
-The runtime replaces ``$xyz_k`` and ``$rpy_k`` by the position and the angles (degrees) of frame k,
-and ``$x_k`` by single values, in the order of
+The runtime replaces ``$xyz_k`` by the position of frame k, ``$rpy_k`` by its angles (degrees), and
+``$x_k`` by a single value. The order is the order of
 :func:`chasles.derive.loops.parametric.parametric_loops.file_parts`. The runtime also replaces
 ``$name``, ``$title``, ``$source`` and ``$closure``.
 """
@@ -49,7 +49,7 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, loop_joint in enumerate(mechanism.loop_joints):
         yield from _loop_joint(mechanism, loop_joint, first + 2 * k)
-    # A robot with iterated loops cannot have dependent motors.
+    # Robots with iterated loops have no dependent motors.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
@@ -106,6 +106,6 @@ def _end(frame: Frame, k: int) -> str:
 
 
 def _number(value: sp.Expr, unit: str = "m") -> str:
-    """Formats a number in the units of the file (meters and degrees)."""
+    """Formats a number in meters or degrees."""
     shown = value * 180 / sp.pi if unit == "rad" else value
     return repr(float(shown))

@@ -1,7 +1,7 @@
-"""Writes the springs of a calibrated arm's robot file, with placeholders for the compliances.
+"""Writes the springs of a calibrated arm's robot file. Placeholders replace the compliances.
 
-The gravity torques follow from the axes and links of the nominal arm at zero coordinates. The
-runtime replaces ``$<coordinate>`` by the compliance of each coordinate.
+The gravity torques are computed for the nominal arm at zero coordinates. The runtime replaces
+``$<coordinate>`` by the compliance of each coordinate.
 """
 
 import json
@@ -20,7 +20,9 @@ FloatArray = NDArray[np.float64]
 
 
 def springs_template(robot: Described) -> str:
-    """Returns the spring tables; empty without compliance, or if a coordinate moves several joints.
+    """Returns the spring tables.
+
+    The result is empty if the arm has no compliance or a coordinate moves several joints.
 
     Args:
         robot: The description.
@@ -48,7 +50,6 @@ def _lines(robot: SerialRobot) -> Iterator[str]:
 
 
 def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
-    """Returns the frames of moving joints, and the frames of links after each joint, by name."""
     T = _matrix(robot, robot.base)
     places: list[FloatArray] = []
     links: dict[str, dict[str, FloatArray]] = {}
@@ -65,7 +66,6 @@ def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, 
 
 
 def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
-    """Returns the mass and center of mass of rigidly connected links, in the base frame."""
     mass, moment = 0.0, np.zeros(3)
     for point in robot.load.masses if robot.load else ():
         if point.link in links:

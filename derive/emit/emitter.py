@@ -1,4 +1,4 @@
-"""Defines the interface of an output language: its name, and its files for a derivation."""
+"""Defines the interface of an output language."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,12 +15,11 @@ class Emitter:
     """An output language.
 
     Attributes:
-        language: The name of the language, under which the manifest lists its files.
-        files: Returns the files of the language for a derivation and its programs. The same
-            derivation gives the same texts on any machine.
-        prints_equations: Whether the language prints equations, so that it does not need the typed
-            programs. The files of a language that prints equations are written while the programs
-            are built.
+        language: The name of the language in the manifest.
+        files: Returns the generated files of the language. The same derivation gives the same texts
+            on every machine.
+        prints_equations: Whether the language prints equations and does not use the programs. The
+            files of such a language are written while the programs are built.
     """
 
     language: str

@@ -1,4 +1,4 @@
-"""Lists the output languages; a new language needs a module with ``files`` and a line here."""
+"""Lists the output languages."""
 
 from collections.abc import Iterable
 from itertools import chain
@@ -23,7 +23,7 @@ EMITTERS = (
     Emitter("latex", latex.files, prints_equations=True),
 )
 LANGUAGES = tuple(emitter.language for emitter in EMITTERS)
-"""Names of the output languages that are written by default."""
+"""Names of the default output languages."""
 ON_DEMAND = {
     emitter.language: emitter
     for emitter in (
@@ -37,13 +37,13 @@ ON_DEMAND = {
         Emitter("mex", mex.files),
     )
 }
-"""Output languages that are written only on request, keyed by name."""
+"""Output languages that are written only on request."""
 BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
-"""The article without the sections on screws, examples and singularities."""
+"""The article without screws, examples and singularities."""
 
 
 def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
-    """Returns the emitters for a list of languages; an entry is a name or an emitter.
+    """Returns the emitters for a list of language names and emitters.
 
     Raises:
         InputValueError: A language name is unknown.
@@ -60,7 +60,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Returns the emitters, with the article at one of the levels "full", "brief" or "none"."""
+    """Returns the emitters, with the chosen level of detail for the article."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

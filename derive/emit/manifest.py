@@ -1,4 +1,4 @@
-"""Builds the manifest: machine-readable facts about a generated robot."""
+"""Builds the manifest, a machine-readable summary of a generated robot."""
 
 import hashlib
 import json
@@ -61,12 +61,12 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """Returns the manifest as JSON without date, host or path.
+    """Returns the manifest as JSON. It contains no date, host or path.
 
     Args:
         derivation: The derivation of the robot.
-        programs: The programs of the derived functions, from which the operations are counted.
-        files: The files of each language, keyed by language name; the manifest lists their hashes.
+        programs: The programs of the functions, for the operation counts.
+        files: The files of each language. The manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     found = Manifest(
@@ -100,7 +100,6 @@ def manifest(
 
 
 def _notes(derivation: Derivation) -> tuple[str, ...]:
-    """Returns the remarks on the description, the loops and the inverse."""
     hybrid, found = derivation.hybrid, [*derivation.robot.notes]
     if hybrid:
         found += mobility_of(hybrid.numbers, equations(hybrid)).disagreements
@@ -112,14 +111,13 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
-    """Merges the files of all languages into one dictionary, keyed by file name."""
     return {name: text for texts in files.values() for name, text in texts.items()}
 
 
 def description_text(robot: Described) -> str:
-    """Returns the description as text, with the fields that its ``repr`` omits if they have values.
+    """Returns the complete description of a robot as text.
 
-    The text of robots without these fields does not change when fields are added.
+    Empty fields are omitted, so that new fields do not change the text of other robots.
     """
     own: tuple[object, ...]
     if isinstance(robot, SerialRobot):
@@ -146,7 +144,6 @@ def _kind(hybrid: SolvedLoops | None) -> str:
 
 
 def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
-    """Returns the cleaned values, and bounds for the effect of cleaning on the tool pose."""
     if not cleaning.numbers:
         return contract.Cleaning()
     numbers = (
@@ -169,7 +166,6 @@ def _load(derivation: Derivation) -> contract.Load:
 
 
 def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
-    """Returns the geometry parameters p; empty for a robot without parametric functions."""
     if derivation.geometry is None:
         return ()
     return tuple(
@@ -186,7 +182,6 @@ def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
 
 
 def _robot_file(derivation: Derivation) -> str:
-    """Returns the robot file, with placeholders in place of the geometry."""
     if derivation.geometry is None:
         return ""
     loops = derivation.parametric_loops
@@ -194,7 +189,6 @@ def _robot_file(derivation: Derivation) -> str:
 
 
 def _inverse(derivation: Derivation) -> InverseFacts:
-    """Returns the solution method of the inverse, or the reason for a missing inverse."""
     inverse, hybrid = derivation.inverse, derivation.hybrid
     if inverse is None:
         names = {f.name for f in (*derivation.functions, *derivation.written)}
@@ -205,12 +199,11 @@ def _inverse(derivation: Derivation) -> InverseFacts:
 
 
 def _loops(hybrid: SolvedLoops) -> LoopFacts:
-    """Describes the loops of a robot: variables, reference configuration and solution method."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
-    # The runtime reads the passive joints of iterated loops from the function ``configuration``.
+    # The runtime gets the passive joints of iterated loops from ``configuration``.
     passive = hybrid.passive if hybrid.forward.open else mechanism.passive
     return LoopFacts(
         chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
@@ -230,7 +223,6 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
 
 
 def _coupling(derivation: Derivation) -> LoopFacts:
-    """Returns the joints of a coupled serial robot and their map; empty for other robots."""
     robot = derivation.robot
     if not isinstance(robot, SerialRobot) or not robot.couplings:
         return LoopFacts()
@@ -240,7 +232,7 @@ def _coupling(derivation: Derivation) -> LoopFacts:
 
 
 def _rounded(value: float) -> float:
-    """Rounds a number to the digits that do not depend on the machine."""
+    """Rounds a number to the digits that are the same on every machine."""
     return float(f"{value:.12g}") + 0.0
 
 
@@ -250,7 +242,6 @@ def _coordinate(joint: Coordinate | Joint | Motor) -> contract.Coordinate:
 
 
 def _is_assumed(joint: Coordinate | Joint | Motor) -> bool:
-    """Whether the limits of a joint are assumed."""
     return joint.assumed if isinstance(joint, Coordinate) else "limits" in joint.assumed
 
 
@@ -274,7 +265,6 @@ def _function(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def _written(robot: Described, function: NativeSolverFunction) -> FunctionInfo:
-    """Returns the manifest entry of a handwritten function, without the kinds of its operations."""
     return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 
@@ -302,10 +292,10 @@ def _argument(value: Argument | Result) -> contract.Argument:
 
 
 def json_text(value: Any, depth: int = 0) -> str:
-    """Formats plain data as JSON; only a value that is longer than a line is broken into lines.
+    """Formats data as JSON. Short values stay on one line.
 
     Args:
-        value: Plain data: dictionaries, lists, texts, numbers, booleans and None.
+        value: Dictionaries, lists, texts, numbers, booleans and None.
         depth: Indentation in spaces.
     """
     line = json.dumps(value, ensure_ascii=False)
@@ -321,7 +311,7 @@ def json_text(value: Any, depth: int = 0) -> str:
 
 
 def skeleton_facts(found: Skeleton) -> SkeletonFacts:
-    """Returns the bodies as plain data in meters and radians; each pose has three rows.
+    """Returns the bodies in meters and radians. Each pose has three rows.
 
     Args:
         found: The bodies of the robot, with their shapes.

@@ -1,4 +1,7 @@
-"""The functions without an iterative solver; languages other than C print only these functions."""
+"""Selects the functions that call no iterative solver.
+
+Languages other than C print only these functions.
+"""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +12,7 @@ from ..model.robot import SerialRobot
 from ..terms.symbolic_function import SymbolicFunction
 
 _START = 0.4
-"""Value of a coordinate of a serial robot in examples (radian, meter), if its limits allow it."""
+"""Coordinate value in examples of serial robots, if the limits allow it (radian, meter)."""
 
 
 def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
@@ -18,11 +21,11 @@ def printed_functions(derivation: Derivation) -> list[SymbolicFunction]:
 
 
 def missing_functions(derivation: Derivation, where: str = "C") -> str:
-    """Returns a sentence that names the public functions that call a solver, or an empty text.
+    """Returns a sentence about the functions that only C contains, or an empty text.
 
     Args:
         derivation: The derivation of the robot.
-        where: The only output language that contains functions with a solver.
+        where: Name of the language that contains all functions.
     """
     solved = [*(f for f in derivation.functions if f.calls), *derivation.written]
     names = ", ".join(f.name for f in solved if not f.role.is_intermediate)
@@ -30,7 +33,7 @@ def missing_functions(derivation: Derivation, where: str = "C") -> str:
 
 
 def coordinate_lines(derivation: Derivation) -> list[str]:
-    """Returns a line for each coordinate: its index, name, kind and unit."""
+    """Returns a line with index, name, kind and unit for each coordinate."""
     moved = enumerate(derivation.robot.coordinates)
     return [f"  q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in moved]
 
@@ -38,7 +41,7 @@ def coordinate_lines(derivation: Derivation) -> list[str]:
 def example_inverse(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> SymbolicFunction | None:
-    """Returns the first inverse whose inputs are a pose and fixed joints, or None."""
+    """Returns the first inverse for a pose that needs only fixed joints, or None."""
     robot = derivation.robot
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings
     for function in printed:
@@ -50,7 +53,7 @@ def example_inverse(
 
 
 def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
-    """Returns coordinates at which loops are closed, or at which a serial arm is not stretched.
+    """Returns example coordinates. Loops are closed there, and a serial arm is bent.
 
     Args:
         derivation: The derivation of the robot.
@@ -62,7 +65,6 @@ def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
 
 
 def _within(limits: Limits, distance: float) -> float:
-    """Returns the default coordinate value, or the middle of the limits if a limit is too close."""
     low = -math.inf if limits[0] is None else float(limits[0]) + distance
     high = math.inf if limits[1] is None else float(limits[1]) - distance
     if low > _START or high < _START:

@@ -1,4 +1,4 @@
-"""Writes the Python package of a generated robot, with a type stub for editors."""
+"""Writes the Python package of a generated robot."""
 
 import textwrap
 
@@ -29,7 +29,7 @@ _FIXED = "fixed: Mapping[str, ArrayLike] | None = None,\n    "
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns ``__init__.py``, which loads compiled functions when first used, and its stub."""
+    """Returns ``__init__.py`` and its type stub. Compiled functions are loaded at first use."""
     robot, functions = derivation.robot, (*derivation.functions, *derivation.written)
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     inverse = next((f for f in functions if _is_of_poses(f)), None)
@@ -44,7 +44,6 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _is_of_poses(function: Signature) -> bool:
-    """Whether a function is the inverse for complete poses, which accepts fixed joints by name."""
     return function.role.is_inverse and function.role.domain == "pose"
 
 

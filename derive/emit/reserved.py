@@ -8,9 +8,9 @@ _KEYWORDS = (
     "typeid typename using virtual wchar_t xor xor_eq"
 )
 RESERVED = frozenset([*_KEYWORDS.split(), "result"])
-"""Keywords of C++ that C does not reserve, and the local variable of the generated functions.
+"""C++ keywords that C does not reserve, and a local variable of the generated functions.
 
-A name in this list gets a trailing underscore in C++ and CUDA."""
+Names in this list get a trailing underscore in C++ and CUDA."""
 
 
 def safe(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Finds inverses with a nearest-solution function, and the inputs that a seed determines."""
+"""Finds the inverses that can return the solution nearest to a seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ from ..terms.symbolic_function import Signature, SymbolicFunction
 from .c.windings import shares_limits
 
 MAX_SLOTS = MAX_JOINTS = 64
-"""Maximum numbers of solution slots and of coordinates that the support files allow."""
+"""Maximum numbers of solutions and of coordinates in the support files."""
 _NO_INPUTS = "In no language, because a seed does not determine the inputs"
 
 
 @dataclass(frozen=True)
 class SeedInputs:
-    """The inputs of an inverse after the target, computed from a seed.
+    """Inputs of an inverse that are computed from a seed.
 
     Attributes:
         names: Names of the inputs.
-        entries: Index of each input in the seed, or in the result of ``function``.
-        function: The function that computes the inputs from the seed, or None.
-        size: Number of results of this function.
+        entries: Index of each input in the seed or in the result of ``function``.
+        function: The function that computes the inputs, or None.
+        size: Number of results of ``function``.
     """
 
     names: tuple[str, ...]
@@ -32,7 +32,7 @@ class SeedInputs:
 
 
 def has_nearest(robot: Described, function: Signature) -> bool:
-    """Whether a function is an inverse within the size limits of the support files."""
+    """Whether an inverse fits the size limits of the support files."""
     return (
         function.role.is_inverse
         and function.outputs[0].shape[0] <= MAX_SLOTS
@@ -41,18 +41,18 @@ def has_nearest(robot: Described, function: Signature) -> bool:
 
 
 def inverses(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses that have solution slots."""
+    """Returns the inverses with several solutions."""
     functions = (*derivation.functions, *derivation.written)
     return [function for function in functions if has_nearest(derivation.robot, function)]
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Returns the inverses whose additional inputs can be computed from a seed."""
+    """Returns the inverses whose other inputs follow from a seed."""
     return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
 
 
 def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | None:
-    """Returns the additional inputs of an inverse, or None if a seed does not determine them."""
+    """Returns the other inputs of an inverse, or None if a seed does not determine them."""
     names, robot = tuple(argument.name for argument in function.inputs[1:]), derivation.robot
     available = {f.name: f for f in (*derivation.functions, *derivation.written)}
     if not names:
@@ -63,14 +63,13 @@ def seed_inputs(derivation: Derivation, function: Signature) -> SeedInputs | Non
         return _of_joints(names, [joint.name for joint in robot.moving])
     if derivation.hybrid is None:
         fixed = function.role.fixed
-        # A swivel angle is only known if the function that computes it is derived.
+        # A swivel angle is known only if its function is derived.
         return SeedInputs(names, tuple(fixed)) if len(fixed) == len(names) else None
     joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
     return _of_joints(names, joints) if "chain" in available else None
 
 
 def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | None:
-    """Returns the inputs that are chain joints, or None if an input is another value."""
     if not set(names) <= set(joints):
         return None
     return SeedInputs(names, tuple(map(joints.index, names)), "chain", len(joints))
@@ -79,10 +78,10 @@ def _of_joints(names: tuple[str, ...], joints: Sequence[str]) -> SeedInputs | No
 def printed_nearest(
     derivation: Derivation, printed: Sequence[SymbolicFunction]
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
-    """Returns inverses whose nearest solution is available not only in C, and their inputs.
+    """Returns the inverses whose nearest solution is available in all languages.
 
-    The list is empty if couplings require a search over full turns. An inverse is omitted if an
-    input is computed by a function that is not printed.
+    The list is empty if the robot needs a search over full turns. An inverse is omitted if its
+    input needs a function that is not printed.
     """
     if shares_limits(derivation, wraps_of(derivation)):
         return []
@@ -94,7 +93,7 @@ def printed_nearest(
 
 
 def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> str:
-    """Returns sentences that state which nearest solutions are missing, and why.
+    """Returns sentences about missing nearest-solution functions.
 
     Args:
         derivation: The derivation of the robot.
@@ -114,7 +113,6 @@ def missing_nearest(derivation: Derivation, printed: Sequence[SymbolicFunction])
 def _reason(
     derivation: Derivation, function: Signature, printed: Sequence[SymbolicFunction]
 ) -> str:
-    """Returns why only C has the nearest solution of an inverse."""
     own, names = seed_inputs(derivation, function), {None, *(f.name for f in printed)}
     assert own is not None
     if {function.name, own.function} <= names:
@@ -123,19 +121,19 @@ def _reason(
 
 
 def counts(derivation: Derivation, function: Signature) -> list[bool]:
-    """Whether each coordinate counts in the distance from a seed: fixed coordinates do not."""
+    """Whether each coordinate counts in the distance from a seed. Fixed coordinates do not."""
     fixed = {*function.role.fixed, *function.role.free}
     return [k not in fixed for k in range(len(derivation.robot.coordinates))]
 
 
 def periodic(derivation: Derivation, function: Signature) -> list[bool]:
-    """Whether each coordinate may be shifted by full turns to the value nearest to a seed."""
+    """Whether each coordinate may be shifted by full turns towards a seed."""
     pairs = zip(counts(derivation, function), wraps_of(derivation), strict=True)
     return [is_counted and wraps for is_counted, wraps in pairs]
 
 
 def wraps_of(derivation: Derivation) -> list[bool]:
-    """Whether, for each coordinate, a full turn leaves the pose unchanged."""
+    """Whether a full turn of each coordinate keeps the pose."""
     robot = derivation.robot
     if isinstance(robot, SerialRobot):
         return [
@@ -147,13 +145,12 @@ def wraps_of(derivation: Derivation) -> list[bool]:
 
 
 def _turns_fully(robot: SerialRobot, k: int) -> bool:
-    """Whether a full turn of a coordinate is a full turn of all its joints."""
     ratios = zip(robot.linear_map.C.col(k), robot.moving, strict=True)
     return all(ratio == 0 if joint.unit == "m" else ratio.is_Integer for ratio, joint in ratios)
 
 
 def nearest_summary(function: Signature) -> list[str]:
-    """Returns two lines: the meaning of the function, and its fixed inputs."""
+    """Returns two comment lines about a nearest-solution function."""
     kept = ", ".join(argument.name for argument in function.inputs[1:])
     return [
         f"The solution of {function.name} nearest to q_seed within limits.",

@@ -5,7 +5,10 @@ from pathlib import Path
 
 
 def filled(template: Path, values: Mapping[str, str]) -> str:
-    """Returns the text of a template whose placeholders, such as ``@robot@``, are replaced."""
+    """Returns the text of a template with its placeholders replaced.
+
+    A placeholder looks like ``@robot@``.
+    """
     text = template.read_text(encoding="utf-8")
     for name, value in values.items():
         text = text.replace(f"@{name}@", value)

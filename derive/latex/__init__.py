@@ -1,8 +1,8 @@
-r"""Prints a derivation as LaTeX: an article with the equations of the generated C.
+r"""Prints a derivation as a LaTeX article.
 
-:func:`fragments` returns LaTeX fragments to ``\input`` in any article; :func:`document` returns the
-article. Before printing, every equation is a SymPy object in the printed symbols
-(:class:`PrintedEquations`), which tests can evaluate.
+:func:`document` returns the article. :func:`fragments` returns parts that any article can include
+with ``\input``. Each equation is stored as a SymPy object before printing
+(:class:`PrintedEquations`). Tests can evaluate these objects.
 """
 
 from .chain.model_fragment import model_quality

@@ -59,7 +59,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "singularities": ("Singular configurations", singularities),
     "example": ("Worked example", worked_example),
 }
-"""Heading of each LaTeX fragment and the function that writes the fragment, in reading order."""
+"""Headings and functions of all fragments in reading order."""
 _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "parameters": ("Description", coupled_description),
     "couplings": ("Couplings", couplings),
@@ -67,7 +67,7 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""LaTeX fragments of a serial robot with couplings; they replace the fragments of its chain."""
+"""Fragments of a coupled serial robot. They replace the fragments of its chain."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -76,8 +76,7 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures of a serial robot, keyed by the LaTeX fragment before them, with name and heading of
-each picture."""
+"""Name and heading of each picture. The keys are the fragments before the pictures."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -117,8 +116,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "legs": ("Platform on legs", legs),
     "example": ("Worked example", worked_example_of_loops),
 }
-"""Heading of each LaTeX fragment and the function that writes the fragment, for robots with loops
-or geared motors."""
+"""Headings and functions of the fragments for robots with loops or geared motors."""
 _NEED_LOOPS = ("loops", "mobility")
 _REFERENCES = "references"
 """Name of the last LaTeX fragment, which lists the cited works."""
@@ -131,33 +129,32 @@ _BRIEF = frozenset(
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns the article of a robot and its LaTeX fragments, keyed by file path.
+    """Returns the article and its fragments, keyed by file path.
 
-    The generated programs are not used, because the article prints equations.
+    The article prints equations and does not use the programs.
     """
     return _files(derivation, fragments(derivation))
 
 
 def brief_files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """Returns a short article, without derivations, screws, examples and singularities."""
+    """Returns an article without derivations, screws, examples and singularities."""
     parts = fragments(derivation)
     return _files(derivation, {k: v for k, v in parts.items() if k.removesuffix(".tex") in _BRIEF})
 
 
 def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
-    """Returns the article with the selected LaTeX fragments, keyed by file path."""
     article = _article(derivation, parts)
     read = {f"{FOLDER}/{name}": text for name, text in parts.items()}
     return {f"{derivation.robot.name}.tex": article, **read}
 
 
 def fragments(derivation: Derivation) -> dict[str, str]:
-    r"""Returns the fragments of a robot's kinematics as LaTeX, to ``\input`` in any article.
+    r"""Returns LaTeX fragments that any article can include with ``\input``.
 
-    The LaTeX fragments need amsmath and booktabs, fit a line of 345 pt at 10 pt, and contain no
-    headings. ``drawing.tex`` and ``workspace.tex`` need TikZ, and the drawing may exceed this line
-    width. ``jacobian.tex`` and ``inverse.tex`` use shared terms of ``fk.tex``. ``symbols.tex``
-    explains the short symbols of all LaTeX fragments.
+    The fragments need amsmath and booktabs. They have no headings and fit a line of 345 pt at 10
+    pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than the line.
+    ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex`` explains
+    the short symbols.
 
     Args:
         derivation: A robot with its functions.
@@ -166,10 +163,10 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         File name and text of each fragment. A serial robot has ``parameters.tex``, ``drawing.tex``,
         ``symbols.tex``, ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``,
         ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex`` and
-        ``references.tex``, and ``parametric.tex`` if there are parametric functions. A robot with
-        loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and
-        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if its legs end in
-        closures. Empty LaTeX fragments are omitted.
+        ``references.tex``. Parametric functions add ``parametric.tex``. A robot with loops also has
+        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``. A
+        platform on legs has ``platform.tex``. If its legs end in closures, it has ``legs.tex``
+        instead. Empty fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -185,9 +182,8 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
-    """Returns the text of each LaTeX fragment. A forked process draws the pictures."""
     drawn = [name for name in writers if name in (_DRAWING, _WORKSPACE)]
-    # The symbol table is written last, because it lists the symbols of all other LaTeX fragments.
+    # The symbol table lists the symbols of all other fragments, so it is written last.
     order = sorted(writers.keys() - {*drawn}, key=[*writers].index)
     order.sort(key="symbols".__eq__)
     with run_in_fork(lambda: {name: writers[name]() for name in drawn}) as pictures:
@@ -198,7 +194,6 @@ def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
 
 
 def _headings(derivation: Derivation) -> dict[str, str]:
-    """Returns the LaTeX fragments of a robot's article with their headings."""
     robot = derivation.robot
     if not isinstance(robot, Mechanism):
         found = {}
@@ -221,7 +216,6 @@ def _headings(derivation: Derivation) -> dict[str, str]:
 
 
 def _has_legs(derivation: Derivation) -> bool:
-    """Whether the robot is a planar platform on three legs that end in closures."""
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open or is_platform(hybrid.mechanism):
         return False
@@ -229,10 +223,9 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether the loops allow several tool poses, so that their solution is also the inverse.
+    """Some poses determine all main-chain joints.
 
-    If a pose determines the main-chain joints, the main chain has a separate inverse, which is
-    printed.
+    The separate inverse of the main chain is then printed.
     """
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
@@ -243,7 +236,7 @@ def _has_poses(derivation: Derivation) -> bool:
 
 
 def document(derivation: Derivation) -> str:
-    r"""Returns an article of a robot, which reads its fragments from the folder :data:`FOLDER`."""
+    r"""Returns an article that includes its fragments from the folder :data:`FOLDER`."""
     return _article(derivation, fragments(derivation))
 
 
@@ -263,8 +256,7 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # No sentence contains the title, because it may be a maker's name, a plural or a
-            # possessive.
+            # The title may be a maker's name, a plural or a possessive. No sentence contains it.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,
@@ -274,18 +266,15 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
 
 
 def _section(name: str, heading: str) -> str:
-    """Returns a section heading and the LaTeX fragment that follows it."""
     return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 
 def _in_article(derivation: Derivation) -> list[tuple[str, str]]:
-    """Returns the fragments with their headings in article order, the robot's figure first."""
     headings = _headings(derivation) | {_REFERENCES: "References"}
     return sorted(headings.items(), key=lambda item: item[0] != _DRAWING)
 
 
 def _figure(derivation: Derivation) -> str:
-    """Returns the figure of the robot, with a caption."""
     robot = derivation.robot
     if isinstance(robot, Mechanism):
         caption = "The robot at its reference configuration, actuators in red, loops numbered."
@@ -300,8 +289,7 @@ def _figure(derivation: Derivation) -> str:
 
 _BOOKTABS = r"\usepackage{booktabs}"
 _KEEP = r"\keepwithnext"
-"""Keeps the end of a section on the page of the next section, so that no page contains references
-only."""
+"""Keeps a page from containing only references."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}

@@ -1,7 +1,7 @@
-r"""Prints the works that an article cites, as a list at the end of the article.
+r"""Prints the list of works that an article cites.
 
-A LaTeX fragment cites a work by author and year, so that the fragment fits into any article. The
-list contains the works that other LaTeX fragments cite.
+Fragments cite works by author and year, so that they fit into any article. The list contains the
+works that the other fragments cite.
 """
 
 from collections.abc import Iterable, Mapping
@@ -81,7 +81,7 @@ _UNBROKEN = r"\samepage\small"
 
 
 def references(fragments: Iterable[str]) -> str:
-    """Returns the list of works that the LaTeX fragments cite, or an empty text."""
+    """Returns the list of cited works, or an empty text."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:

@@ -1,1 +1,1 @@
-"""Quality of kinematic models for calibration: which convention suits each joint, and why."""
+"""Quality of kinematic models for calibration."""

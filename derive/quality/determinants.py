@@ -1,11 +1,11 @@
-"""Symbolic det(D^T D) of a convention's link, which is zero at discontinuities of the model.
+"""Symbolic det(D^T D) of a link. The determinant is zero at discontinuities of the model.
 
-D is the derivative of the link's homogeneous matrix with respect to its parameters. The sums of
-squared matrix entries in D^T D weight a meter of translation by 1 and a radian of rotation by 2.
+D is the derivative of the link's homogeneous matrix with respect to the parameters. D^T D sums
+squared matrix entries. A meter of translation therefore has weight 1, and a radian of rotation has
+weight 2.
 
-Source:
-    Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-    Engineering, 3.1, after Schroeer: the zeros of det(D^T D) are the discontinuities of the model.
+Source: Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
+Engineering, 3.1, after Schroeer. The zeros of det(D^T D) are the discontinuities of the model.
 """
 
 from collections.abc import Sequence
@@ -23,42 +23,42 @@ from ..model.placements import Rotation
 _WEIGHTS = sp.diag(1, 1, 1, 2, 2, 2)
 _TURNS = 3
 _OF_TURNS = 8
-"""The product of the six weights of (v, omega)."""
+"""The product of the six weights for (v, omega)."""
 _Pair = tuple[sp.Symbol, sp.Symbol]
 
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the parameters of the convention; the unit is a power of meter."""
+    """Returns det(D^T D) for the parameters of the convention. The unit is a power of meter."""
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 
 
 @cache
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """Returns det(D^T D) for the parameters that extend the link to a full pose.
+    """Returns det(D^T D) for a link with all parameters of a pose.
 
-    The parameters are the parameters of the convention, and the rotations about and translations
-    along the axes at both ends, which belong to the adjacent joints. For a prismatic joint, only
-    the orientation is evaluated, because the position varies with the coordinate. The result is 0
-    if there are redundant parameters beyond the six parameters of a pose.
+    The parameters include rotations about the axes at both ends and translations along them. These
+    parameters belong to the adjacent joints. For a prismatic joint, only the orientation counts,
+    because the position depends on the coordinate. The result is 0 if there are more than six
+    parameters.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":
         return _simplified(_gram(_turns(found)))
     if found.columns.shape[1] == POSE:
-        # For a square matrix, the squared determinant is much shorter than the Gram determinant.
+        # For a square matrix, the squared determinant is a shorter expression than the Gram
+        # determinant.
         return _simplified(found.columns, squared=True)
     return _simplified(_gram(found.columns))
 
 
 def _turns(found: AxisMap) -> sp.Matrix:
-    """Returns the rotation columns of a prismatic joint; three columns if there are two tilts."""
     columns = dict(zip(found.symbols, found.columns[3:, :].T.tolist(), strict=True))
     turning = {symbol: column for symbol, column in columns.items() if any(column)}
     first = found.product[0]
     if len(turning) > _TURNS and isinstance(first, Rotation):
-        # Two tilts and the rotation about the joint axis generate the rotation about the previous
+        # Two tilts and a rotation about the joint axis can produce a rotation about the previous
         # axis.
         turning.pop(first.angle, None)
     return sp.Matrix([[0, 0, 0, *column] for column in turning.values()]).T
@@ -69,10 +69,6 @@ def _gram(columns: sp.Matrix) -> sp.Matrix:
 
 
 def _simplified(matrix: sp.Matrix, *, squared: bool = False) -> sp.Expr:
-    """Returns a determinant of cosines and sines in its shortest factored form.
-
-    Cosines and sines are replaced by unknowns, so that only polynomials are factored.
-    """
     angles = sorted({f.args[0] for f in matrix.atoms(sp.sin, sp.cos)}, key=str)
     pairs = [sp.symbols(f"c_{k} s_{k}") for k in range(len(angles))]
     names = {
@@ -94,7 +90,6 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 
 
 def _reduced(polynomial: sp.Expr, pairs: Sequence[_Pair], away: Sequence[sp.Symbol]) -> sp.Expr:
-    """Reduces a polynomial until the cosine or the sine of each angle has no power above 1."""
     for (c, s), letter in zip(pairs, away, strict=True):
         circle = c**2 + s**2 - 1
         polynomial = sp.rem(polynomial, circle, letter)

@@ -1,8 +1,8 @@
-"""Quality of a robot's model for calibration: complete, continuous, minimal.
+"""Reports whether a robot's model is complete, continuous and minimal.
 
 A model is complete if the parameters can displace every axis in every direction. A model is
-continuous if small axis displacements need only small parameter changes. A model is minimal if no
-parameter is redundant.
+continuous if small axis displacements need only small changes of the parameters. A model is minimal
+if no parameter is redundant.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -37,9 +37,9 @@ from .quality_report import ConventionQuality, JointQuality, ModelReport
 
 _Numbers = dict[sp.Symbol, sp.Expr]
 _SHOWN = 1e-3
-"""Smallest reported component of a displacement, relative to the largest component."""
+"""Smallest reported displacement, relative to the largest component."""
 POSES = 60
-"""Number of random configurations for the rank."""
+"""Number of random configurations for the rank computation."""
 
 
 def model_report(
@@ -48,17 +48,17 @@ def model_report(
     conventions: Sequence[Convention] = CONVENTIONS,
     rng: int | np.random.Generator | None = 0,
 ) -> ModelReport:
-    """Reports which conventions describe each joint completely, continuously and minimally.
+    """Reports which conventions suit the joints of a robot.
 
     Args:
-        description: A serial robot, or a robot with loops; its main chain is evaluated.
-        conventions: The conventions to compare; conventions that cannot represent an axis are
+        description: A serial robot or a robot with loops. For loops, the report covers the main
+            chain.
+        conventions: The conventions to compare. Conventions that cannot represent an axis are
             omitted.
-        rng: Random numbers for the configurations at which the rank is computed: a seed, a
-            generator, or None for fresh entropy.
+        rng: Seed or generator of the random configurations for the rank. None for fresh entropy.
 
     Raises:
-        DescriptionError: Legs support the tool, so there is no chain of joints to evaluate.
+        DescriptionError: Legs carry the tool, and there is no chain of joints to evaluate.
     """
     check_type("model_report: description", description, SerialRobot, Mechanism)
     chain = _chain(description)
@@ -137,7 +137,6 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
 
 
 def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[int, int]:
-    """Returns the number of parameters in the robot's description, and the rank."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
     own = [
@@ -157,18 +156,18 @@ def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[in
 
 def _rank_of(J: NDArray[np.float64]) -> int:
     size = np.linalg.norm(J, axis=0)
-    # The column of a parameter without effect may be nonzero because of rounding errors.
+    # Rounding errors may make the column of a useless parameter nonzero.
     moving = size > ZERO_SINGULAR_VALUE * size.max()
     values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))
 
 
 def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
-    """Describes displacements that no parameter change produces, one sentence each.
+    """Describes the displacements that no parameter produces, with one sentence each.
 
     Args:
-        rows: (d, k) displacements for each of k parameters.
-        words: The name of each row.
+        rows: Displacements (d, k) for k parameters.
+        words: Name of each row.
     """
     U, values, _ = np.linalg.svd(rows, full_matrices=True)
     rank = int(np.sum(values > ZERO_SINGULAR_VALUE))
@@ -176,7 +175,6 @@ def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]
 
 
 def _sparse(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns a basis of the same space with many zeros (reduced row echelon form)."""
     found = directions.copy()
     taken: list[int] = []
     for k in range(len(found)):
@@ -203,11 +201,11 @@ def _named(direction: NDArray[np.float64], words: tuple[str, ...]) -> str:
 
 
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
-    """Returns displacements (d, k) of a joint axis, one column per parameter between both axes.
+    """Returns the displacements (d, k) of a joint axis, with one column per parameter.
 
-    The previous joint contributes its coordinate offset, and the fields that act after its motion
-    or commute with this motion. The joint itself contributes the fields that act before its motion.
-    The axis of a previous prismatic joint has an arbitrary position.
+    The parameters of the previous joint are its coordinate offset and the fields that act after its
+    motion or commute with it. The parameters of the joint itself are the fields that act before its
+    motion. The axis of a prismatic joint has an arbitrary position.
 
     Args:
         robot: The robot.
@@ -221,8 +219,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
-        # The axis is expressed in the frame of the joint, which is the frame after the final
-        # motions along and about z.
+        # The axis is expressed in the frame after the final motions along and about z.
         nominal = tuple(motion.at(named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
@@ -233,7 +230,6 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
 
 
 def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
-    """Returns the fixed joints between the joint and its moving predecessor."""
     joints = list(robot.joints)
     last = joints.index(pair.joint)
     first = joints.index(pair.before) + 1 if pair.before else 0
@@ -241,7 +237,6 @@ def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
 
 
 def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
-    """Returns the placements of a joint with symbols for its values, and records the symbols."""
     if joint.convention is None:
         return joint.before, joint.after
     given = dict(joint.given)
@@ -257,7 +252,6 @@ def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
 
 
 def _moving_along(before: Placement) -> Placement:
-    """Returns the final motions along or about z; these motions commute with the joint."""
     count = len(before)
     while count and before[count - 1].is_along_z:
         count -= 1

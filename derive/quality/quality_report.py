@@ -1,4 +1,4 @@
-"""Report on the quality of a robot's kinematic model, as data and as text."""
+"""Quality report of a kinematic model."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,15 +20,15 @@ class ConventionQuality:
     Attributes:
         convention: The convention's name.
         numbers: Names of the convention's parameters.
-        needed: Number of parameters that the axis needs: 4 for a line, 2 for a direction.
-        determinant: det(D^T D) of the parameters of the convention.
-        completed: det(D^T D) of the full-pose parameters, with rotations about and translations
-            along the adjacent axes. The determinant is zero at discontinuities of the model.
-        value: Value of ``completed`` for the dimensions of the robot (meters), or None if the
-            convention cannot represent the axis.
-        least: The smallest axis displacement for parameters of norm 1; lengths are relative to the
+        needed: Number of parameters for the axis: 4 for a line, 2 for a direction.
+        determinant: det(D^T D) of the convention's parameters.
+        det(D^T D) with all parameters of a pose. They include rotations about the adjacent axes and
+            translations along them. The determinant is zero at discontinuities of the model.
+        value: Value of ``completed`` for the robot's dimensions (meter). None if the convention
+            cannot represent the axis.
+        least: The smallest axis displacement for parameters of norm 1. Lengths are relative to the
             arm's size.
-        misses: The axis displacements that the parameters cannot represent.
+        misses: The axis displacements that the convention cannot represent.
     """
 
     convention: str
@@ -59,7 +59,7 @@ class ConventionQuality:
 
     @property
     def verdict(self) -> str:
-        """The convention's properties, or the axis displacements that it misses, as text."""
+        """Returns the properties of the convention as text."""
         if self.value is None:
             return "cannot represent this axis"
         if not self.is_complete:
@@ -70,18 +70,18 @@ class ConventionQuality:
 
 @dataclass(frozen=True)
 class JointQuality:
-    """The conventions between the axis of a joint and the previous axis.
+    """The conventions between a joint axis and the previous joint axis.
 
     Attributes:
         joint: Name of the joint.
         kind: Kind of the joint.
         before: Name of the previous joint.
         angle: Angle between both axes (radian).
-        distance: Distance between both axes (meter), or 0 if one axis has only a direction.
-        own: Names of the conventions that the robot description uses between both axes.
-        misses: The axis displacements that the parameters of the robot cannot represent.
+        distance: Distance between both axes (meter). 0 if one axis is only a direction.
+        own: Names of the robot's conventions between both axes.
+        misses: The axis displacements that the robot's parameters cannot represent.
         conventions: The quality of every tested convention.
-        suitable: The convention that suits the joint.
+        suitable: The suitable convention.
     """
 
     joint: str
@@ -101,14 +101,14 @@ class ModelReport:
 
     Attributes:
         robot: The robot's title.
-        joints: Every joint except the first; the base frame determines the axis of the first joint.
-        revolute: r, the number of revolute joints, including helical joints.
-        prismatic: t, the number of prismatic joints.
-        helical: Number of helical joints, each with a pitch.
-        numbers: Number of parameters in the conventions of the robot, including base and tool.
-        rank: Rank of the Jacobian of the tool poses with respect to the parameters of the
-            conventions, over random configurations.
-        suitable_numbers: Number of parameters in the conventions that suit the joints.
+        joints: Every joint except the first. The base frame determines the first axis.
+        revolute: Number r of revolute joints, including helical joints.
+        prismatic: Number t of prismatic joints.
+        helical: Number of helical joints.
+        numbers: Number of parameters of the robot, including base and tool.
+        rank: Rank of the Jacobian of the tool poses with respect to these parameters, over random
+            configurations.
+        suitable_numbers: Number of parameters in the suitable conventions.
         suitable_rank: Rank of the Jacobian of the tool poses with respect to the suitable
             parameters.
     """
@@ -139,11 +139,10 @@ class ModelReport:
         return self.numbers == self.rank
 
     def __str__(self) -> str:
-        """Returns the report as text."""
         return "\n".join(_lines(self))
 
     def conventions_of(self, *, slides: bool) -> tuple[ConventionQuality, ...]:
-        """Returns the conventions that suit revolute or prismatic joints; () if there are none."""
+        """Returns the conventions that suit revolute or prismatic joints."""
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())
 
@@ -154,7 +153,7 @@ def plain(expression: sp.Expr) -> str:
 
 
 def ranked(model: str, numbers: int, rank: int, identifiable: int) -> str:
-    """Returns a sentence that states the number of parameters and the rank."""
+    """Returns a sentence about the number of parameters and the rank."""
     found = "complete"
     if rank < identifiable:
         found = f"misses {identifiable - rank} of {identifiable} displacements"

@@ -1,1 +1,1 @@
-"""Generates C for single poses, for batches of poses on SIMD lanes, and for parallel branches."""
+"""Generates C for single poses, batches of poses and parallel branches."""

@@ -1,9 +1,8 @@
-"""Generates C for batches of poses, which SIMD lanes compute in parallel.
+"""Generates C that computes many poses in parallel with SIMD instructions.
 
-``<robot>_lanes.h`` defines each function once, on vectors with one pose per lane.
-``<robot>_batch.c`` compiles this header for each instruction set and selects the set at run time.
-Platforms without a supported instruction set use a plain loop. ``chasles_lanes.h`` and
-``chasles_batch.h`` are the same for every robot.
+``<robot>_lanes.h`` defines each function for vectors with one pose per lane. ``<robot>_batch.c``
+compiles this header for each instruction set and selects the set at run time. Other processors use
+a plain loop. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
 """
 
 from collections.abc import Sequence
@@ -30,7 +29,7 @@ _SETS = (
     (1, "avx2", " && CHASLES_HAS_AVX2"),
     (0, "baseline", ""),
 )
-"""Index, name and required processor feature of each instruction set, the widest first."""
+"""Index, name and required processor feature of each instruction set. The widest set is first."""
 
 
 def files(
@@ -39,7 +38,7 @@ def files(
     programs: Programs,
     written: Sequence[NativeSolverFunction] = (),
 ) -> dict[str, str]:
-    """Returns the header, source, lane and support files for batches, keyed by file name."""
+    """Returns the files for batches, keyed by name."""
     vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
@@ -51,9 +50,9 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function is generated for SIMD lanes.
+    """Whether SIMD lanes can compute the function.
 
-    The function must be small, must call no solver, and must not compute a start configuration for
+    The function must be small and must not call a solver. It must not compute start values for
     another function.
     """
     size = sizes(function)
@@ -187,7 +186,6 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, size: Sizes) -> str:
-    """Returns code that runs a batch on SIMD lanes, or an empty text without a vector version."""
     runs = "".join(
         f"  CHASLES_RUN_{isa.upper()}(lanes_run, {name}, outputs, output_steps)\n"
         for _, isa, _ in _SETS
@@ -201,10 +199,10 @@ def _choice(name: str, size: Sizes) -> str:
 
 
 def _nearest(name: str, size: Sizes, function: Signature) -> str:
-    """Returns the macro that writes the nearest solutions on SIMD lanes, or an empty text.
+    """Returns the macro for the nearest solutions on SIMD lanes.
 
-    The runtime uses this macro where the variables ``n``, ``inputs``, ``input_steps``, ``seeds``,
-    ``outputs`` and ``slot`` exist.
+    The macro refers to the variables ``n``, ``inputs``, ``input_steps``, ``seeds``, ``outputs`` and
+    ``slot`` of the caller.
     """
     k, n = function.outputs[0].shape
     runs = " \\\n".join(
@@ -223,7 +221,6 @@ def _nearest(name: str, size: Sizes, function: Signature) -> str:
 
 
 def _run(isa: str, condition: str) -> str:
-    """Returns the macro that, if the processor supports SIMD lanes, runs a batch and returns."""
     name = isa.upper()
     return f"""\
 #if CHASLES_SET_{name}
@@ -264,7 +261,7 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
 
 
 def loads(program: Program, size: Sizes) -> list[str]:
-    """Returns lines that name the inputs of a kernel, which are contiguous in the array ``in``."""
+    """Returns lines that name the kernel's inputs, which are stored in sequence in ``in``."""
     name, first = naming(program), offsets(size.inputs)
     lines = [
         f"  const lanes {name(e)} = in[{first[e.argument] + e.entry}];" for e in program.inputs

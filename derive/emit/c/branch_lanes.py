@@ -1,7 +1,7 @@
-"""Generates C for functions with branches at a single pose; each vector lane computes one branch.
+"""Generates C that computes the branches of one pose in parallel.
 
-``<robot>.c`` includes ``<robot>_branches.h`` if the compiler's flags allow AVX2 or AVX-512, and
-otherwise computes the branches in sequence in plain C.
+``<robot>.c`` includes ``<robot>_branches.h`` if the compiler supports AVX2 or AVX-512. Otherwise
+plain C computes the branches in sequence.
 """
 
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ from .scalar import branches_file, branches_flag
 from .sections import summary
 
 WIDEST = 8
-"""Branches per AVX-512 vector."""
+"""Branches in an AVX-512 vector."""
 
 
 def files(
     robot: Described, functions: Sequence[SymbolicFunction], programs: Programs
 ) -> dict[str, str]:
-    """Returns the header that computes the branches, keyed by file name; empty without branches."""
+    """Returns the header that computes the branches, keyed by name."""
     branched = [function for function in functions if function.signs]
     if not branched:
         return {}
@@ -71,10 +71,9 @@ extern "C" {{
 
 
 def _branch(prefix: str, function: SymbolicFunction, program: Program) -> str:
-    """Returns the C of a function's branches: the kernel for one vector, and the full function."""
     name = f"{prefix}_{function.name}"
     k, size = function.branches, sizes(branch(function))
-    # The branch signs are the last argument. The last branch sign alternates between lanes.
+    # The last argument contains the branch signs. Neighboring lanes differ in the last branch sign.
     fastest = Input(len(function.inputs), len(function.signs) - 1)
     program, alike = _angles_last(reduced(program, fastest), fastest)
     lines = kernel(program, _loads(function, program), size, alike)
@@ -101,7 +100,6 @@ def _loads(function: SymbolicFunction, program: Program) -> list[str]:
 
 
 def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
-    """Returns two functions for one pose, which store all branches in lanes or as rows."""
     k, width, inputs = function.branches, sum(size.outputs), [a.name for a in function.inputs]
     given = [f"const double *{name}" for name in inputs]
     names = [result.name for result in function.outputs]
@@ -140,10 +138,9 @@ def _all_branches(name: str, function: SymbolicFunction, size: Sizes) -> str:
 
 
 def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
-    """Returns the calls of the kernel; each call computes one vector of branches."""
     k = function.branches
     width = max(k, WIDEST)
-    # Unused lanes repeat the last branch, so that all lanes have valid values.
+    # Unused lanes repeat the last branch to have valid values.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
     call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
@@ -158,14 +155,14 @@ def _kernel_calls(name: str, function: SymbolicFunction) -> list[str]:
 
 
 def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]]:
-    """Moves angles that do not depend on the branch sign, and statements that use them, to the end.
+    """Moves angles that do not depend on the branch sign to the end of the program.
 
     Args:
         program: The program that computes a single branch.
         sign: The branch sign that alternates between lanes.
 
     Returns:
-        The reordered program, and the angles whose statements were moved to its end.
+        The reordered program, and the angles that were moved.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

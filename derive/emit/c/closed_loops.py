@@ -1,4 +1,4 @@
-"""Generates the constants of loops without a closed form, which ``chasles_closure.h`` solves."""
+"""Generates the constants for ``chasles_closure.h``, which solves loops by iteration."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -27,13 +27,13 @@ PARAMETRIC = (
     "chasles_closure_newton.h",
     "chasles_closure_tolerances.h",
 )
-"""The support files for loops whose geometry is an input."""
+"""The support files for parametric loops."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
-"""Support files for robots whose inverse solves each leg, with a check by forward kinematics."""
+"""Support files for inverses that solve each leg and check the result."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the files of iterated loops and their solver by name; empty for other robots."""
+    """Returns the files for iterated loops, keyed by name."""
     closure, robot = derivation.closure, derivation.robot
     own: dict[str, str] = {}
     needed: list[str] = []
@@ -69,7 +69,6 @@ def loops_file(robot: Described, system: str) -> str:
 
 
 def _modes(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the inverse that solves each leg and computes residuals by forward kinematics."""
     (T, *given), (q, residual, margin) = function.inputs, function.outputs
     legs, fk = (f"{robot.name}_{name}" for name in function.calls)
     assert isinstance(function.tables, mode_check.ClosureSize)
@@ -98,7 +97,6 @@ def _modes(robot: Described, function: NativeSolverFunction) -> str:
 
 
 def _through_chain(derivation: Derivation, function: NativeSolverFunction) -> str:
-    """Prints the inverse that computes the actuators for every solution of the main chain."""
     robot = derivation.robot
     chain, every, _ = (derivation.signature(name) for name in function.calls)
     called = [f"{robot.name}_{name}" for name in function.calls]
@@ -187,7 +185,6 @@ def _tabled(
 
 
 def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
-    """Prints the constants of loops for functions whose input includes the geometry."""
     n, z = len(loops.hybrid.q), [variable.name for variable in loops.hybrid.variables]
     own, lengths = f"{robot}_{SYSTEM}", {"m": loops.size}
     macros = {

@@ -54,7 +54,7 @@ def wrapped(line: str, indent: str = "") -> list[str]:
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal number that reads back as the same double."""
+    """Returns the shortest decimal number that parses to the same double."""
     return repr(value)
 
 
@@ -77,7 +77,7 @@ def expression(statement: Compute, name: Naming) -> str:
     """Returns the right-hand side of a statement in plain C.
 
     Raises:
-        KeyError: The operation exists only in code for SIMD lanes.
+        KeyError: The operation exists only in SIMD code.
     """
     operation, terms = statement.operation, [name(operand) for operand in statement.operands]
     if operation in _INFIXES:

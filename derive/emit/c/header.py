@@ -1,4 +1,4 @@
-"""Generates the C header of a robot, and the parts that all its C files share."""
+"""Generates the C header of a robot."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -28,16 +28,15 @@ def header(
     programs: Programs,
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C header of a robot, written for firmware engineers.
+    """Returns the C header of a robot. Its comments address firmware engineers.
 
     Args:
         robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
-        programs: The programs of the functions, for the operation counts.
-        further: Commented declarations of the functions that call the robot's functions.
+        programs: The programs of the functions. The header states their operation counts.
+        further: Commented declarations of wrapper functions.
     """
-    # The prefix prevents a clash with the include guards of the common headers if the name of a
-    # robot is hexapod or lanes.
+    # The prefix avoids a clash with the common headers if a robot is named hexapod or lanes.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
     moved: Sequence[Joint | Motor | Coordinate] = robot.coordinates
     coordinates = "\n".join(
@@ -82,22 +81,24 @@ def notice(robot: Described) -> str:
 
 @cache
 def support_files() -> Mapping[str, Path]:
-    """Returns the handwritten C files, keyed by name; these files are the same for every robot.
+    """Returns the handwritten C files that all robots share, keyed by name.
 
-    Each generated folder contains the files of all subfolders of ``support`` and the headers of the
-    contract, without subfolders.
+    A generated folder contains these files without subfolders.
     """
     folders = Path(__file__).parent / "support", Path(contract.__file__).parent
     return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}
 
 
 def support(name: str) -> str:
-    """Returns the text of a handwritten C file that is the same for every robot."""
+    """Returns the text of a shared handwritten C file."""
     return support_files()[name].read_text(encoding="utf-8")
 
 
 def own_copy(argument: Argument) -> list[str]:
-    """Returns lines that copy an input to ``own_<name>``; an output may then overlap the input."""
+    """Returns lines that copy an input to ``own_<name>``.
+
+    The copy allows an output to overlap the input.
+    """
     name = argument.name
     return [
         f"  double own_{name}[{argument.size}];",
@@ -108,7 +109,7 @@ def own_copy(argument: Argument) -> list[str]:
 
 
 def signature(prefix: str, function: Signature) -> str:
-    """Returns the prototype of a C function, without semicolon and body."""
+    """Returns the prototype of a C function, without the semicolon."""
     inputs = [f"const double {a.name}[{a.size}]" for a in function.inputs]
     outputs = [f"double {r.name}[{r.size}]" for r in function.outputs]
     return f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
@@ -121,7 +122,7 @@ def _operations(function: SymbolicFunction | NativeSolverFunction, programs: Pro
 
 
 def description(function: SymbolicFunction | NativeSolverFunction, programs: Programs) -> list[str]:
-    """Returns the lines of a function comment: meaning, identity, operations, inputs, outputs."""
+    """Returns the comment lines of a function."""
     operations = _operations(function, programs)
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4), f"{operations}."]
     described: list[Argument | Result] = [*function.inputs, *function.outputs]

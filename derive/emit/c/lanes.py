@@ -38,7 +38,7 @@ _CONSTANT = "const lanes "
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of each input and output of a kernel, counted in doubles."""
+    """Sizes of a kernel's inputs and outputs in doubles."""
 
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
@@ -51,22 +51,21 @@ def sizes(function: Signature) -> Sizes:
 
 
 def offsets(lengths: Sequence[int]) -> list[int]:
-    """Returns the offsets at which contiguous arrays start."""
+    """Returns the start index of each array in a sequence of arrays."""
     return [sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def kernel(
     program: Program, loads: Sequence[str], size: Sizes, alike: Sequence[Variable] = ()
 ) -> list[str]:
-    """Returns the lines of a C function that stores its contiguous outputs in ``out``.
+    """Returns the lines of a C function that stores its outputs in ``out``.
 
     Args:
         program: The program.
         loads: The lines that load the inputs into named variables.
         size: Sizes of the inputs and outputs in doubles.
-        alike: Angles whose values are equal in lanes 2 k and 2 k + 1 of every vector. Two angles
-            with equal values in pairs of lanes are computed together: even lanes compute the first
-            angle, odd lanes the second angle.
+        alike: Angles with equal values in lanes 2 k and 2 k + 1. Two such angles are computed by
+            one call: even lanes compute the first, odd lanes the second.
     """
     first = offsets(size.outputs)
     writer = _Writer(program)
@@ -84,7 +83,6 @@ def kernel(
 
 
 def _filled(lines: Iterable[str]) -> list[str]:
-    """Joins declarations of constants, and statements, into lines of at most ``WIDTH`` columns."""
     filled: list[str] = []
     declaring = False
     for line in map(str.strip, lines):
@@ -112,7 +110,6 @@ class _Writer:
         self._numbers = _taken_as_numbers(program)
 
     def computed(self, statement: Compute) -> list[str]:
-        """Returns the lines that print a statement."""
         name, operation = self._name(statement.result), statement.operation
         if statement.is_condition:
             lines = [f"  const lanes_where {name} = {self._condition(statement)};"]
@@ -128,21 +125,16 @@ class _Writer:
         return [f"  const lanes {name} = {expression(statement, self.number)};"]
 
     def number(self, operand: Operand) -> str:
-        """Returns the name of an operand as a number; a condition counts as 1 or 0."""
+        """Returns the operand as a number. A true condition is 1, a false condition is 0."""
         name = self._name(operand)
         return f"{name}_number" if operand in self._conditions else name
 
     def vector(self, operand: Operand) -> str:
-        """Returns an operand as a vector; a constant is repeated in every lane."""
+        """Returns the operand as a vector."""
         number = self.number(operand)
         return f"LANES_OF({number})" if isinstance(operand, Constant) else number
 
     def cosines_and_sines(self) -> dict[Variable, list[str]]:
-        """Prints one call that computes an angle's cosine and sine together.
-
-        Returns:
-            The lines of the call for the result computed first, and no lines for the other result.
-        """
         found: dict[Operand, dict[Operation, Variable]] = {}
         for statement in self._program.computed:
             if statement.operation in (Operation.COS, Operation.SIN):
@@ -158,11 +150,6 @@ class _Writer:
         return calls
 
     def angles_at_once(self, alike: Sequence[Variable]) -> dict[Variable, list[str]]:
-        """Prints one call that computes two angles together.
-
-        Returns:
-            The lines of the call for the second angle, and no lines for the first angle.
-        """
         points = {s.result: s.operands for s in self._program.computed}
         calls: dict[Variable, list[str]] = {}
         for first, second in zip(alike[::2], alike[1::2], strict=False):
@@ -188,11 +175,10 @@ class _Writer:
         return f"LANES_{_COMPARISONS[operation]}({sides})"
 
     def _called(self, name: str, statement: Compute) -> list[str]:
-        """Prints a call with arguments passed by address; constant arguments get variable names."""
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
-            # The constant is the second argument, because the instruction returns this argument if
-            # the first is NaN.
+            # The instruction returns its second argument if the first is NaN. The constant is
+            # therefore second.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]
@@ -209,7 +195,6 @@ class _Writer:
 
 
 def _taken_as_numbers(program: Program) -> set[Operand]:
-    """Returns the variables that a statement reads as numbers, not as conditions."""
     found: set[Operand] = set()
     for statement in program.statements:
         if isinstance(statement, Compute) and statement.operation is Operation.SELECT:

@@ -1,4 +1,4 @@
-"""The C language: functions for a single pose, parallel branches, and batches on SIMD lanes."""
+"""Writes C for single poses, parallel branches and batches."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ from . import (
 from .header import header, support
 
 RIGID = "chasles_rigid.h"
-"""Support file that projects a target onto a rigid pose, for robots with an inverse for poses."""
+"""Support file that finds the rigid pose nearest to a matrix."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the sources and headers of a robot, and the common support files, by file name."""
+    """Returns the C files of a robot and the shared support files, keyed by name."""
     robot, functions = derivation.robot, derivation.functions
     nearest_files = nearest.nearest_files(derivation)
     further = [name for name in nearest_files if name == nearest.nearest_file(robot)]
@@ -41,6 +41,5 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _for_poses(functions: Sequence[SymbolicFunction | NativeSolverFunction]) -> dict[str, str]:
-    """Returns the C file of the pose projection, or {} if no function has a pose as input."""
     takes_pose = any(item.shape == (4, 4) for f in functions for item in f.inputs)
     return {RIGID: support(RIGID)} if takes_pose else {}

@@ -1,6 +1,6 @@
-"""Generates ``<function>_nearest``, the inverse solution nearest to a seed within joint limits.
+"""Generates ``<function>_nearest``, which returns the solution nearest to a seed.
 
-``<robot>_nearest.h`` contains the limits of the robot and one function for each inverse. The file
+``<robot>_nearest.h`` contains the joint limits and one function for each inverse. The file
 `<robot>.c` includes this header last.
 """
 
@@ -25,12 +25,12 @@ SUPPORTS = ("chasles_nearest.h", LANES, BATCH, "chasles_distance.h")
 
 
 def nearest_file(robot: Described) -> str:
-    """Returns the name of the file with the functions for nearest solutions."""
+    """Returns the name of the header for nearest solutions."""
     return f"{robot.name}_nearest.h"
 
 
 def nearest_files(derivation: Derivation) -> dict[str, str]:
-    """Returns the file for nearest solutions and its support files; empty without an inverse."""
+    """Returns the header for nearest solutions and its support files."""
     robot, found = derivation.robot, inverses(derivation)
     if not found:
         return {}
@@ -54,12 +54,11 @@ def nearest_files(derivation: Derivation) -> dict[str, str]:
 
 
 def nearest_declarations(derivation: Derivation) -> list[str]:
-    """Returns the commented declarations for the header of the robot."""
+    """Returns commented declarations for the robot's header."""
     return [_declaration(derivation, function) for function in seeded(derivation)]
 
 
 def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns lines that compute additional inputs from the seed."""
     prefix, own = derivation.robot.name, seed_inputs(derivation, function)
     assert own is not None
     if own.function in own.names:
@@ -74,7 +73,6 @@ def _own_inputs(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _limits(robot: Described, *, is_shared: bool) -> list[str]:
-    """Returns the limits of the coordinates and, for shared limits, of the joints."""
     limits = [coordinate.limits for coordinate in robot.coordinates]
     if is_shared and isinstance(robot, SerialRobot):
         limits += joint_limits(robot)
@@ -97,7 +95,7 @@ def bounds(limits: Limits) -> tuple[str, str]:
 
 
 def turns(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the period of each coordinate, or 0 for coordinates without a period."""
+    """Returns the period of each coordinate. Coordinates without a period have 0."""
     return ["CHASLES_FULL_TURN" if wraps else "0" for wraps in periodic(derivation, function)]
 
 
@@ -110,12 +108,10 @@ def _signature(derivation: Derivation, function: Signature) -> str:
 
 
 def _is_in_lanes(function: Signature) -> bool:
-    """Whether SIMD lanes can compute the branches of an inverse."""
     return isinstance(function, SymbolicFunction) and bool(function.signs)
 
 
 def _definition(derivation: Derivation, function: Signature, *, is_shared: bool) -> list[str]:
-    """Returns the public function, which reads the limits of the robot."""
     prefix = derivation.robot.name
     name, n = f"{prefix}_{function.name}", len(derivation.robot.coordinates)
     target, *more = function.inputs
@@ -150,7 +146,6 @@ _LIMITS = (
 
 
 def _own_limits(prefix: str, n: int) -> list[str]:
-    """Returns the lines with which a caller's limits replace the coordinate limits."""
     lines = []
     for side in ("lower", "upper"):
         own = f"{prefix}_{side}"
@@ -166,7 +161,6 @@ def _own_limits(prefix: str, n: int) -> list[str]:
 def _by_moves(
     derivation: Derivation, function: Signature, *, in_lanes: bool, is_shared: bool
 ) -> list[str]:
-    """Returns the C function that takes the distance metric as an argument."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     inputs = ", ".join(names)
@@ -192,7 +186,6 @@ def _by_moves(
 
 
 def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the code that selects among branches in SIMD lanes, for compilers with lanes."""
     name, n = f"{derivation.robot.name}_{function.name}", len(derivation.robot.coordinates)
     k, names = function.outputs[0].shape[0], [argument.name for argument in function.inputs]
     width = sum(sizes(function).outputs) // k
@@ -218,7 +211,6 @@ def _in_lanes(derivation: Derivation, function: Signature) -> list[str]:
 
 
 def _parameters_by(names: Sequence[str]) -> list[str]:
-    """Returns the parameter lists of functions that take the distance metric as argument."""
     inputs = ", ".join(f"const double *{name}" for name in names)
     return [
         f"    {inputs}, const chasles_moves *moves, double tolerance, const double *q_seed,",

@@ -1,4 +1,4 @@
-"""Generates C for a nominal inverse that Newton steps refine (``chasles_polish.h``)."""
+"""Generates C for an inverse that refines nominal solutions with Newton steps."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 
 
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the files of the refined inverse of an arm whose axes nearly fit a known structure.
+    """Returns the files for the refined inverse of an arm.
 
-    Robots without a refined inverse do not need these files.
+    Other robots do not need these files.
     """
     robot = derivation.robot
     refined = [function for function in derivation.written if function.solver == SOLVER]
@@ -37,7 +37,6 @@ def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]
 
 
 def _source(derivation: Derivation, function: NativeSolverFunction, programs: Programs) -> str:
-    """Returns the robot constants as macros, the called functions, and the function itself."""
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.function(posed)
@@ -85,7 +84,6 @@ def _posed(
     programs: Programs,
     alone: str,
 ) -> list[str]:
-    """Prints the pose computation for SIMD lanes, or scalar code if lanes cannot be used."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
     if pose.calls:
         return one_by_one
@@ -108,10 +106,10 @@ def _posed(
 def _seeded(
     derivation: Derivation, own: str, pose: SymbolicFunction, programs: Programs
 ) -> list[str]:
-    """Prints the pose computation of iterated loops, starting from a nearby loop configuration w.
+    """Prints the pose computation for a robot with iterated loops.
 
-    The iteration starts from the reference configuration if w is NaN or too far from q. On return,
-    w is the configuration at q.
+    The iteration starts at w, or at the reference configuration if w is NaN or far from q. On
+    return, w is the loop configuration at q.
     """
     closure = derivation.closure
     if not pose.calls or closure is None:
@@ -138,7 +136,6 @@ def _tables(function: NativeSolverFunction) -> RefinedTables:
 
 
 def _general_lines(derivation: Derivation, function: NativeSolverFunction) -> list[str]:
-    """Prints the macros that configure the general solver."""
     robot, tables = derivation.robot, _tables(function)
     if tables.general is None:
         return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
@@ -153,21 +150,15 @@ def _general_lines(derivation: Derivation, function: NativeSolverFunction) -> li
 
 
 def _at(array: str, values: Sequence[Argument | Result]) -> list[str]:
-    """Returns the addresses of contiguous values in an array."""
     first = offsets([value.size for value in values])
     return [f"{array} + {k}" if k else array for k in first]
 
 
 def _is_position(function: NativeSolverFunction) -> bool:
-    """Whether the target contains only a position."""
     return function.role.components == ("position",)
 
 
 def _call(own: str, function: NativeSolverFunction) -> list[str]:
-    """Returns lines that copy the inputs and call the solver; results may overlap the inputs.
-
-    A position target fills the position entries of a pose; the other entries are unused.
-    """
     if _is_position(function):
         (p,) = function.inputs
         places = [POSE_SYMBOLS.index(entry) for entry in POSITION_ENTRIES]

@@ -35,16 +35,16 @@ def source(
     written: Sequence[NativeSolverFunction] = (),
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C99 file with all functions of a robot; the file depends only on libm.
+    """Returns the C99 file with all functions of a robot. The file needs only libm.
 
-    A function with branches is printed as a function of one branch and a loop over the branches.
+    A function with branches becomes a function for one branch and a loop.
 
     Args:
         robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
-        programs: The programs that compute the functions.
-        written: Functions in separate files that the generated file includes.
-        further: Names of the files that the generated file includes at its end.
+        programs: The programs of the functions.
+        written: Functions in separate files.
+        further: Names of the files to include at the end.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -59,12 +59,12 @@ def source(
 
 
 def branches_file(robot: Described) -> str:
-    """Returns the name of the header that computes all branches for a pose at once."""
+    """Returns the name of the header for parallel branches."""
     return f"{robot.name}_branches.h"
 
 
 def branches_flag(robot: Described) -> str:
-    """Returns the macro that the branch header defines if the compiler flags allow its code."""
+    """Returns the name of the macro that the branch header defines if the compiler supports it."""
     return f"{robot.name.upper()}_BRANCHES"
 
 
@@ -77,14 +77,12 @@ def _definition(robot: Described, function: SymbolicFunction, program: Program) 
 
 
 def _comment(function: SymbolicFunction, program: Program) -> str:
-    """Returns the comment above a function: its summary and its operation counts."""
     lines = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = f"{summary(count_operations(program))}{iteration_count(function)}"
     return "\n".join(f"// {line}" for line in [*lines, counted])
 
 
 def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
-    """Prints the function of one branch, and the function with the loop over all branches."""
     flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
     described: list[Argument | Result] = [*function.inputs, *function.outputs]
     n = len(function.signs)
@@ -103,8 +101,8 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"#if {flag}",
             f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
             "#else",
-            # Outputs may overlap inputs, and the first branch is stored before the second branch
-            # reads its inputs.
+            # Outputs may overlap inputs. The first branch is stored before the second branch reads
+            # the inputs.
             *(line for argument in function.inputs for line in own_copy(argument)),
             f"  for (int b = 0; b < {function.branches}; b++) {{",
             f"    const double choice[{n}] = {{{signs}}};",
@@ -117,7 +115,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
-    """Returns the lines of a function: first its calls, then its statements."""
+    """Returns the lines of a function's body."""
     plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
@@ -125,7 +123,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
     lines += _called(robot, function.calls, filled)
     if len(filled) == len(function.outputs):
         return lines
-    # All inputs are read before an output is written, because outputs may overlap inputs.
+    # Outputs may overlap inputs. All inputs are read before an output is written.
     lines += _section(
         "inputs",
         [
@@ -156,9 +154,9 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps the arrays of calls to the results, if the calls alone compute all results.
+    """Maps arrays of calls to results that the calls can write directly.
 
-    A call may write a result directly only if no later call reads an input.
+    A call must not write a result before all inputs are read.
     """
     given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
     read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)
@@ -170,7 +168,6 @@ def _filled(function: SymbolicFunction) -> dict[str, str]:
 
 
 def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
-    """Returns the lines that call functions and solvers."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
     arrays = [a for call in calls for a in call.outputs if a.name not in filled]
     lines += [f"  double {a.name}[{a.size}];" for a in arrays]
@@ -183,12 +180,10 @@ def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) 
 
 
 def _section(name: str, lines: list[str]) -> list[str]:
-    """Puts a title comment above the lines, if there are any."""
     return [f"  // {name}", *lines] if lines else []
 
 
 def _sections(levels_of: Iterable[list[Statement]]) -> Iterator[list[Statement]]:
-    """Groups dependency levels into sections; a section ends after a level that stores outputs."""
     section: list[Statement] = []
     for level in levels_of:
         section += level
@@ -219,13 +214,11 @@ def _wrapped(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A program, split at the cosines and sines that one call computes together.
-
-    No cosine or sine of the call depends on the result of the call.
+    """A program, split at the first call that computes several cosines and sines.
 
     Attributes:
         before: Statements before the call.
-        angles: The angles whose cosines and sines the call computes.
+        angles: Arguments of the cosines and sines.
         turns: Names of the results, ``c[k]`` and ``s[k]`` for angle k.
         after: Statements after the call.
     """
@@ -237,7 +230,6 @@ class _Parts:
 
 
 def _together(program: Program) -> _Parts:
-    """Splits a program at the first cosines and sines that one call can compute."""
     turns: dict[Operand, str] = {}
     angles: dict[Operand, int] = {}
     before: list[Compute] = []

@@ -17,13 +17,13 @@ def summary(operations: Operations) -> str:
 
 
 def iteration_count(function: SymbolicFunction) -> str:
-    """Returns the operation count of the called solvers in words; empty without solvers."""
+    """Returns the operation count of the called solvers as text."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
-    """Titles a section of code as ``intermediate terms``, ``column 3 of J``, or both."""
+    """Returns a section title such as ``intermediate terms`` or ``column 3 of J``."""
     stores = [statement for statement in statements if isinstance(statement, Store)]
     parts = ["intermediate terms"] if any(isinstance(s, Compute) for s in statements) else []
     constant = bool(stores) and all(isinstance(store.value, Constant) for store in stores)
@@ -34,7 +34,6 @@ def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:
 
 
 def _entries(result: Result, entries: Iterable[int]) -> str:
-    """Names the stored entries of an output; for a matrix, its columns are named."""
     if len(result.shape) != _MATRIX:
         return result.name
     width = result.shape[-1]

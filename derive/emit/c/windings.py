@@ -1,9 +1,9 @@
-"""Generates the C tables for the search over full turns of coupled joints near a seed.
+"""Generates C tables for coupled joints. The search over full turns uses these tables.
 
-A full turn of a joint does not change the pose, but may move several coordinates by fractions of a
-turn. For example, a full turn of one joint may move both motors of a differential by half a turn
-each. The limits of a coupled robot form a polytope. A robot needs no tables if a full turn of each
-joint is a full turn of single coordinates and its coupled joints have no limits.
+A full turn of a joint keeps the pose, but may move several coordinates by fractions of a turn. For
+example, a full turn of one joint may move both motors of a differential by half a turn each. The
+limits of a coupled robot form a polytope. A robot needs no tables if its coupled joints have no
+limits and each full turn moves a single coordinate by full turns.
 """
 
 import textwrap
@@ -21,11 +21,11 @@ COUPLINGS = "chasles_couplings.h"
 
 
 def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
-    """Whether joint limits form a polytope, or a full turn of a joint moves several coordinates.
+    """Whether the robot needs tables for its couplings.
 
     Args:
         derivation: The derivation of the robot.
-        wraps: Whether a full turn of each coordinate does not change the pose.
+        wraps: Whether each coordinate can make a full turn without a change of the pose.
     """
     robot = derivation.robot
     chain = None if derivation.inverse is None else derivation.inverse.chain
@@ -35,7 +35,7 @@ def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
 
 
 def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
-    """Returns the limits of each joint; no limits for a joint that equals its coordinate."""
+    """Returns the limits of each joint. A joint that equals a coordinate has no limits here."""
     own = robot.linear_map
     named = [
         own.coordinates.index(j.name) if j.name in own.coordinates else -1 for j in robot.moving
@@ -47,7 +47,7 @@ def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
 
 
 def windings(derivation: Derivation) -> list[str]:
-    """Returns the tables of a robot whose limits couple coordinates, and its batch macro."""
+    """Returns the tables of a robot with coupled coordinates."""
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     assert derivation.inverse is not None
@@ -93,7 +93,6 @@ def windings(derivation: Derivation) -> list[str]:
 
 
 def _turns_share(chain: CoupledChain, wraps: Sequence[bool]) -> bool:
-    """Whether a full turn of some joint moves a coordinate by a fraction of a turn."""
     L, independent = chain.inverse()
     return any(
         chain.robot.moving[j].kind == "revolute"
@@ -103,22 +102,20 @@ def _turns_share(chain: CoupledChain, wraps: Sequence[bool]) -> bool:
 
 
 def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
-    """Whether the joint value equals the value of one coordinate."""
     row = [sp.Integer(k == coordinate) for k in range(own.C.cols)]
     return coordinate >= 0 and list(own.C.row(joint)) == row and own.c[joint] == 0
 
 
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
-    """Returns index and value of the only nonzero entry of a row; otherwise -1 and 1."""
+    """Returns the index and value of the only nonzero entry, or (-1, 1)."""
     entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
     return entries[0] if len(entries) == 1 else (-1, sp.S.One)
 
 
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
-    """Returns the only coordinate that full turns of an independent joint change, or -1.
+    """Returns the only coordinate that a full turn of joint k changes, or -1.
 
-    Neither the coordinate nor the joints that depend on the independent joint may depend on another
-    independent joint.
+    The result is -1 if that coordinate also depends on another independent joint.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

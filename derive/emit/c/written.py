@@ -1,4 +1,4 @@
-"""Generates C for functions of handwritten solvers, which read tables of robot constants."""
+"""Generates C for functions that a handwritten solver computes from tables."""
 
 import textwrap
 from collections.abc import Sequence
@@ -41,11 +41,11 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each table-driven solver; a generated file includes the first file of its solver."""
+"""Files of each handwritten solver. Generated files include the first file."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:
-    """Returns the files of functions with handwritten solvers, and the solver files, by name."""
+    """Returns the files of functions with handwritten solvers, keyed by name."""
     tabled = [function for function in written if function.solver in SUPPORTS]
     own = {written_file(robot, function): _source(robot, function) for function in tabled}
     names = {name for function in tabled for name in SUPPORTS[function.solver]}
@@ -53,12 +53,12 @@ def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> 
 
 
 def written_file(robot: Described, function: NativeSolverFunction) -> str:
-    """Returns the file name of a function with a handwritten solver."""
+    """Returns the name of the file that contains a function with a handwritten solver."""
     return f"{robot.name}_{function.name}.h"
 
 
 def _source(robot: Described, function: NativeSolverFunction) -> str:
-    """Prints the tables of a function, and the C function that passes these tables to the solver.
+    """Prints the tables of a function and the C function that calls the solver.
 
     This file is included after the functions that the solver calls.
     """
@@ -92,7 +92,7 @@ def _source(robot: Described, function: NativeSolverFunction) -> str:
 def table_lines(
     robot: Described, kind: str, name: str, calls: Sequence[str], tables: Tables
 ) -> list[str]:
-    """Returns the definition of a constant C structure: first robot functions, then tables."""
+    """Returns the definition of a constant C structure."""
     lines = [f"  {robot.name}_{called}," for called in calls]
     for field in fields(tables):
         text = f"{_braces(getattr(tables, field.name))},"

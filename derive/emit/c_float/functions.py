@@ -30,19 +30,19 @@ _TURNS = {
 
 
 def number(value: float) -> str:
-    """Returns the shortest decimal number that reads back as the same single-precision number."""
+    """Returns the shortest decimal number that parses to the same single-precision number."""
     text = str(np.float32(value))
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
 
 
 @dataclass(frozen=True)
 class Precision:
-    """The C code for one number type.
+    """The C syntax of one number type.
 
     Attributes:
         kind: The type.
         number: Prints a constant.
-        calls: Templates of the operations whose C code differs from double precision.
+        calls: Templates of operations that differ from double precision.
     """
 
     kind: str
@@ -54,7 +54,7 @@ SINGLE = Precision("float", number, _CALLS)
 
 
 def signature(prefix: str, function: SymbolicFunction) -> str:
-    """Returns the prototype of a function, without a semicolon or body."""
+    """Returns the prototype of a function, without the semicolon."""
     inputs = [f"const float {a.name}[{a.size}]" for a in function.inputs]
     outputs = [f"float {r.name}[{r.size}]" for r in function.outputs]
     text = f"void {prefix}_{function.name}({', '.join(inputs + outputs)})"
@@ -66,7 +66,7 @@ def definition(prefix: str, function: SymbolicFunction, program: Program) -> str
     comment = textwrap.wrap(function.summary, WIDTH - len("// "))
     counted = summary(count_operations(program))
     head = [*(f"// {line}" for line in [*comment, counted]), signature(prefix, function)]
-    # All inputs are read before an output is written, because outputs may overlap inputs.
+    # Outputs may overlap inputs. All inputs are read before an output is written.
     used = {program.arguments[entry.argument] for entry in program.inputs}
     unused = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
     return "\n".join([*head, "{", *unused, *statements(function, program), "}\n"])
@@ -75,7 +75,7 @@ def definition(prefix: str, function: SymbolicFunction, program: Program) -> str
 def statements(
     function: SymbolicFunction, program: Program, precision: Precision = SINGLE
 ) -> list[str]:
-    """Returns the lines of a function: its inputs, its operations and its results."""
+    """Returns the lines of a function's body."""
     named, angles, turns = naming(program), dict[Operand, int](), dict[Operand, str]()
     real = precision.kind
 

@@ -1,4 +1,4 @@
-"""Writes the functions of a robot as C in single precision, with a control step as an example."""
+"""Writes the functions of a robot as C in single precision."""
 
 import textwrap
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ COMMON = "chasles_float.h"
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns source, header, support file, example and README, keyed by path."""
+    """Returns the source files, the example and the README, keyed by path."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
     prefix = f"{name}_float"
@@ -70,7 +70,6 @@ extern "C" {{
 
 
 def _conventions(upper: str) -> list[str]:
-    """Returns the lines at the top of the header file."""
     text = f"""\
 Meters, radians, seconds. Matrices are dense and row-major. Twists are (v, omega), linear first.
 No function allocates memory, has state, fails or computes in double precision. The functions call
@@ -86,7 +85,6 @@ Stack: bound of a function's frame for a compiler that optimizes, without the ca
 
 
 def _missing(derivation: Derivation) -> list[str]:
-    """Returns the lines that name the functions whose solver uses double precision."""
     text = missing_functions(derivation, "double precision")
     return ["", *textwrap.wrap(text, WIDTH - 3)] if text else []
 
@@ -104,7 +102,6 @@ def _declaration(
 
 
 def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dict[str, str]:
-    """Returns the README, and an example with a control step if the functions allow one."""
     name = derivation.robot.name
     inverse = next((f for f in printed if _is_followed(derivation, f)), None)
     values = {"robot": name, "upper": f"{name}_float".upper(), "title": derivation.robot.title}
@@ -124,7 +121,6 @@ def _example(derivation: Derivation, printed: Sequence[SymbolicFunction]) -> dic
 
 
 def _is_followed(derivation: Derivation, function: SymbolicFunction) -> bool:
-    """Whether the example can call an inverse; its other inputs must be joint coordinates."""
     others = {argument.name for argument in function.inputs[1:]}
     robot, computed = derivation.robot, {f.name for f in derivation.functions}
     has_joints = isinstance(robot, SerialRobot) and not robot.couplings

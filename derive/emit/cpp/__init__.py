@@ -1,1 +1,1 @@
-"""The C++17 language: a header over the generated C, an Eigen adapter and a CMake package."""
+"""Writes a C++17 header, an Eigen adapter and a CMake package."""

@@ -1,4 +1,4 @@
-"""Generates the C++17 header of a robot: constants, and functions over its C functions."""
+"""Generates a C++17 header that wraps the C functions of a robot."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ from ..reserved import safe
 from ..seeds import nearest_summary, seeded
 
 SLOTS = ["q", "residual", "margin"]
-"""The outputs of an inverse that the header uses."""
+"""Outputs of an inverse that the header returns."""
 
 
 def header(derivation: Derivation, programs: Programs) -> str:
@@ -80,7 +80,6 @@ def _constants(coordinates: Sequence[Joint | Motor | Coordinate]) -> str:
 
 
 def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
-    """Returns a C++ function that calls the C function of the same name."""
     arguments = [_input(argument) for argument in function.inputs]
     kind, outputs = _returned(function)
     passed = ", ".join([*(_passed(argument) for argument in function.inputs), *outputs])
@@ -91,14 +90,12 @@ def _definition(prefix: str, function: Signature, lines: Sequence[str]) -> str:
 def _function(
     lines: Sequence[str], kind: str, name: str, arguments: Sequence[str], call: str
 ) -> str:
-    """Returns a C++ function that calls a C function, which writes the result."""
     head = f"inline {kind} {name}({', '.join(arguments)}) noexcept {{"
     body = [f"  {kind} result;", *wrapped(call, "  "), "  return result;", "}"]
     return "\n".join([_comment(lines), *wrapped(head), *body])
 
 
 def _returned(function: Signature) -> tuple[str, list[str]]:
-    """Returns the C++ type of a result, and the expressions to which the C function writes."""
     outputs = function.outputs
     if len(outputs) == 1:
         return _type(outputs[0]), ["&result" if outputs[0].size == 1 else "result.data()"]
@@ -126,7 +123,6 @@ def _result_name(function: Signature) -> str:
 
 
 def _result(function: Signature) -> str:
-    """Returns the struct for the results of a function with several outputs."""
     members = [
         f"  {_type(output)} {safe(output.name)}; /**< {output.meaning} ({output.unit}) */"
         for output in function.outputs
@@ -154,7 +150,6 @@ def _passed(argument: Argument) -> str:
 
 
 def _nearest(derivation: Derivation, function: Signature) -> str:
-    """Returns the C++ function for the solution nearest to a seed, within the joint limits."""
     n, name = len(derivation.robot.coordinates), f"{function.name}_nearest"
     target = function.inputs[0]
     arguments = [

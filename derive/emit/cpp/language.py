@@ -16,7 +16,7 @@ from .header import header
 
 SUPPORT = Path(__file__).parent / "support"
 _AMPLITUDE = 0.05
-"""Amplitude of the motion in the example (radian, meter)."""
+"""Amplitude of the example's motion (radian, meter)."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
@@ -43,7 +43,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
-    """Returns the values of the placeholders in the templates."""
     nearest, start = _nearest_of_pose(derivation), example_start(derivation, _AMPLITUDE)
     fixed = nearest.role.fixed if nearest else ()
     moved = next((k for k in range(len(start)) if k not in fixed), 0)
@@ -61,5 +60,4 @@ def _values(derivation: Derivation, sources: Sequence[str]) -> dict[str, str]:
 
 
 def _nearest_of_pose(derivation: Derivation) -> Signature | None:
-    """Returns the inverse that the example calls: the first that solves complete poses."""
     return next((f for f in seeded(derivation) if f.role.domain == "pose"), None)

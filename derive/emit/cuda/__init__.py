@@ -1,1 +1,1 @@
-"""CUDA C++: device functions in both precisions, and kernels with one thread per pose."""
+"""Writes CUDA C++ with one thread per pose, in single and double precision."""

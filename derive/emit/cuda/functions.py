@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as device functions and kernels for CUDA."""
+"""Prints the functions of a robot for CUDA."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,12 +18,12 @@ DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 POSE = "  const size_t pose = (size_t)blockIdx.x * blockDim.x + threadIdx.x;"
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own", "own_residual", "own_margin"])
-"""Names of the local variables in the printed functions. An argument with the name of a local
-variable, or with a reserved name of C++, gets a trailing underscore."""
+"""Names of local variables in the printed functions. An argument with such a name, or with a
+reserved name, gets a trailing underscore."""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:
-    """Returns a function whose arguments and results have names that are valid in CUDA."""
+    """Returns the function with names that are valid in CUDA."""
     inputs = tuple(replace(a, name=_safe(a.name)) for a in function.inputs)
     outputs = tuple(replace(r, name=_safe(r.name)) for r in function.outputs)
     return replace(function, inputs=inputs, outputs=outputs)
@@ -34,7 +34,7 @@ def _safe(name: str) -> str:
 
 
 def device_function(function: SymbolicFunction, program: Program, precision: Precision) -> str:
-    """Returns the device function for one pose and precision, with all branches of an inverse."""
+    """Returns the device function that computes one pose."""
     program = replace(program, arguments=tuple(map(_safe, program.arguments)))
     program = single(program) if precision is SINGLE else program
     head = f"CHASLES_INLINE void {function.name}({', '.join(_columns(function, precision.kind))})"
@@ -72,12 +72,12 @@ def _kernel(name: str, arguments: Sequence[str], body: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Nearest:
-    """A function that returns the nearest solution of an inverse.
+    """A function that returns the solution nearest to a seed.
 
     Attributes:
         derivation: The derivation of the robot.
         inverse: The inverse.
-        inputs: The further inputs of the inverse.
+        inputs: Inputs of the inverse after the target.
     """
 
     derivation: Derivation
@@ -90,7 +90,7 @@ class Nearest:
         return f"{self.inverse.name}_nearest"
 
     def device_function(self, precision: Precision) -> str:
-        """Returns the device function for one pose in one precision."""
+        """Returns the device function that computes one pose."""
         kind, n = precision.kind, len(self.derivation.robot.coordinates)
         of, (target, *more) = f"<{kind}, {n}", renamed(self.inverse).inputs
         tables = ", ".join(f"{{{', '.join(row)}}}" for row in self._tables())
@@ -117,13 +117,11 @@ class Nearest:
         )
 
     def _tables(self) -> list[Sequence[str]]:
-        """Returns the limits, the weights and the periods of the coordinates."""
         limits = [bounds(c.limits) for c in self.derivation.robot.coordinates]
         ones = [str(int(is_one)) for is_one in counts(self.derivation, self.inverse)]
         return [*zip(*limits, strict=True), ones, turns(self.derivation, self.inverse)]
 
     def _own_inputs(self, kind: str, names: Sequence[str]) -> list[str]:
-        """Returns the lines that compute the further inputs of the inverse from the seed."""
         own = self.inputs
         source = "own" if own.function else "q_seed"
         call = [f"  {kind} own[{own.size}];", f"  {own.function}(q_seed, own);"]
@@ -132,7 +130,7 @@ class Nearest:
         return [*(call if own.function else ()), *values]
 
     def kernel(self) -> str:
-        """Returns the kernel, with the same limits and weights for all poses."""
+        """Returns the kernel. All poses use the same limits and weights."""
         n, target = len(self.derivation.robot.coordinates), renamed(self.inverse).inputs[0]
         arguments = [f"const Real *{name}" for name in (target.name, "q_seed")]
         arguments += [f"const Real *{name}" for name in ("lower", "upper", "weights")]

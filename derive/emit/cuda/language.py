@@ -1,4 +1,4 @@
-"""Writes CUDA C++ for a robot: device functions, kernels with one thread per pose, an example."""
+"""Writes CUDA C++ functions, kernels and an example."""
 
 import textwrap
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ inputs. For an inverse, only solutions count whose Jacobian has a smallest singu
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
-    """Returns the header with the kernels, the support files, the README and the example."""
+    """Returns the header, the support files, the README and the example."""
     name = derivation.robot.name
     printed = printed_functions(derivation)
     absent = (missing_functions(derivation), missing_nearest(derivation, printed))
@@ -96,7 +96,6 @@ def _comment(lines: Sequence[str]) -> str:
 
 
 def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
-    """Returns a function in both precisions, and the kernel of the function."""
     own, program = renamed(function), programs.whole[function.name]
     lines = with_errors(function, description(own, programs), measured.errors(function))
     definitions = [device_function(own, program, precision) for precision in PRECISIONS]
@@ -104,7 +103,6 @@ def _printed(function: SymbolicFunction, programs: Programs, measured: Measureme
 
 
 def _nearest(nearest: Nearest) -> str:
-    """Returns the functions of a nearest solution in both precisions, and their kernel."""
     described = [
         *nearest_summary(nearest.inverse),
         "Its slot, or -1 if out of reach, -2 if outside the limits, -3 if T or q_seed is NaN.",
@@ -118,7 +116,6 @@ def _nearest(nearest: Nearest) -> str:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves many poses, or {} if ``fk`` or a pose inverse is missing."""
     inverse = example_inverse(derivation, printed)
     if inverse is None or not any(function.name == "fk" for function in printed):
         return {}

@@ -1,1 +1,1 @@
-"""A module of JAX functions that run on every device, with derivatives by JAX."""
+"""Writes a Python module with JAX functions."""

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as functions of JAX."""
+"""Prints the functions of a robot for JAX."""
 
 import keyword
 import textwrap
@@ -11,9 +11,9 @@ from ..c.expressions import FUNCTIONS, expression, naming
 from ..precision.single import single
 
 WIDTH = 100
-"""Maximum line length of the comments and results."""
+"""Maximum line length of comments and results."""
 CHOICE = "choice"
-"""Name of the argument that contains the branch signs."""
+"""Name of the argument with the branch signs."""
 _TEMPLATES = {
     Operation.AND: "{0} & {1}",
     Operation.OR: "{0} | {1}",
@@ -29,7 +29,7 @@ _CALLS = {operation: f"jnp.{name}" for operation, name in FUNCTIONS.items()}
 
 
 RESERVED = frozenset([*keyword.kwlist, "jnp", "batch", "is_single", CHOICE])
-"""Names that an argument cannot have; such a name gets a trailing underscore."""
+"""Names that an argument must not have. Such names get a trailing underscore."""
 
 
 def safe(name: str) -> str:
@@ -43,7 +43,7 @@ def definition(function: SymbolicFunction, described: Sequence[str], program: Pr
     Args:
         function: The function.
         described: The lines of the docstring; the first line is the summary.
-        program: The program of the function or, with branches, of one branch.
+        program: The program of the function. With branches, the program of one branch.
     """
     first, *others = described
     slots = list(patterns(function)) if function.signs else []
@@ -71,7 +71,6 @@ def _pairs(inputs: Sequence[Argument]) -> str:
 
 
 def _signs(slots: Sequence[tuple[int, ...]]) -> Iterator[str]:
-    """Yields the lines that assign the signs of all slots."""
     for k, signs in enumerate(zip(*slots, strict=True)):
         yield f"{CHOICE}_{k} = jnp.array({[float(sign) for sign in signs]}, _real(is_single))"
     if slots:
@@ -79,7 +78,6 @@ def _signs(slots: Sequence[tuple[int, ...]]) -> Iterator[str]:
 
 
 def _entries(function: SymbolicFunction, program: Program, *, is_branch: bool) -> Iterator[str]:
-    """Yields the lines that assign input entries, with a new dimension for branches."""
     name, shapes = naming(program), {a.name: a.shape for a in function.inputs}
     for entry in program.inputs:
         argument = program.arguments[entry.argument]
@@ -91,7 +89,6 @@ def _entries(function: SymbolicFunction, program: Program, *, is_branch: bool) -
 
 
 def _index(shape: tuple[int, ...], entry: int) -> list[int]:
-    """Returns the indices of an entry in row-major order."""
     found = []
     for size in reversed(shape):
         entry, k = divmod(entry, size)
@@ -100,7 +97,6 @@ def _index(shape: tuple[int, ...], entry: int) -> list[int]:
 
 
 def _statements(program: Program, rounded: Program) -> Iterator[str]:
-    """Yields a line for each computed value; constants may depend on the precision."""
     name = naming(program)
     for double, float32 in zip(program.computed, rounded.computed, strict=True):
         terms = {
@@ -125,7 +121,6 @@ def _constant(double: Constant, float32: Operand) -> str:
 
 
 def _results(function: SymbolicFunction, program: Program) -> Iterator[str]:
-    """Yields the lines that return the results."""
     name = naming(program)
     for k, result in enumerate(function.outputs):
         shape = result.shape[1:] if function.signs else result.shape

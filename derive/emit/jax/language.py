@@ -1,4 +1,4 @@
-"""Writes the functions of a robot as a module of JAX."""
+"""Writes the functions of a robot as a JAX module."""
 
 import textwrap
 from importlib.metadata import version
@@ -33,7 +33,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _printed(function: SymbolicFunction, programs: Programs, measured: Measurement) -> str:
-    """Returns a function; its docstring states the errors of float32."""
     errors = measured.errors(function)
     described = with_errors(function, description(function, programs), errors)
     return definition(function, described, programs.alone(function))

@@ -1,1 +1,1 @@
-"""Functions for MATLAB, Octave and Simulink that call the generated C."""
+"""Writes functions for MATLAB, Octave and Simulink. They call the generated C."""

@@ -1,4 +1,4 @@
-"""Writes functions for MATLAB and Octave, an S-function for Simulink, and a build script."""
+"""Writes MATLAB and Octave functions, a Simulink S-function and a build script."""
 
 from importlib.metadata import version
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Prints the functions of a robot as a C table, and as functions of MATLAB."""
+"""Prints the functions of a robot as a C table and as MATLAB functions."""
 
 import math
 import textwrap
@@ -16,19 +16,20 @@ _KEYWORDS = (
     "persistent return spmd switch try while"
 )
 _RESERVED = frozenset(_KEYWORDS.split())
-"""Keywords of MATLAB; a name in this list gets a trailing underscore."""
+"""Keywords of MATLAB. Names in this list get a trailing underscore."""
 
 
 @dataclass(frozen=True)
 class Array:
-    """An input or output of a function in the table.
+    """An input or output of a MATLAB function.
 
     Attributes:
         name: Name in MATLAB.
-        meaning: Meaning of the input or output, with its unit.
+        meaning: Meaning and unit of the value.
         shape: Sizes in MATLAB.
-        has_columns: Whether C stores one solution per row, and MATLAB one solution per column.
-        is_condition: Whether the entries are truth values.
+        has_columns: Whether C stores one solution per row. MATLAB then stores one solution per
+            column.
+        is_condition: Whether the entries are booleans.
     """
 
     name: str
@@ -50,15 +51,15 @@ class Array:
 
 @dataclass(frozen=True)
 class Function:
-    """A function as MATLAB calls it.
+    """A MATLAB function.
 
     Attributes:
-        name: Name of the C function without the prefix of the robot.
+        name: Name of the C function without the robot's prefix.
         summary: Meaning of the function, as lines of text.
         inputs: The inputs.
-        required: Number of inputs that a call needs.
+        required: Number of required inputs.
         outputs: The outputs.
-        body: The C statements that read the inputs ``in`` and write the outputs ``out``.
+        body: C statements that read the inputs ``in`` and write the outputs ``out``.
     """
 
     name: str
@@ -70,7 +71,7 @@ class Function:
 
 
 def functions(derivation: Derivation) -> list[Function]:
-    """Returns the functions of a robot: public functions, and functions for all loop branches."""
+    """Returns the MATLAB functions of a robot."""
     found = [
         f
         for f in (*derivation.functions, *derivation.written)
@@ -83,7 +84,7 @@ def functions(derivation: Derivation) -> list[Function]:
 
 
 def table(derivation: Derivation, listed: Sequence[Function]) -> str:
-    """Returns the C header that contains the table of functions."""
+    """Returns the C header with the table of functions."""
     name = derivation.robot.name
     calls: list[str] = []
     rows: list[str] = []
@@ -108,7 +109,7 @@ def _array(array: Array) -> str:
 
 
 def help_file(derivation: Derivation, function: Function) -> str:
-    """Returns the MATLAB file of a function, with its help text."""
+    """Returns the MATLAB file of a function. It contains the help text."""
     robot = derivation.robot.name
     name = f"{robot}_{function.name}"
     inputs = [array.name for array in function.inputs]
@@ -137,7 +138,6 @@ def _safe(name: str) -> str:
 
 
 def _of(value: Argument | Result, *, has_slots: bool = False) -> Array:
-    """Returns a table entry for an input or output; a vector is a column."""
     shape, meaning = value.shape or (1,), f"{value.meaning} ({value.unit})"
     if len(shape) == 1:
         return Array(_safe(value.name), meaning, (*shape, 1))

@@ -1,1 +1,1 @@
-"""A ROS 2 package with a kinematics plugin for MoveIt 2 that calls the generated C."""
+"""Writes a ROS 2 package with a kinematics plugin for MoveIt 2."""

@@ -1,4 +1,4 @@
-"""Writes an ament package: the generated C, and a kinematics plugin for MoveIt 2."""
+"""Writes a ROS 2 package with the generated C and a kinematics plugin for MoveIt 2."""
 
 from collections.abc import Collection, Sequence
 from importlib.metadata import version
@@ -25,14 +25,14 @@ TEMPLATES = {
     "src/plugin.cpp": "plugin.cpp.in",
 }
 SHARED = ("solver.hpp", "solver.cpp", "solver_setup.cpp")
-"""Files that are the same for every robot except for their namespace."""
+"""Files that are the same for every robot except for the namespace."""
 
 
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the files of the package, keyed by path.
 
     Raises:
-        InputValueError: A function that the plugin needs is missing.
+        InputValueError: The robot lacks a function that the plugin needs.
     """
     name = derivation.robot.name
     inverse = _inverse(derivation)
@@ -61,7 +61,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
 
 
 def _joints(derivation: Derivation) -> Sequence[Joint]:
-    """Returns the joints of the chain, except joints that mimic other joints."""
     robot = derivation.robot
     if isinstance(robot, Mechanism) or not robot.couplings:
         return chain(derivation)
@@ -78,7 +77,6 @@ def _names(derivation: Derivation) -> set[str]:
 
 
 def _inverse(derivation: Derivation) -> Signature:
-    """Returns the inverse that the plugin calls: the first inverse for complete poses."""
     found = (*derivation.functions, *derivation.written)
     inverse = next((f for f in found if f.role.is_inverse and f.role.domain == "pose"), None)
     needs_maps = list(_joints(derivation)) != list(derivation.robot.coordinates)

@@ -1,4 +1,4 @@
-"""Prints the calls of robot functions that the kinematics plugin contains."""
+"""Prints the robot-specific code of the kinematics plugin."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,11 @@ from ...terms.symbolic_function import Signature
 def plugin_values(
     derivation: Derivation, inverse: Signature, joints: Sequence[Joint]
 ) -> dict[str, str]:
-    """Returns the values of the placeholders in the plugin.
+    """Returns the values of the plugin's placeholders.
 
     The plugin works with the joints of the chain. For a robot with loops or couplings, the
-    generated C uses actuated coordinates. The functions ``chain`` and ``actuators`` convert between
-    the actuated coordinates and the joints.
+    generated C uses the actuators instead. The functions ``chain`` and ``actuators`` convert
+    between joints and actuators.
 
     Args:
         derivation: The derived robot with its functions.
@@ -64,7 +64,6 @@ def _mapped(derivation: Derivation, inverse: Signature, m: int) -> dict[str, str
 
 
 def _periods(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
-    """Returns the period of each joint: a full turn, or 0 for prismatic and for mimicked joints."""
     robot, alone = derivation.robot, {joint.name for joint in joints}
     if isinstance(robot, SerialRobot) and len(joints) < len(robot.moving):
         columns = zip(joints, range(len(joints)), strict=True)
@@ -78,7 +77,6 @@ def _periods(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
 
 
 def _reference(derivation: Derivation, joints: Sequence[Joint]) -> list[str]:
-    """Returns the joint values at the reference of a robot with loops; empty without loops."""
     if derivation.hybrid is None:
         return []
     return [repr(round(derivation.hybrid.at_reference[joint.name], 9)) for joint in joints]
@@ -93,7 +91,10 @@ def _passed(inverse: Signature) -> str:
 def _inputs(
     derivation: Derivation, inverse: Signature, joints: Sequence[str], is_direct: bool
 ) -> tuple[list[int], list[str]]:
-    """Returns the joint index of each input (-1: swivel angle), and lines that compute inputs."""
+    """Returns the joint index of each input, and lines that compute other inputs.
+
+    A swivel angle has index -1.
+    """
     robot, names = derivation.robot, [argument.name for argument in inverse.inputs[1:]]
     swivel = {f.name for f in derivation.functions if f.role.name == "redundancy"}
     if is_direct and len(names) == len(inverse.role.fixed):

@@ -1,1 +1,1 @@
-"""Programs in single precision, and their errors against double precision."""
+"""Converts programs to single precision and measures their errors."""

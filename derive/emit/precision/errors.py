@@ -1,4 +1,4 @@
-"""Compares programs in single precision with the same programs in double precision."""
+"""Compares single-precision programs with double-precision programs."""
 
 import math
 from collections.abc import Sequence
@@ -18,31 +18,30 @@ from .single import single
 SAMPLES = 10_000
 """Number of random inputs at which a function is evaluated."""
 SAFETY = 2.0
-"""The printed bound is this multiple of the largest measured error, because math libraries on other
+"""The printed error bound is the largest measured error times this factor. Math libraries on other
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
-"""For robots with loops, each coordinate is sampled within this distance of the reference (radian
-or meter). If the range of a coordinate is below 1 rad or 1 m, the distance is this fraction of the
-range."""
+"""Coordinates are sampled within this distance of the reference if the robot has loops (radian or
+meter). A coordinate with a small range (below 1 rad or 1 m) uses this fraction of the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
-"""Names of the inputs that are velocities or accelerations."""
+"""Names of inputs that are velocities or accelerations."""
 ENTRIES = {"position": [3, 7, 11], "plane": [3, 7], "orientation": [0, 1, 2, 4, 5, 6, 8, 9, 10]}
-"""The entries of a pose that a task constrains."""
+"""Pose entries that a task constrains."""
 ROWS = {"position": [0, 1, 2], "plane": [0, 1], "orientation": [3, 4, 5]}
-"""Rows of the Jacobian that belong to the entries of the task."""
+"""Jacobian rows that a task constrains."""
 _TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a function that is computed in single precision.
+    """Errors of a function in single precision.
 
     Attributes:
-        bounds: An error bound for each output, or None if no error was measured.
-        solutions: Number of inverse solutions in double precision that lie away from singularities.
-        missed: Number of the double-precision solutions that single precision does not find.
+        bounds: Error bound of each output. None if no error was measured.
+        solutions: Number of regular inverse solutions in double precision.
+        missed: Number of these solutions that single precision misses.
     """
 
     bounds: tuple[float | None, ...]
@@ -52,7 +51,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Random inputs for the functions of a robot, and the errors of these functions."""
+    """Random inputs for a robot's functions, and the errors at these inputs."""
 
     derivation: Derivation
     programs: Programs
@@ -77,7 +76,6 @@ class Measurement:
 
     @cached_property
     def _known(self) -> dict[str, Array]:
-        """Returns the inputs that several functions share, keyed by argument name."""
         q = self._coordinates()
         known = {"q": q} | self._near_reference()
         for argument, name in (("theta", "chain"), ("z", "configuration"), ("T", "fk")):
@@ -86,11 +84,9 @@ class Measurement:
         return known
 
     def _is_printed(self, name: str) -> bool:
-        """Whether a function exists and does not call a solver."""
         return any(f.name == name and not f.calls for f in self.derivation.functions)
 
     def _near_reference(self) -> dict[str, Array]:
-        """Returns main-chain joints and all joints near the reference of a robot with loops."""
         solved, rng = self.derivation.hybrid, np.random.default_rng(2)
         if solved is None:
             return {}
@@ -106,7 +102,6 @@ class Measurement:
         return found
 
     def _coordinates(self) -> Array:
-        """Returns random coordinates in the range, or near the reference if there are loops."""
         rng = np.random.default_rng(0)
         limits = [c.limits for c in self.derivation.robot.coordinates]
         low, high = (
@@ -123,7 +118,6 @@ class Measurement:
         return np.asarray(low + (high - low) * rng.random((SAMPLES, len(low))))
 
     def _inputs(self, function: SymbolicFunction) -> list[Array] | None:
-        """Returns the inputs of a function, or None if an input is unknown."""
         rng = np.random.default_rng(1)
         first, *others = function.inputs
         is_inverse = function.role.is_inverse
@@ -138,14 +132,12 @@ class Measurement:
         return None if any(item is None for item in found) else found  # type: ignore[return-value]
 
     def _target(self, function: SymbolicFunction) -> Array | None:
-        """Returns the targets of an inverse, or None if the target components are unknown."""
         T, components = self._known.get("T"), function.role.components
         if T is None or not set(components) <= ENTRIES.keys():
             return None
         return np.hstack([T[:, ENTRIES[part]] for part in components]) if components else T
 
     def _fixed(self, function: SymbolicFunction, argument: Argument, k: int) -> Array | None:
-        """Returns random values for a fixed joint or for a redundancy parameter."""
         q, robot = self._known["q"], self.derivation.robot
         if argument.name in self.programs.whole:
             return self._at(argument.name, [q])[0]
@@ -155,7 +147,6 @@ class Measurement:
         return None
 
     def _is_regular(self, function: SymbolicFunction, inputs: Sequence[Array]) -> Array:
-        """Returns, for each input, whether the loops stay away from their dead points."""
         if not self._is_printed(function.margin):
             return np.ones(len(inputs[0]), dtype=bool)
         (margin,) = self._at(function.margin, inputs[:1])
@@ -164,7 +155,7 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compares the solutions in both precisions, except close to singularities."""
+        """Compares the solutions in both precisions. Solutions near singularities are skipped."""
         n = function.outputs[0].shape[1]
         q, near = (x[0].reshape(-1, n).astype(float) for x in (exact, rounded))
         valid = exact[1].ravel() <= SOLVED
@@ -179,7 +170,6 @@ class Measurement:
         return Errors(tuple(bounds), int(valid.sum()), int((valid & ~found).sum()))
 
     def _singular_values(self, function: SymbolicFunction, q: Array) -> Array | None:
-        """Returns the smallest singular value of the task Jacobian at each configuration."""
         if not self._is_printed("jacobian_mixed"):
             return None
         J = self._at("jacobian_mixed", [q])[0].reshape(len(q), 6, -1)
@@ -190,18 +180,16 @@ class Measurement:
 
 
 def with_errors(function: SymbolicFunction, lines: Sequence[str], errors: Errors) -> list[str]:
-    """Adds the error bounds to the comment of a function, whose last lines describe the results."""
+    """Adds the error bounds to the comment of a function."""
     count = len(function.outputs)
     return [*lines[:-count], *map(_with_error, lines[-count:], errors.bounds)]
 
 
 def _with_error(line: str, bound: float | None) -> str:
-    """Adds the error bound of a result to a comment line."""
     return f"{line}, error not measured" if bound is None else f"{line}, error {bound:.0e}"
 
 
 def _apart(x: Array, y: Array, result: Result) -> Array:
-    """Returns the absolute differences of entries; full turns between angles do not count."""
     apart = x.astype(float) - y
     if "rad" in result.unit and "/" not in result.unit:
         apart -= _TURN * np.round(apart / _TURN)
@@ -209,7 +197,6 @@ def _apart(x: Array, y: Array, result: Result) -> Array:
 
 
 def _bound(errors: Array) -> float | None:
-    """Returns a bound of the errors, rounded up to one digit, or None without errors."""
     if not errors.size:
         return None
     most = SAFETY * float(np.max(errors))

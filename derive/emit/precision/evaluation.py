@@ -1,4 +1,4 @@
-"""Evaluates programs in single or double precision at many inputs at once."""
+"""Evaluates programs in single or double precision for many inputs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,10 +12,12 @@ Array = NDArray[Any]
 
 
 def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating]) -> list[Array]:
-    """Returns the results of a program at m inputs; inputs and results have the shape (m, entries).
+    """Returns the results of a program for m inputs.
+
+    Inputs and results have the shape (m, entries).
 
     Every operation rounds its result to the chosen number type. Functions such as the sine are
-    computed in double precision, and the result is rounded once.
+    computed in double precision and then rounded.
     """
     m = len(inputs[0])
     known: dict[Operand, Array] = {}
@@ -43,8 +45,6 @@ def evaluate(program: Program, inputs: Sequence[Array], kind: type[np.floating])
 
 
 def _rounded(function: Callable[..., Array]) -> Callable[..., Array]:
-    """Returns a function that computes in double precision and rounds to its operands' type."""
-
     def rounded(*operands: Array) -> Array:
         found = function(*(operand.astype(np.float64) for operand in operands))
         return found.astype(operands[0].dtype)

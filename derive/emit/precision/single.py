@@ -1,4 +1,4 @@
-"""Converts thresholds, lower bounds and constants of programs to single precision."""
+"""Converts the constants of programs to single precision."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,19 +17,18 @@ from ...program.operations import (
 )
 
 ROUNDING_RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
-"""Ratio of the rounding errors in single and double precision: 2^29."""
+"""Ratio of rounding errors between single and double precision: 2^29."""
 FRAME = 128
-"""Size of the saved registers and addresses of a function (byte), for processors with 32 or 64
-bits."""
+"""Stack size of the saved registers and addresses (byte), for 32-bit and 64-bit processors."""
 
 
 def single(program: Program) -> Program:
     """Returns the single-precision version of a program.
 
-    A rounding threshold is a very small constant that only conditions use. The conversion
-    multiplies a rounding threshold by the ratio of the rounding errors. A lower bound in a
-    denominator prevents a division by zero. The conversion replaces a lower bound by a number that
-    single precision can represent.
+    A rounding threshold is a tiny constant that only conditions use. Rounding thresholds are
+    multiplied by the ratio of the rounding errors. Some denominators have a lower bound that
+    prevents a division by zero. Each bound is replaced by a number that single precision can
+    represent.
     """
     stored = _reaching_results(program)
 
@@ -45,7 +44,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that affect results directly, not only through a condition."""
+    """Returns the operands that affect results without a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):
@@ -72,10 +71,9 @@ def _floored(value: float) -> float:
 
 
 def stack_bytes(program: Program) -> int:
-    """Returns an upper bound (byte) of a function's stack frame, for compilers that optimize.
+    """Returns an upper bound of a function's stack size (byte). Compilers must optimize.
 
-    The bound is the size of the saved registers plus the largest number of simultaneously needed
-    values.
+    The bound is the size of the saved registers plus the largest number of live values.
     """
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)

@@ -1,1 +1,1 @@
-"""Conversions between the actuators and the joints of a robot, with an example for ros2_control."""
+"""Converts between actuators and joints for ros2_control."""

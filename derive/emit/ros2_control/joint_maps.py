@@ -1,4 +1,4 @@
-"""Writes a C++ header that converts actuators and joints, and an example for ros2_control."""
+"""Writes a C++ header that converts between actuators and joints."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from ..templates import filled
 
 SUPPORT = Path(__file__).parent / "support"
 MAPS = ("chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain", "actuator_rates")
-"""Functions that convert between the actuators and the joints of the chain."""
+"""Functions that convert between actuators and joints."""
 EXAMPLE = "examples/hardware.cpp"
 """Path of the example in the package."""
 
@@ -24,25 +24,25 @@ def chain(derivation: Derivation) -> Sequence[Joint]:
 
 
 def has_maps(derivation: Derivation) -> bool:
-    """Whether a robot has all functions that the header calls."""
+    """Whether the robot has all functions that the header calls."""
     further = {"configuration"} if derivation.hybrid else set()
     functions = (*derivation.functions, *derivation.written)
     return {*MAPS, *further} <= {function.name for function in functions}
 
 
 def map_files(derivation: Derivation, inverse: Signature, package: str) -> dict[str, str]:
-    """Returns the header and the example of a package, keyed by path; {} if a map is missing.
+    """Returns the header and the example, keyed by path. Empty if a conversion is missing.
 
     Args:
         derivation: The derivation of the robot.
         inverse: The inverse that the example calls.
-        package: The name of the package, which is also the C++ namespace.
+        package: The package name, which is also the C++ namespace.
     """
     if not has_maps(derivation):
         return {}
     robot, hybrid = derivation.robot, derivation.hybrid
     names = [joint.name for joint in chain(derivation)]
-    # Couplings are linear, so the conversion of rates does not depend on the positions.
+    # Couplings are linear. The conversion of rates does not depend on the positions.
     has_slope = hybrid is not None
     all_joints = [v.name for v in hybrid.variables] if hybrid else names
     values = {

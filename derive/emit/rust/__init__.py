@@ -1,1 +1,1 @@
-"""A Rust crate without dependencies, which also compiles without the standard library of Rust."""
+"""Writes a Rust crate that also works without the standard library."""

@@ -16,9 +16,9 @@ _KEYWORDS = (
     "where while yield"
 )
 CONSTANTS = ("N", "SOLVED", "COORDINATE_NAMES", "COORDINATE_UNITS", "COORDINATE_LIMITS")
-"""Names of the constants that the crate defines."""
+"""Names of constants in the crate."""
 RESERVED = frozenset([*_KEYWORDS.split(), *CONSTANTS])
-"""Names that an argument cannot have in Rust; such a name gets a trailing underscore."""
+"""Names that a Rust argument must not have. Such names get a trailing underscore."""
 _TEMPLATES = {
     Operation.SIGN: "if {0} < 0.0 {{ -1.0 }} else if {0} > 0.0 {{ 1.0 }} else {{ {0} }}",
     Operation.SELECT: "if {0} {{ {1} }} else {{ {2} }}",
@@ -34,7 +34,7 @@ _CALLS = {
 
 
 def safe(name: str) -> str:
-    """Returns a name that an argument can have in Rust."""
+    """Returns a valid name for a Rust argument."""
     return f"{name}_" if name in RESERVED else name
 
 
@@ -47,7 +47,7 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
         program: The program of all branches of the function.
     """
     first, *others = described
-    # Markdown would read the products and indices in formulas as emphasis and links.
+    # Markdown would read products and indices as emphasis and links.
     comment = [f"/// {first}", "///", "/// ```text", *(f"/// {line}" for line in others), "/// ```"]
     inputs = [f"{safe(a.name)}: &{kind(a)}" for a in function.inputs]
     outputs = [f"{safe(r.name)}: &mut {kind(r)}" for r in function.outputs]
@@ -59,12 +59,12 @@ def definition(function: Signature, described: Sequence[str], program: Program) 
 
 
 def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs) -> str:
-    """Returns the Rust function that selects the nearest solution of an inverse.
+    """Returns the Rust function for the solution nearest to a seed.
 
     Args:
         derivation: The derivation of the robot.
         function: The inverse.
-        own: The inputs of the inverse after the target.
+        own: Inputs of the inverse after the target.
     """
     lines = [
         *nearest_summary(function),
@@ -97,9 +97,9 @@ def nearest(derivation: Derivation, function: SymbolicFunction, own: SeedInputs)
 
 
 def kind(value: Argument | Result) -> str:
-    """Returns the type of an argument: an array or, with solution slots, an array of arrays.
+    """Returns the type of an argument. Arguments with solution slots are arrays of arrays.
 
-    In an array of residuals or margins, each entry belongs to one slot.
+    Residuals and margins have one entry per solution.
     """
     if is_slots(value):
         slots, n = value.shape
@@ -108,7 +108,7 @@ def kind(value: Argument | Result) -> str:
 
 
 def is_slots(value: Argument | Result) -> bool:
-    """Whether a result contains the coordinates of all solution slots."""
+    """Whether a result contains the coordinates of all solutions."""
     return isinstance(value, Result) and value.name == "q" and len(value.shape) > 1
 
 
@@ -135,7 +135,6 @@ def _statements(function: Signature, program: Program) -> list[str]:
 
 
 def _place(result: Result, entry: int) -> str:
-    """Returns the expression for one entry of a result."""
     if is_slots(result):
         slot, k = divmod(entry, result.shape[1])
         return f"{safe(result.name)}[{slot}][{k}]"

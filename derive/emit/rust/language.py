@@ -1,4 +1,4 @@
-"""Writes a Rust crate that contains the functions without an iterative solver, and an example."""
+"""Writes a Rust crate for the functions that call no iterative solver."""
 
 import json
 import textwrap
@@ -73,7 +73,6 @@ def _library(
 
 
 def _constants(derivation: Derivation) -> str:
-    """Returns the constants for the coordinates of the robot."""
     moved = derivation.robot.coordinates
     limits = [
         f"[{_bound(c.limits[0], 'f64::NEG_INFINITY')}, {_bound(c.limits[1], 'f64::INFINITY')}]"
@@ -110,7 +109,6 @@ def _bound(value: object, infinite: str) -> str:
 def _example(
     derivation: Derivation, printed: Sequence[SymbolicFunction], values: dict[str, str]
 ) -> dict[str, str]:
-    """Returns an example that solves or prints a pose; empty without ``fk``."""
     if not any(function.name == "fk" for function in printed):
         return {}
     values = values | {"start": ", ".join(map(number, example_start(derivation)))}

@@ -1,1 +1,1 @@
-"""LaTeX fragments for a chain: parameters, screw axes, link transforms, poses and Jacobians."""
+"""LaTeX fragments that describe a serial chain."""

@@ -1,4 +1,4 @@
-r"""Prints a coupled serial robot: its chain in joint coordinates, and the map from q to theta."""
+r"""Prints a coupled serial robot."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
 JOINT, INDEPENDENT = r"\theta", r"\varphi"
-"""LaTeX letters of all joints, and of the independent joints."""
+"""Letters of all joints and of the independent joints."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class CoupledPage:
     Attributes:
         robot: The description.
         derivation: The functions of the robot's coordinates.
-        chain: The chain of the robot's joints, whose coordinates are called theta.
+        chain: The chain of the joints theta.
     """
 
     robot: SerialRobot
@@ -58,14 +58,14 @@ class CoupledPage:
 
     @cached_property
     def free(self) -> CoupledChain:
-        """The chain without the joints that do not move independently."""
+        """The chain of the independent joints."""
         return coupled_chain(self.robot)
 
     @cached_property
     def merged(self) -> Page | None:
-        """The printed chain without dependent joints, or None if it has all joints of the robot.
+        """The printed chain without dependent joints. None if all joints are independent.
 
-        Its symbols have other letters than the symbols of the robot's chain.
+        The symbols must differ from the symbols of the robot's chain.
         """
         shorter, letters = self.free.robot, self.chain.equations.notation.letters
         if len(shorter.moving) == len(self.robot.moving):
@@ -84,7 +84,7 @@ class CoupledPage:
 
 
 def description(page: CoupledPage) -> str:
-    """Prints the joints with their limits, and the motors with their limits."""
+    """Prints the limits of the joints and the motors."""
     motors = [c for c in page.robot.coordinates if isinstance(c, Motor)]
     if not motors:
         return parameters(page.chain, JOINT)
@@ -101,7 +101,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Prints the joints as functions of the coordinates, the inverse relation and the Jacobians."""
+    """Prints the map between joints and coordinates in both directions."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)
@@ -122,7 +122,7 @@ def couplings(page: CoupledPage) -> str:
 
 
 def inverse_of_coupled(page: CoupledPage) -> str:
-    """Prints the inverse of the chain without couplings, and its solutions in coordinates."""
+    """Prints the inverse kinematics of the chain, and the solutions in coordinates."""
     found = page.derivation.inverse or page.chain.inverse
     if found.classification.found is None or not found.solved:
         return text(missing_structure(found.classification))
@@ -141,7 +141,6 @@ def inverse_of_coupled(page: CoupledPage) -> str:
 
 
 def _merged_joints(page: CoupledPage, arm: Page) -> str:
-    """Prints the joints of the chain in which joints that follow others are merged."""
     values = page.free.joints_at(page.q)
     shown = [
         (arm.tex(name), page.chain.equations.printer.terms(value))
@@ -151,7 +150,6 @@ def _merged_joints(page: CoupledPage, arm: Page) -> str:
 
 
 def _motor_angles(page: CoupledPage, arm: Page) -> str:
-    """Prints the coordinates as functions of the joints of the printed chain."""
     notation, printer = arm.equations.notation, arm.equations.printer
     for symbol in page.q:
         notation.symbol(symbol.name, page.chain.equations.notation.order[symbol])
@@ -164,20 +162,19 @@ def _motor_angles(page: CoupledPage, arm: Page) -> str:
 
 
 def _motions(page: CoupledPage, arm: Page, joints: Sequence[int]) -> sp.Matrix:
-    """Returns the motions of joints in the chain without couplings, less their offsets."""
     chain, moving = page.free, arm.robot.moving
     theta = arm.equations.notation.q
     return sp.Matrix([moving[j].direction * theta[j] - chain.c[j] for j in joints])
 
 
 def singularities_of_coupled(page: CoupledPage) -> str:
-    """Prints the singular configurations of the chain whose joints are independent, if any."""
+    """Prints the singular configurations of the chain."""
     arm = page.merged or page.chain
     return singularities(arm) if page.free.surplus == 0 else ""
 
 
 def example_of_coupled(page: CoupledPage) -> str:
-    """Prints a configuration, its tool pose, and all solutions in coordinates."""
+    """Prints a configuration, its tool pose and all solutions."""
     coordinates, derivation = page.robot.coordinates, page.derivation
     angles = cycle(ANGLES)
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])

@@ -1,4 +1,4 @@
-r"""Prints a worked example: a configuration, its tool pose, and all solutions for this pose."""
+r"""Prints a worked example with all solutions."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,30 +25,30 @@ from .tables import Column, tabular
 FloatArray = NDArray[np.float64]
 AnyCoordinate = Joint | Coordinate | Motor
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Joint angles (degree) of the example, used cyclically if they are within the limits."""
+"""Joint angles (degree) of the example, used cyclically. Angles outside the limits are skipped."""
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Value of other coordinates in the example, as a fraction of the range between their limits."""
+"""Position of other coordinates in the example, as a fraction of their range."""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
 """Mark for a value that violates its limits."""
 MAX_WIDE = 6
 """Maximum number of coordinates for which a table prints two decimals."""
 SOLVED = 1e-9
-"""Largest residual (m, rad) at which a solution is valid, as the article states."""
+"""Largest residual (m, rad) of a valid solution."""
 SLACK = 1e-9
-"""Tolerance (radian or meter) within which a value counts as equal to its limit."""
+"""Tolerance (radian or meter) for a value at its limit."""
 
 
 def worked_example(page: Page) -> str:
-    """Prints a configuration of a serial robot, its tool pose, and all solutions for this pose."""
+    """Prints a configuration of a serial robot, its tool pose and all solutions."""
     angles = cycle(ANGLES)
     coordinates = page.robot.coordinates
     q = np.array([within(c, math.radians(next(angles))) for c in coordinates])
     symbols = [page.tex(symbol) for symbol in page.equations.notation.q]
     functions = page.inverse.functions
-    # In the equations, inputs of an inverse have the names of the coordinates.
+    # Inputs of an inverse have the coordinates' names in the equations.
     known = dict(zip((s.name for s in page.equations.notation.q), q, strict=True))
     for name, function in functions.items():
         if function.role.name == "redundancy":
@@ -60,7 +60,6 @@ def worked_example(page: Page) -> str:
 
 
 def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray) -> str:
-    """Prints solutions found by iteration if the arm has no closed form, otherwise nothing."""
     robot, inverse = page.robot, page.inverse
     if not inverse.written:
         return ""
@@ -104,17 +103,16 @@ def example(
     called: Mapping[str, str],
     pose: str,
 ) -> str:
-    """Prints the tool pose by ``fk``, and all solutions of the first inverse for this pose.
+    """Prints the tool pose and all solutions of the first inverse.
 
     Args:
         fk: The forward kinematics.
-        functions: The functions of the robot, including the inverse if it has a closed form.
+        functions: The functions of the robot.
         coordinates: The coordinates of the robot.
         symbols: LaTeX names of the robot's coordinates.
         q: The values of the coordinates (radian, meter).
-        known: Values of joints that are inputs of an inverse in addition to the pose, keyed by
-            joint name.
-        called: LaTeX names of the joints with known values, if they differ from the joint names.
+        known: Values of further inputs of an inverse, keyed by joint name.
+        called: LaTeX names of these joints, if they differ from the joint names.
         pose: LaTeX name of the tool's pose.
     """
     T = value_at(fk, q)
@@ -151,18 +149,18 @@ def solutions_of_pose(
     actuators: Sequence[str],
     found: Mapping[int, FloatArray],
 ) -> str:
-    """Prints the pose of a main chain, and the actuated coordinates for this pose.
+    """Prints the pose of a main chain and its actuated coordinates.
 
     Args:
         fk: The forward kinematics of the main chain.
-        name: The function from the main chain to all actuated coordinates.
+        name: The function that computes the actuated coordinates from the main chain.
         joints: The joints of the main chain.
         symbols: LaTeX names of the main-chain joints.
         theta: The values of the main-chain joints.
         pose: LaTeX name of the tool's pose.
         coordinates: The actuated coordinates.
         actuators: LaTeX names of the actuated coordinates.
-        found: The values of the coordinates in each solution slot.
+        found: The coordinates of each solution.
     """
     columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
     columns += _columns(actuators, coordinates, [*found.values()])
@@ -190,7 +188,7 @@ def rounded(value: float, unit: str) -> float:
 
 
 def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
-    """Returns the limits of a coordinate (radian, meter), which are infinite if not stated."""
+    """Returns the limits of a coordinate (radian, meter). Missing limits are infinite."""
     lower, upper = coordinate.limits
     return (
         -math.inf if lower is None else float(lower),
@@ -199,12 +197,11 @@ def bounds(coordinate: AnyCoordinate) -> tuple[float, float]:
 
 
 def _is_known(inverse: SymbolicFunction, known: Mapping[str, float]) -> bool:
-    """Whether the values of all inputs of an inverse, except the pose, are known."""
     return all(argument.name in known for argument in inverse.inputs[1:])
 
 
 def value_at(function: SymbolicFunction, q: FloatArray) -> FloatArray:
-    """Evaluates a function at the values of the coordinates."""
+    """Evaluates a function at a configuration."""
     (kernel,) = lower([function], "example")
     return np.array(kernel(q)).reshape(function.outputs[0].shape)
 
@@ -217,7 +214,6 @@ def _solutions(
     called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
-    """Prints the table of all solutions, one of which is the original configuration."""
     role = inverse.role
     inputs = [
         np.concatenate(
@@ -253,7 +249,6 @@ def _solutions(
 def _columns(
     symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], found: Sequence[FloatArray]
 ) -> list[Column]:
-    """Returns one table column for each coordinate, with its values."""
     places = 2 if len(coordinates) <= MAX_WIDE else 1
     return [
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
@@ -262,7 +257,6 @@ def _columns(
 
 
 def _measured(coordinates: Sequence[AnyCoordinate]) -> str:
-    """States the units of the values in the table."""
     units = {coordinate.unit for coordinate in coordinates}
     return " and ".join(words for unit, words in _UNITS.items() if unit in units)
 
@@ -276,7 +270,6 @@ def _count(count: int) -> str:
 
 
 def _value(coordinate: AnyCoordinate, value: float, places: int) -> str:
-    """Formats a value in degrees or meters, and marks a value outside its limits."""
     lower, upper = bounds(coordinate)
     if coordinate.unit == "rad":
         shown = f"{round(math.degrees(value), places) + 0.0:.{places}f}"
@@ -289,13 +282,11 @@ def _value(coordinate: AnyCoordinate, value: float, places: int) -> str:
 
 
 def _decimal(value: float, places: int) -> str:
-    """Formats a rounded number; zero has no sign."""
     rounded = round(value, places) + 0.0
     return f"{rounded:.{places}f}" if rounded != int(rounded) else str(int(rounded))
 
 
 def _short(value: float, places: int) -> str:
-    """Formats a rounded number without trailing zeros."""
     return f"{round(value, places) + 0.0:.{places}f}".rstrip("0").rstrip(".")
 
 
@@ -304,7 +295,7 @@ def _listed(symbols: Sequence[str], coordinates: Sequence[AnyCoordinate], q: Flo
 
 
 def at_value(symbol: str, coordinate: AnyCoordinate, value: float) -> str:
-    """Formats a coordinate with its value, in degrees or meters."""
+    """Formats a coordinate and its value in degrees or meters."""
     if coordinate.unit == "rad":
         return rf"${symbol} = {_short(math.degrees(value), 3)}^\circ$"
     return rf"${symbol} = {_short(value, 4)}$ m"

@@ -1,4 +1,4 @@
-r"""Prints the LaTeX fragments of forward kinematics and Jacobians."""
+r"""Prints the forward kinematics and the Jacobians as LaTeX."""
 
 from collections.abc import Sequence
 
@@ -13,11 +13,11 @@ from ..setting.widths import LINE, width
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
 SHORT = 50.0
-"""Maximum width (pt) of an entry that is printed within the pose matrix."""
+"""Maximum width (pt) of an entry inside the pose matrix."""
 
 
 def forward_kinematics(page: Page) -> str:
-    """Prints the tool pose as one matrix if it fits a line, otherwise entry by entry."""
+    """Prints the tool pose as a matrix or, if too wide, entry by entry."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
     terms = _shared(page, fk.definitions, "shared")
@@ -53,7 +53,6 @@ def forward_kinematics(page: Page) -> str:
 
 
 def _split(fk: Printed) -> tuple[list[Definition], list[Definition]]:
-    """Returns the terms that the rotation needs, and the further terms of the position."""
     meanings = dict(fk.definitions)
     needed: set[sp.Symbol] = set()
     waiting = [
@@ -78,7 +77,6 @@ def _with(
     statement: str,
     entries: Sequence[Equation],
 ) -> str:
-    """Prints the terms that the entries need, then the entries."""
     if not entries:
         return ""
     terms = _shared(page, definitions, kind)
@@ -109,7 +107,6 @@ def jacobians(page: Page) -> str:
 
 
 def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
-    """Prints the pose as a matrix whose entries are names or, if short, printed in full."""
     fk = page.equations.fk
     shown = [
         entry if name is None or (short and _is_short(page, entry)) else name
@@ -119,14 +116,12 @@ def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
 
 
 def _is_short(page: Page, entry: sp.Expr) -> bool:
-    """Whether an entry is a short product of defined symbols, so that it needs no name."""
     order = page.equations.notation.order
     known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
     return known and not entry.is_Add and width(page.tex(entry)) < SHORT
 
 
 def _entries(page: Page) -> tuple[list[Equation], list[Equation]]:
-    """Returns the equations of the named entries of the rotation and of the position."""
     fk = page.equations.fk
     rotation: list[Equation] = []
     position: list[Equation] = []
@@ -138,7 +133,6 @@ def _entries(page: Page) -> tuple[list[Equation], list[Equation]]:
 
 
 def _two_matrices(page: Page, T: sp.Matrix) -> str:
-    """Prints a matrix of entry names, and below it the named entries."""
     matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,

@@ -1,4 +1,4 @@
-r"""Prints the LaTeX fragments that need only the description: screw axes and link transforms."""
+r"""Prints the screw axes and the link transforms as LaTeX."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,13 +14,13 @@ from ..setting.widths import LINE, width
 from .tables import counts_moving
 
 MAX_WRITTEN = 4
-"""Maximum number of factors of a product that is written in full."""
+"""Maximum number of factors in a product that is written out."""
 MAX_IN_ROW = 6
-"""Maximum number of trivial transforms printed on one line."""
+"""Maximum number of trivial transforms on a line."""
 
 
 def screws(page: Page) -> str:
-    """Prints the screw axes and the home pose, for the product of exponentials."""
+    """Prints the screw axes and the home pose."""
     robot = page.robot
     values = robot.joint_values(page.equations.notation.q)
     notation = page.equations.notation
@@ -57,7 +57,7 @@ def screws(page: Page) -> str:
 
 
 def link_transforms(page: Page) -> str:
-    """Prints the pose of each link in its parent link's frame, and the product of these poses."""
+    """Prints the pose of each link relative to its parent link."""
     robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]

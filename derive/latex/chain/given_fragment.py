@@ -1,4 +1,4 @@
-r"""Prints the description as LaTeX: joints in their conventions, parameters, and short symbols."""
+r"""Prints the description of a robot as LaTeX."""
 
 import re
 from collections.abc import Sequence
@@ -19,14 +19,14 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in meters and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
-"""Maximum number of joint tables (one per convention); with more conventions, a single table of
-transforms is printed."""
+"""Maximum number of joint tables. If the robot has more conventions, one table lists all
+transforms."""
 FEW = 4
-"""Maximum number of names joined by "and"; a longer list has commas or dots."""
+"""Maximum number of names joined by "and". Longer lists have commas or dots."""
 
 
 def parameters(page: Page, vector: str = "q") -> str:
-    """Prints the joints in their conventions, and the parameter values.
+    """Prints the joint tables and the parameter values.
 
     Args:
         page: The chain.
@@ -38,9 +38,9 @@ def parameters(page: Page, vector: str = "q") -> str:
 
 
 def joints(page: Page) -> str:
-    """Prints the joint tables, and the explanation of their abbreviations."""
+    """Prints the joint tables and explains their abbreviations."""
     notation = page.equations.notation
-    # The printer of the description always prints numeric lengths as decimals.
+    # The description prints numeric lengths as decimals.
     printer = Printer(notation.tex, notation.order)
     runs = tables.joint_tables(page.robot, notation, printer)
     if len(runs) > MAX_RUNS:
@@ -63,9 +63,9 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """Prints the table of short symbols, with the rules for their indices and accents.
+    """Prints the table of short symbols.
 
-    The LaTeX fragment is empty if the equations contain no angle and no named constant.
+    The result is empty if the equations contain neither angles nor named constants.
     """
     notation, printer = page.equations.notation, page.equations.printer
     angles = ""
@@ -130,7 +130,6 @@ def _introduced(convention: Convention | None, notation: Notation) -> str:
 
 
 def _legend(page: Page) -> str:
-    """Explains the abbreviations in the joint tables, and the couplings of joints."""
     robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
@@ -152,7 +151,6 @@ def _legend(page: Page) -> str:
 
 
 def _displacements(robot: SerialRobot) -> list[str]:
-    """Describes prismatic joints whose displacement is not a field of the link transform."""
     bare = [
         joint.convention
         for joint in robot.joints
@@ -170,7 +168,7 @@ def _displacements(robot: SerialRobot) -> list[str]:
 
 
 def cleaned(robot: SerialRobot) -> str:
-    """Prints the values that noise removal changed, and the resulting change of the tool pose."""
+    """Prints the values changed by noise removal, and the change of the tool pose."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
         return ""
@@ -185,10 +183,10 @@ def cleaned(robot: SerialRobot) -> str:
 
 
 def noted(robot: SerialRobot | Mechanism) -> str:
-    """Prints the notes of the robot, except for notes that repeat the table of replaced values."""
+    """Prints the notes of the robot. Notes about replaced values are omitted."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]
-    # Names and digits cannot be hyphenated, so wide spaces between words are allowed.
+    # Names and digits cannot be hyphenated, so words may be far apart.
     body = f"Notes: {'; '.join(others)}." if others else ""
     return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
 

@@ -1,4 +1,4 @@
-r"""Prints a report on model quality, with determinants and a verdict for each joint."""
+r"""Prints a report about the quality of a model."""
 
 import math
 
@@ -11,7 +11,7 @@ from . import tables
 
 
 def model_quality(report: ModelReport) -> str:
-    r"""Prints a report on a robot's model as LaTeX, to ``\input`` in any article.
+    r"""Prints a model report as LaTeX that any article can include.
 
     Args:
         report: The report of :func:`chasles.derive.model_report`.
@@ -37,7 +37,6 @@ def model_quality(report: ModelReport) -> str:
 
 
 def _determinants(report: ModelReport, *, slides: bool) -> str:
-    """Prints the table of det(D^T D) per convention, for revolute or prismatic joints."""
     found = report.conventions_of(slides=slides)
     if not found:
         return ""
@@ -71,6 +70,5 @@ def _joint(joint: JointQuality) -> str:
 
 
 def _tex(expression: sp.Expr) -> str:
-    """Prints a determinant with the field names as symbols."""
     symbols = {symbol: names.parameter(symbol.name) for symbol in expression.free_symbols}
     return str(sp.latex(expression, symbol_names=symbols))

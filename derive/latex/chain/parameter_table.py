@@ -1,4 +1,4 @@
-r"""Prints the table of the geometry vector p: the values of each joint, loop and frame."""
+r"""Prints the table of the geometry parameters p."""
 
 from collections.abc import Callable, Sequence
 from itertools import groupby
@@ -9,11 +9,12 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Number of consecutive symbols above which a list is shortened to its first and last symbol."""
+"""Maximum number of consecutive symbols that are all printed. Longer lists show the first and the
+last symbol."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Prints one row for each parameter group, from base to tool, with its nonzero values."""
+    """Prints the nonzero parameters from base to tool, with one row for each group."""
     items = sorted(found, key=_order(found))
     rows = [list(run) for _, run in groupby(items, key=_place)]
     columns: list[tables.Column] = [
@@ -32,14 +33,12 @@ def _place(item: GeometryParameter) -> tuple[str, str]:
 def _order(
     found: Sequence[GeometryParameter],
 ) -> Callable[[GeometryParameter], tuple[int, int]]:
-    """Sorts parameters by their component, from base to tool, then by their index in p."""
     joints = {item.joint: k for k, item in reversed(list(enumerate(found)))}
     parts = {_place(item): k for k, item in reversed(list(enumerate(found)))}
     return lambda item: (joints[item.joint], parts[_place(item)])
 
 
 def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
-    """Prints the symbols of a table row; many symbols are shortened to the first and the last."""
     tex = [printer.tex(item.symbol) for item in row]
     indices = [int(item.symbol.name[1:]) for item in row]
     if len(row) > _FEW and indices == list(range(indices[0], indices[-1] + 1)):
@@ -48,6 +47,5 @@ def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
 
 
 def _number(item: GeometryParameter) -> str:
-    """Prints the name of a parameter in its group, with its value unless the value is zero."""
     name = names.parameter(item.name.removeprefix(f"{item.joint}_"))
     return f"${name}$" if item.value == 0 else f"${name} = {number(item.value)}$"

@@ -1,4 +1,4 @@
-r"""Prints the parametric functions: the vector p, the tool pose, and its derivative columns."""
+r"""Prints the parametric functions."""
 
 from dataclasses import dataclass
 
@@ -40,15 +40,15 @@ _BY_PART = {
     "compliance": "A compliance's column is the joint's screw times the gravity torque.",
     "tool": "A correction of the tool moves only the tool.",
 }
-"""Describes the columns of each group of parameters."""
+"""Text about the columns of each parameter group."""
 
 
 @dataclass(frozen=True)
 class _Segments:
-    """The tool pose as a product of transforms, split at the joints.
+    """Tool pose as a product of transforms.
 
     Attributes:
-        between: The constant motions before, between and after the joints.
+        between: Constant motions before, between and after the joints.
         moving: The joint motions as functions of q, p and joint torques.
     """
 
@@ -57,7 +57,7 @@ class _Segments:
 
 
 def parametric(page: Page) -> str:
-    """Prints the table of p, the tool pose as a function of p, and its derivatives."""
+    """Prints the table of p, the tool pose for p, and its derivatives."""
     found = page.geometry
     if found is None:
         return ""
@@ -84,7 +84,6 @@ def _printer(page: Page, found: Geometry) -> Printer:
 
 
 def _product(page: Page, found: Geometry, printer: Printer) -> str:
-    """Prints the tool pose as a product over the joints, and the joint values."""
     cut = _cut(found)
     turns = [isinstance(motion, Rotation) for motion in cut.moving]
     moved = [
@@ -126,7 +125,6 @@ def _cut(found: Geometry) -> _Segments:
 
 
 def _value(motion: Rotation | Translation) -> sp.Expr:
-    """Returns the angle of a rotation, or the length of a translation along a coordinate axis."""
     return motion.angle if isinstance(motion, Rotation) else sp.Add(*motion.vector)
 
 

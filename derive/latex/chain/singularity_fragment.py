@@ -1,4 +1,4 @@
-r"""Prints the singular configurations of a chain, where its Jacobian is rank deficient."""
+r"""Prints the singular configurations of a chain."""
 
 import math
 from collections.abc import Sequence
@@ -13,23 +13,23 @@ from ..setting.widths import LINE, width
 from .tables import Column, tabular
 
 WHOLE = 6
-"""Number of joints with which the Jacobian is a square matrix."""
+"""Number of joints for a square Jacobian."""
 WIDEST = 0.8 * LINE
-"""Maximum width (pt) of a product that is printed on one line."""
+"""Maximum width (pt) of a product on a line."""
 PLACES = {"rad": 3, "m": 5}
-"""Decimals of printed degrees and meters; rounding errors are at most 1e-5 rad and m."""
+"""Decimals of printed degrees and meters. Rounding errors are at most 1e-5 rad and m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."
 
 
 def singularities(page: Page) -> str:
-    """Prints the singularities of the arm as determinant factors, conditions, or configurations.
+    """Prints the singular configurations of an arm.
 
-    For an arm that is singular in every configuration, the fragment states the rank of the
-    Jacobian. For an arm without singularities, the fragment is one sentence.
+    Some arms are singular in every configuration. For them, the fragment states the rank of the
+    Jacobian. For an arm without singularities, the fragment states this in a sentence.
 
-    The LaTeX fragment is empty if no singularity is known.
+    The result is empty if no singularity is known.
     """
     found = page.singular
     if found.is_regular:
@@ -51,7 +51,7 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer than six columns is square only in some axes, and its determinant
+    # A Jacobian with fewer than six columns is square only for some axes. Its determinant then
     # depends on the reference point.
     rows = (
         "in the axes of one of the links, at one of their origins and without its rows that are 0, "
@@ -119,7 +119,6 @@ def _listed(page: Page, conditions: Sequence[PrintedCondition]) -> str:
 
 
 def _configurations(page: Page, found: PrintedSingularities) -> str:
-    """Prints a table of singular configurations, rounded to the shown digits."""
     joints = page.robot.moving
     symbols = [f"${page.tex(symbol)}$" for symbol in page.equations.notation.q]
     columns: list[Column] = [("joint", symbols)]

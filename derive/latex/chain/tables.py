@@ -1,4 +1,4 @@
-r"""Prints the tables of a robot: joint fields, parameter values, short symbols."""
+r"""Prints the tables of a robot."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
@@ -21,31 +21,31 @@ from ..setting.widths import LINE, width
 Column = tuple[str, list[str]]
 """Heading and cells of one table column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
-"""An angle, with the pattern and the index of the symbols of its cosine and sine."""
+"""An angle with the pattern and the index of its symbols."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
-"""Text width of the article (pt), which is the maximum width of a table."""
+"""Text width of the article (pt). Tables must not be wider."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
-"""Additional row height that separates a fraction from the rows above and below."""
+"""Space above and below a row with a fraction."""
 WIDEST = LINE / 2
-"""Minimum width (pt) of a cell that is printed as a paragraph."""
+"""Minimum width (pt) of a cell with a paragraph."""
 MAX_BLOCKS, LOWEST_BLOCK = 3, 4
-"""Maximum number of side-by-side blocks of a narrow table, and minimum number of rows of a
+"""Maximum number of side-by-side blocks of a narrow table, and minimum number of rows in a
 block."""
 MAX_ROWS = 36
 """Maximum number of table rows on a page."""
 TYPES = {"revolute": "R", "prismatic": "P", "helical": "H", "fixed": "F"}
 NONE = "--"
 ASSUMED = r"\,$^{\ast}$"
-"""Mark for a value that the source of the description does not state."""
+"""Mark for a value that the description assumes."""
 LEGEND = r"An asterisk marks a value that the description assumes and its source does not state."
 
 
 def joint_tables(
     robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
-    """Returns one table for each run of joints in one convention, as ``(convention, LaTeX)``."""
+    """Returns one table as ``(convention, LaTeX)`` for each run of joints in one convention."""
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
@@ -61,7 +61,7 @@ def joint_tables(
 
 
 def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
-    """Returns one table of all joints, of any convention, with their link transforms."""
+    """Returns one table of all joints with their link transforms."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [
@@ -75,17 +75,17 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether the numbers of the moving joints differ from the numbers of all joints."""
+    """Whether fixed joints shift the numbers of the moving joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the number of each moving joint, which is the index of its screw axis."""
+    """Returns the number of each moving joint. Screw axes have the same numbers."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
 def variable_field(joint: Joint) -> str:
-    """Returns the field that contains the joint variable, or an empty text if no field does."""
+    """Returns the field with the joint variable, or "" if no field contains it."""
     field = joint.convention.variable(joint.kind) if joint.convention else ""
     return field if field in dict(joint.given) else ""
 
@@ -96,7 +96,6 @@ def _joint_columns(
     printer: Printer,
     variable: str,
 ) -> tuple[list[Column], str]:
-    """Returns the columns of a table, and the heading at which its second part starts."""
     columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
     if numbers:
         columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
@@ -119,7 +118,6 @@ def _joint_columns(
 
 
 def _cell(joint: Joint, field: Field, scalar: str, value: sp.Expr, printer: Printer) -> str:
-    """Returns the constant of a field, and the joint variable if the field contains it."""
     given = dict(joint.given)
     if scalar not in given or (joint.kind == "fixed" and field.is_of_motion):
         return NONE
@@ -133,7 +131,7 @@ def marked(cell: str, is_assumed: bool) -> str:
 
 
 def legend(cells: str) -> str:
-    """Explains the mark for assumed values if the text contains it."""
+    """Explains the mark if the text contains it."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -162,7 +160,6 @@ def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
 
 
 def _limit(value: sp.Expr) -> str:
-    """Formats a limit: multiples of pi in degrees, other values in radians or meters."""
     degrees = value * 180 / sp.pi
     if value != 0 and degrees.is_Rational:
         return f"{number(degrees)}^\\circ"
@@ -183,13 +180,13 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number, followed by its decimal value unless it is a fraction."""
+    """Formats an exact number. Its decimal value follows unless it is a fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Returns the table of replaced values, in which all values that became zero share a row."""
+    """Returns the table of replaced values. Zeros share a row."""
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -205,7 +202,6 @@ def cleaning_table(cleaning: Cleaning) -> str:
 
 
 def _as_written(value: sp.Expr) -> str:
-    """Returns the first digits of a value from the file; rational angles are in degrees."""
     if value.is_Rational:
         return cut(value, PRINTED_DIGITS)
     degrees = 180 * value / sp.pi
@@ -241,9 +237,9 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 
 def constant_table(notation: Notation, printer: Printer) -> str:
-    """Returns the named constants, both exact and as decimals.
+    """Returns the table of named constants.
 
-    Constants without a short exact form follow in a table of decimals.
+    Constants without a short exact form are listed below as decimals.
     """
     exact, decimals = [], []
     values = notation.values()
@@ -263,7 +259,6 @@ def constant_table(notation: Notation, printer: Printer) -> str:
 
 
 def _exact(meaning: sp.Expr, printer: Printer) -> str:
-    """Formats the meaning of a constant without nested roots, or returns an empty text."""
     tex = printer.tex(meaning)
     if meaning.free_symbols:
         return tex if _is_exact(tex) else ""
@@ -272,7 +267,7 @@ def _exact(meaning: sp.Expr, printer: Printer) -> str:
 
 
 def long_constants(notation: Notation, printer: Printer) -> list[Equation]:
-    """Returns the equations of named constants that are too wide for the table."""
+    """Returns the equations of named constants that are too wide for a table."""
     return [
         (printer.tex(symbol), printer.terms(meaning))
         for symbol, meaning in ((s, notation.meanings[s]) for s in notation.constants)
@@ -285,14 +280,14 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """Prints a table; columns that do not fit the text width are printed in further parts below.
+    """Prints a table. A table that is too wide is split into parts.
 
-    A table that is wider than a line of the article class is centered on the line.
+    A table that is slightly wider than the text is centered.
 
     Args:
         columns: Heading and cells of each table column.
-        repeated: Number of first columns, which every part repeats.
-        apart: Heading of the column at which a new part starts if the table is too wide.
+        repeated: Number of first columns that every part repeats.
+        apart: Heading of the column at which a wide table is split.
     """
     parts = _parts(columns, repeated)
     heads = [heading for heading, _ in columns]
@@ -309,7 +304,6 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """Divides columns into parts that fit the text width; each part repeats the first columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
@@ -336,18 +330,15 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
 
 
 def _row(cells: Sequence[str]) -> str:
-    """Formats a table row; a row with a fraction is higher."""
     row = " & ".join(map(_boxed, cells))
     return rf"{FRACTION_STRUT}{row} \\" if r"\frac" in row else rf"{row} \\"
 
 
 def _column_kind(column: Column) -> str:
-    """Returns the alignment of a column: centered for single characters, otherwise left-aligned."""
     return "c" if all(len(cell.strip("$")) <= 1 for cell in column[1]) else "l"
 
 
 def _boxed(cell: str) -> str:
-    """Formats a table cell; a cell that is too wide for one line becomes a paragraph."""
     if width(cell.replace("$", "")) <= WIDEST:
         return cell
     return rf"\parbox[t]{{{WIDEST:.0f}pt}}{{\raggedright {cell}\strut}}"
@@ -360,7 +351,7 @@ def _column_width(column: Column) -> float:
 
 
 def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Divides a long and narrow table into side-by-side blocks that fit a line."""
+    """Divides a narrow table into side-by-side blocks."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
     fitting = int((WIDEST_TABLE - MARGIN) // wide)
@@ -387,7 +378,6 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
 
 
 def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
-    """Returns a sort key for angles; sums of few joints and sums without accents come first."""
     index = {symbol: k for k, symbol in enumerate(notation.q)}
 
     def key(item: Angle) -> tuple[int, list[int], bool]:

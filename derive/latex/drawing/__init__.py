@@ -51,21 +51,21 @@ _STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
    coordinate name/.style={inner sep=0pt,text=red!65!orange!65!black}]"""
 _SCALES = (1, 2, 5)
 _SHORTEST = 150
-"""Minimum length of the scale bar on paper, in tenths of a millimeter."""
+"""Minimum length of the scale bar in the picture (0.1 mm)."""
 _BELOW = 40
-"""Distance of the scale bar below the drawing, in tenths of a millimeter."""
+"""Distance of the scale bar below the drawing (0.1 mm)."""
 
 
 def drawing(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, reference: Sequence[float]
 ) -> str:
-    r"""Draws a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale bar.
+    r"""Draws a robot with loops.
 
-    Each body is drawn between its joints; bodies of the main chain are drawn thicker. Actuated
-    joints are red; each has the name of its coordinate and an arrow in the positive sense. The name
-    of a geared motor is printed at the joint that it moves. Each loop has a number, in the order of
-    :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along the normal of
-    their plane, other mechanisms obliquely from above, without perspective. The picture is at most
+    Each body is drawn between its joints. Main-chain bodies are thicker. Actuated joints are red. A
+    name and an arrow show each coordinate and its positive sense. The name of a geared motor stands
+    at the joint that it moves. Loops are numbered in the order of
+    :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along their normal.
+    Other mechanisms are viewed obliquely from above, without perspective. The picture is at most
     140 mm wide and 110 mm high, including labels.
 
     Args:
@@ -75,7 +75,7 @@ def drawing(
         reference: The drawn configuration z (radian or meter).
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE` and is identical on all machines.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`. The text is the same on every machine.
     """
     members = DrawnMembers(
         {c.moves: k for k, c in enumerate(mechanism.coordinates, 1)},
@@ -87,7 +87,7 @@ def drawing(
     paper = Paper.around(directions, parts.points)
     marks = _marks(parts, paper, is_planar=is_planar)
     taken = marks.obstacles
-    # Labels of coordinates are placed first because they have the fewest free positions.
+    # Coordinate labels have the fewest free positions, so they are placed first.
     labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
     for k, corners in enumerate(parts.loops, 1):
         place = loop_number([paper.at(p) for p in corners], taken)
@@ -97,19 +97,19 @@ def drawing(
 
 
 def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""Draws a serial robot in its drawing configuration: links, joint axes, base and tool frames.
+    r"""Draws a serial robot with its joint axes, base frame and tool frame.
 
-    A planar arm is viewed along its axes, other arms obliquely from above, without perspective.
-    Each joint has the name of its coordinate and an arrow in the positive sense.
+    A planar arm is viewed along its axes. Other arms are viewed obliquely from above, without
+    perspective. A name and an arrow show each coordinate and its positive sense.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        A ``tikzpicture`` that needs :data:`PREAMBLE` and is identical on all machines.
+        A ``tikzpicture`` that needs :data:`PREAMBLE`. The text is the same on every machine.
     """
-    # The picture does not show motors, so the joints of a coupled robot are labeled.
+    # The picture shows no motors. Labels of a coupled robot therefore name its joints.
     letter = r"\theta" if robot.couplings else "q"
     moving = [joint.name for joint in robot.moving]
     members = DrawnMembers(
@@ -131,7 +131,6 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
 
 
 def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
-    """Returns the symbols of a drawing, with the symbol of the ground below the base."""
     marks = Marks(parts, paper, is_planar=is_planar)
     if parts.foot is not None:
         marks.ground_at(*map(paper.at, parts.foot))
@@ -139,7 +138,6 @@ def _marks(parts: Scene, paper: Paper, *, is_planar: bool) -> Marks:
 
 
 def _picture(marks: Marks, labels: Sequence[str]) -> str:
-    """Returns all lines of a picture, including the scale bar."""
     low, high = _extent(marks.obstacles)
     paper = marks.paper
     lines = [
@@ -155,7 +153,6 @@ def _picture(marks: Marks, labels: Sequence[str]) -> str:
 
 
 def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Labels each actuated coordinate at the joint that it moves."""
     return [
         _label(
             *_coordinate(k, coordinate.name), *marks.anchors[coordinate.moves], "coordinate name"
@@ -165,7 +162,6 @@ def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
 
 
 def _names(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Labels the other main-chain joints and the tool frame."""
     actuated = {coordinate.moves for coordinate in mechanism.coordinates}
     found = [
         _label(*_name(joint.name), *marks.anchors[joint.name], "name")
@@ -182,7 +178,7 @@ def _label(text: str, letters: float, point: Point, radius: int, style: str) -> 
 def _coordinate(
     k: int, name: str, letter: str = "q", *, symbols: bool = False
 ) -> tuple[str, float]:
-    """Returns the label of a coordinate (its index in q and its name) and its width in letters."""
+    """Returns the LaTeX label of a coordinate and its width in letters."""
     if name in (letter, f"{letter}{k}", f"{letter}_{k}"):
         return f"${letter}_{{{k}}}$", 2
     text, letters = _name(name, symbols=symbols)
@@ -190,9 +186,9 @@ def _coordinate(
 
 
 def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
-    """Returns a name in LaTeX and its width in letters; a single letter is printed as a symbol.
+    """Returns a name in LaTeX and its width in letters.
 
-    A name such as ``a1`` is printed as in the file, unless the article uses its symbol.
+    Names such as ``a1`` stay unchanged unless the article uses their symbols.
     """
     if re.fullmatch(r"[A-Za-z]\d+", name) and not symbols:
         return names.escape(name), len(name)
@@ -203,7 +199,6 @@ def _name(name: str, *, symbols: bool = False) -> tuple[str, float]:
 
 
 def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
-    """Returns the lower left and the upper right corner of the drawing."""
     x, y = [], []
     for box in obstacles.boxes:
         x += [box.left, box.right]
@@ -215,7 +210,6 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
 
 
 def _scale(per_meter: float, corner: Point) -> list[str]:
-    """Draws a scale bar whose length is round; the label states its length in meters."""
     start = math.floor(math.log10(_SHORTEST / per_meter)) - 1
     meters = next(
         digit * 10.0**power

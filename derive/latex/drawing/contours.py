@@ -1,4 +1,4 @@
-"""Computes level lines of grid values as polygons, and simplifies polygons."""
+"""Computes level lines of grid values and simplifies polygons."""
 
 import math
 
@@ -14,11 +14,11 @@ _Side = tuple[int, int, int, int]
 
 
 def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
-    """Computes level lines by marching squares; higher values are on the left of a line.
+    """Computes level lines by marching squares. Higher values are on the left of a line.
 
     Args:
-        levels: Values (n, m) at integer coordinates; along the border, they are below the level.
-        level: The level of the lines; no value may be equal to the level.
+        levels: Values (n, m) at integer coordinates. Border values must be below the level.
+        level: The level of the lines. No value may equal the level.
 
     Returns:
         Polygons in the coordinates of the grid.
@@ -39,14 +39,13 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
 
 
 def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
-    """Maps the side at which a level line enters a square to the side at which it leaves."""
     corners = [(i + a, j + b) for a, b in _AROUND]
     sides = [
         (min(p, q) + max(p, q), bool(above[q]))
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # Between a side and its counterclockwise predecessor, the corners are above the level.
+    # The level line has its higher corners on this side.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 
@@ -58,14 +57,14 @@ def _crossing(levels: NDArray[np.int_], level: float, side: _Side) -> Point:
 
 
 def area(loop: Loop) -> float:
-    """Returns the signed area of a polygon, positive if counterclockwise."""
+    """Returns the signed area of a polygon. Counterclockwise polygons have a positive area."""
     return (
         sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(loop, loop[1:] + loop[:1], strict=True)) / 2
     )
 
 
 def simplified(loop: Loop, slack: float) -> Loop:
-    """Removes corners of a polygon so that the outline moves by at most ``slack``.
+    """Removes corners of a polygon. The outline moves by at most ``slack``.
 
     Source:
         Douglas and Peucker, The Canadian Cartographer 10 (1973), 112-122.
@@ -77,7 +76,6 @@ def simplified(loop: Loop, slack: float) -> Loop:
 
 
 def _kept(line: Loop, slack: float) -> Loop:
-    """Returns the corners of a simplified polyline, except the last corner."""
     (ax, ay), (bx, by) = line[0], line[-1]
     length = math.dist(line[0], line[-1])
     if len(line) < 3 or length == 0:  # noqa: PLR2004

@@ -1,4 +1,4 @@
-"""Places labels in free space; each label gets the best position around its point."""
+"""Places labels in free space around their points."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,25 +9,24 @@ from typing import TypeVar
 from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, rounded
 
 LINE, LETTER = 28, 15.5
-"""Height of a label, and mean width of its letters, at footnote size."""
+"""Height of a label and mean width of a letter, at footnote size."""
 _DIRECTIONS = [
     (rounded(1000 * math.cos(k * math.pi / 12)), rounded(1000 * math.sin(k * math.pi / 12)))
     for k in range(24)
 ]
-"""Possible directions from a point to its label, given as components in thousandths."""
+"""Possible label directions, in thousandths."""
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
-"""Minimum distance of a label from its point, and the additional distances to try."""
+"""Minimum distance of a label from its point, and larger distances to try."""
 _AFAR = 40
-"""Minimum distance between a label and its point at which a leader line is drawn."""
+"""Distance from which a leader line connects a label to its point."""
 _AWAY = 1.2
 """Cost per distance of a label from its point."""
 _GAP = 6
-"""Distance between a leader line and the text of its label."""
+"""Distance between the end of a leader line and the label."""
 _CROSSED = 3
-"""Cost of a label that covers a line of the drawing, per covered length."""
+"""Cost per length of a line that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Components of the label direction above which the anchor is at a side, and at the top or
-bottom."""
+"""Direction components at which the anchor changes to a side, and to the top or bottom."""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -43,17 +42,17 @@ class Box:
     top: int
 
     def shared(self, other: "Box") -> int:
-        """Returns the area that two boxes share."""
+        """Returns the area in which two boxes overlap."""
         w = min(self.right, other.right) - max(self.left, other.left)
         h = min(self.top, other.top) - max(self.bottom, other.bottom)
         return max(w, 0) * max(h, 0)
 
     def grown(self, by: int) -> "Box":
-        """Returns a box that is larger by a margin on each side."""
+        """Returns a box with a margin added on each side."""
         return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def length_inside(self, a: Point, b: Point) -> float:
-        """Returns the length of the part of a line inside the box."""
+        """Returns the length of a line inside the box."""
         first, last = 0.0, 1.0
         for start, end, low, high in (
             (a[0], b[0], self.left, self.right),
@@ -71,7 +70,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Label:
-    """A label that is placed at a point.
+    """A label for a point.
 
     Attributes:
         text: The text of the label in LaTeX.
@@ -94,9 +93,10 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of each line that no label should cross.
-        outlines: Start, end and half width of each body outline, which a loop number may cross.
+        outlines: Start, end and half width of each body outline. A loop number may cross an
+            outline.
         boxes: Areas of labels and symbols that no label must cover.
-        plates: Filled polygons; a label lies on a polygon only if no other position is free.
+        plates: Filled polygons. A label covers them only if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)
@@ -105,20 +105,20 @@ class Obstacles:
     plates: list[Sequence[Point]] = field(default_factory=list)
 
     def disc(self, point: Point, radius: int) -> None:
-        """Adds a symbol around a point."""
+        """Adds a symbol to the occupied areas."""
         x, y = point
         self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
 
     def path(self, corners: Sequence[Point], half: int) -> None:
-        """Adds a drawn line through several corners."""
+        """Adds a polyline to the drawn lines."""
         self.lines.extend((a, b, half) for a, b in pairwise(corners))
 
     def body(self, corners: Sequence[Point], half: int) -> None:
-        """Adds the outline of a body through its corners."""
+        """Adds a closed outline of a body."""
         self.outlines.extend((a, b, half) for a, b in pairwise(corners))
 
     def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
-        """Returns the cost of objects that a box covers; the cost of bodies depends on the box."""
+        """Returns the cost of the objects that a box covers."""
         covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
         crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
         middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
@@ -132,12 +132,11 @@ class Obstacles:
 
 
 def _length(box: Box, lines: Sequence[Line]) -> float:
-    """Returns the total length of drawn lines inside a box."""
     return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
 
 
 def placed(label: Label, obstacles: Obstacles) -> list[str]:
-    """Returns the TikZ of a label at its best position, and marks this position as occupied."""
+    """Places a label at its best free position and returns its TikZ."""
     positions = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
     best = _least(positions, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
     near, box, anchor = _place(label, *best)
@@ -151,7 +150,6 @@ def placed(label: Label, obstacles: Obstacles) -> list[str]:
 
 
 def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
-    """Returns the position with minimum cost; the positions are sorted by a lower cost bound."""
     best, least = positions[0], math.inf
     for position in positions:
         if bound(position) >= least:
@@ -165,13 +163,12 @@ def _least(positions: Sequence[P], bound: Callable[[P], float], cost: Callable[[
 def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
     near, box, _ = _place(label, step, direction)
     leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
-    # Labels are easiest to read next to or above their points.
+    # Labels are easiest to read beside or above their points.
     oblique = 3 if direction % 6 else 0
     return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
 
 
 def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
-    """Returns the cost of the objects that a leader line crosses."""
     cost = 0.0
     for share in (0.2, 0.4, 0.6):
         x, y = between(near, to, share)
@@ -180,7 +177,6 @@ def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
 
 
 def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
-    """Returns the point of a label nearest to its target, the label's box, and its anchor."""
     dx, dy = _DIRECTIONS[direction]
     reach = label.radius + _NEAR + step
     x = label.point[0] + rounded(reach * dx / 1000)
@@ -198,11 +194,11 @@ LOOP = 20
 """Radius of the circle around a loop number."""
 _GRID = 15
 _OUTSIDE = 150
-"""Penalty for a loop number that is placed outside its loop."""
+"""Cost of a loop number outside its loop."""
 
 
 def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
-    """Returns a free position for a loop number, as near as possible to the loop's middle."""
+    """Returns a free position near the middle of a loop."""
     middle = (
         sum(x for x, _ in corners) // len(corners),
         sum(y for _, y in corners) // len(corners),

@@ -1,4 +1,4 @@
-"""Draws the symbols of all joints and bodies, and records the areas that they cover."""
+"""Draws the symbols of joints and bodies."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints for bodies; additional bodies repeat the tints."""
+"""Number of tints for bodies. Further bodies repeat them."""
 THIN, THICK, RIM = 14, 22, 4
 """Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
@@ -19,21 +19,19 @@ SHAFT = 22
 MOTOR = 28
 """Radius of the rotation arrow around a motor."""
 STROKE = 70
-"""Half of the maximum length of an arrow next to a cylinder."""
+"""Half of the maximum length of an arrow beside a cylinder."""
 COLLAR = 36
-"""Distance from a hinge to the arrow around its shaft."""
+"""Distance between a hinge and the arrow around its shaft."""
 BARREL = 0.55
-"""Length of the barrel of a cylinder relative to the length of the cylinder."""
+"""Barrel length of a cylinder, relative to the whole cylinder."""
 FORESHORTENED = 0.35
-"""A direction counts as parallel to the view direction if its projected length is below this
-value."""
+"""Projected length below which a direction counts as parallel to the view."""
 GUIDE, RAIL = 45, 110
-"""Length by which a guide exceeds its slider, and length of a guide on the ground for a slider
-without limits."""
+"""Length of a guide beyond its slider, and length of a ground guide for a slider without limits."""
 HATCH = 11
-"""Distance between two strokes of the hatching on the ground."""
+"""Distance between the strokes that mark the ground."""
 FOOT, FOOTING = 34, 32
-"""Height of the triangle under a fixed pin, and half width of the ground symbol below it."""
+"""Height of the triangle under a fixed pin, and half width of the ground below it."""
 AXIS = 80
 """Length of the tool frame's arrows."""
 
@@ -47,17 +45,10 @@ class Marks:
         joints: Hinges and sliders.
         arrows: Motors and the tool frame of the drawing.
         obstacles: The areas that the symbols of the drawing cover.
-        anchors: For each joint or body, the point of its label and the radius of its symbol.
+        anchors: Label point and symbol radius of each joint or body.
     """
 
     def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
-        """Draws everything except the labels.
-
-        Args:
-            scene: The parts.
-            paper: The projection of the drawing onto the paper.
-            is_planar: Whether the mechanism moves in the plane of the picture.
-        """
         self.scene, self.paper, self.is_planar = scene, paper, is_planar
         self.behind: list[str] = []
         self.bodies: list[str] = []
@@ -77,7 +68,6 @@ class Marks:
             self._frame_of(scene.base, "base")
 
     def _outline(self, solid: Solid) -> list[Point]:
-        """Returns the corners of a body: its convex hull or, for a line, its distinct points."""
         points = [self.paper.at(p) for p in solid.points]
         if not solid.is_line:
             return hull(points)
@@ -86,7 +76,7 @@ class Marks:
     # --- ground ---
 
     def ground_at(self, point: Point, other: Point) -> None:
-        """Hatches the ground at a point, perpendicular to the direction to a second point."""
+        """Draws the ground at a point, perpendicular to a direction."""
         length = max(distance(point, other), 1)
         x, y = (other[0] - point[0]) / length, (other[1] - point[1]) / length
         side = rounded(FOOTING * y), rounded(FOOTING * x)
@@ -120,7 +110,6 @@ class Marks:
         return sum(y for _, y in corners) / len(corners)
 
     def _ground(self, a: Point, b: Point) -> None:
-        """Draws a hatched line from a to b; the ground is on its right side."""
         length = distance(a, b)
         strokes = f"foreach \\k in {{1,...,{max(length // HATCH, 1)}}}"
         stroke = f"({number(HATCH)}*\\k,0) -- ++(-1.3,-1.3)"
@@ -150,20 +139,17 @@ class Marks:
         self.obstacles.path([point, between(a, b, 0.5)], 20)
 
     def _up(self, hinge: Hinge, point: Point) -> int:
-        """Returns 1 if a fixed pin is below its hinge, -1 if the body hangs below the hinge."""
         other = self._carried(hinge)
         x, y = other[0] - point[0], other[1] - point[1]
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """Returns the direction of a shaft towards its body, or upwards if it has no body."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = rounded(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
         leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
-        """Returns the middle of the body that is connected to a base hinge."""
         if hinge.b < 0:
             bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
             return self.paper.at((bar.a + bar.b) / 2)
@@ -228,7 +214,6 @@ class Marks:
         ]
 
     def _free_side(self, a: Point, b: Point) -> int:
-        """Returns 1 if fewer corners of other bodies are to the left of a line, otherwise -1."""
         near = [p for corners in self.corners for p in corners if p not in (a, b)]
         length = max(distance(a, b), 1)
         close = [p for p in near if abs(turn(a, b, p)) < length * 300]
@@ -238,7 +223,7 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # If several hinges share a point, the actuated hinge is drawn on top.
+        # If hinges share a point, the actuated hinge is on top.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
@@ -267,15 +252,14 @@ class Marks:
             self.anchors[hinge.name] = point, reach
 
     def _place(self, hinge: Hinge) -> Point:
-        """Returns the position at which a hinge is drawn, shifted to cover no other hinge."""
         point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
         others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
         if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # The drawn hinge is shifted along its child body or, if this is impossible, along its
-        # parent body.
+        # The hinge is shifted along its child body. If that is impossible, it is shifted along its
+        # parent.
         for k in (hinge.b, hinge.a):
             along = [
                 rounded(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
@@ -295,7 +279,6 @@ class Marks:
         )
 
     def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
-        """Returns the projected direction of a pin's axis, or None if it points towards the eye."""
         if hinge.axis is None or hinge.kind != "pin":
             return None
         right, up, _ = self.paper.along(hinge.axis)
@@ -303,7 +286,6 @@ class Marks:
         return None if length < FORESHORTENED else (right / length, up / length)
 
     def _motor(self, hinge: Hinge, point: Point, shaft: tuple[float, float] | None) -> None:
-        """Draws an arrow around a motor, in the positive sense of its joint."""
         near = 0.0 if hinge.axis is None else self.paper.along(hinge.axis)[2]
         if shaft is None:
             middle = self._free_direction(hinge, point)
@@ -313,7 +295,7 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Only the nearer half of the circle is drawn for the arrow, starting beyond the hinge.
+        # The arrow shows only the nearer half of the circle and starts beyond the hinge.
         away = self._away(hinge, shaft)
         beyond = point[0] + rounded(COLLAR * away[0]), point[1] + rounded(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
@@ -325,7 +307,6 @@ class Marks:
         )
 
     def _free_direction(self, hinge: Hinge, point: Point) -> int:
-        """Returns the direction at a hinge (degree) from which all bodies are farthest."""
         compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
         directions = [
             (x - point[0], y - point[1])
@@ -376,7 +357,6 @@ class Marks:
     def _guide(
         self, slide: DrawnSlide, start: Point, point: Point, direction: tuple[float, float]
     ) -> None:
-        """Draws the guide of a slider; a guide on the base is hatched."""
         x, y = direction
         is_rail = slide.a == 0 and not self.has_plate
         reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
@@ -397,7 +377,6 @@ class Marks:
         *,
         is_rail: bool,
     ) -> tuple[int, int]:
-        """Returns the ends of a guide relative to its slider; the guide includes all limits."""
         shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
         along = [
             rounded(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
@@ -432,12 +411,10 @@ def _closed(corners: Sequence[Point]) -> str:
 
 
 def _frame(a: Point, b: Point) -> str:
-    """Returns the TikZ options of a path from a to b along its local x axis."""
     return f"[shift={{{at(a)}}},rotate={angle(b[0] - a[0], b[1] - a[1])}]"
 
 
 def _shifted(a: Point, b: Point, shift: int) -> list[Point]:
-    """Returns a line that is shifted to the left of its direction."""
     length = max(distance(a, b), 1)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
     move = rounded(-shift * y), rounded(shift * x)

@@ -1,4 +1,4 @@
-"""Points on paper in integer tenths of a millimeter, so that layout is exact and reproducible."""
+"""Integer points on paper. The layout is therefore exact and reproducible."""
 
 import math
 from collections.abc import Sequence
@@ -10,15 +10,15 @@ from ...chain.rigid_bodies import Array
 from ...model.tolerances import LAYOUT_TIE, SAME_POINT
 
 Point = tuple[int, int]
-"""Distances to the right and upwards, in tenths of a millimeter."""
+"""Distances to the right and upwards (0.1 mm)."""
 WIDTH, HEIGHT = 1400, 1100
 """Maximum picture size, including labels and scale bar."""
 ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
-"""Margins for labels; the bottom margin also contains the ground symbol and the scale bar."""
+"""Margins for labels. The bottom margin also holds the ground symbol and the scale bar."""
 
 
 def rounded(value: float) -> int:
-    """Rounds to the nearest integer; a value within ``LAYOUT_TIE`` of a half is rounded up."""
+    """Rounds to the nearest integer. Values within ``LAYOUT_TIE`` of a half are rounded up."""
     return math.floor(value + 0.5 + LAYOUT_TIE)
 
 
@@ -27,9 +27,9 @@ class Paper:
     """A projection onto paper, with its scale.
 
     Attributes:
-        view: Directions to the right, up and towards the eye, as the rows of a matrix (3, 3).
+        view: Directions to the right, upwards and towards the eye, as rows of a matrix (3, 3).
         scale: Tenths of a millimeter per meter.
-        corner: Position of the paper's origin in the view (meter).
+        corner: Origin of the paper in the view (meter).
     """
 
     view: Array
@@ -55,17 +55,17 @@ class Paper:
         )
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """Returns the components of a direction (right, up, towards the eye) to six digits."""
+        """Returns the components of a direction, rounded to six digits."""
         right, up, near = (rounded(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:
-        """Returns the mean position of points along the view direction, in 0.1 mm."""
+        """Returns the mean depth of points along the view direction (0.1 mm)."""
         return rounded(self.scale * float(np.mean(np.array(points) @ self.view[2])))
 
 
 def number(tenths: int) -> str:
-    """Formats tenths of a millimeter as millimeters."""
+    """Formats a length (0.1 mm) in millimeters."""
     sign = "-" if tenths < 0 else ""
     millimeters, rest = divmod(abs(tenths), 10)
     return f"{sign}{millimeters}.{rest}" if rest else f"{sign}{millimeters}"
@@ -77,7 +77,7 @@ def at(point: Point) -> str:
 
 
 def angle(x: float, y: float) -> str:
-    """Formats the direction of a vector in degrees, rounded to hundredths."""
+    """Formats the direction of a vector in degrees with two decimals."""
     hundredths = rounded(100 * math.degrees(math.atan2(y, x))) % 36000
     return f"{hundredths / 100:g}"
 
@@ -88,17 +88,17 @@ def distance(a: Point, b: Point) -> int:
 
 
 def between(a: Point, b: Point, share: float) -> Point:
-    """Returns the point at a fraction between a and b."""
+    """Returns a point between a and b."""
     return rounded(a[0] + share * (b[0] - a[0])), rounded(a[1] + share * (b[1] - a[1]))
 
 
 def turn(a: Point, b: Point, c: Point) -> int:
-    """Returns twice the signed area of a triangle, which is positive for a left turn."""
+    """Returns twice the signed area of a triangle. Counterclockwise triangles are positive."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def hull(points: Sequence[Point]) -> list[Point]:
-    """Returns the convex hull's corners, counterclockwise; two corners for collinear points."""
+    """Returns the convex hull's corners counterclockwise. Collinear points give two corners."""
     ordered = sorted(set(points))
     if len(ordered) < 3:  # noqa: PLR2004
         return ordered
@@ -116,7 +116,7 @@ def _half(ordered: Sequence[Point]) -> list[Point]:
 
 
 def area(corners: Sequence[Point]) -> int:
-    """Returns twice the signed area of a polygon, positive if counterclockwise."""
+    """Returns twice the signed area of a polygon. Counterclockwise polygons are positive."""
     return sum(
         a[0] * b[1] - a[1] * b[0]
         for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True)
@@ -124,7 +124,7 @@ def area(corners: Sequence[Point]) -> int:
 
 
 def is_inside(point: Point, corners: Sequence[Point]) -> bool:
-    """Whether a point is inside a polygon, by the number of edges that a ray crosses."""
+    """Whether a point is inside a polygon."""
     inside = False
     for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
         if (a[1] > point[1]) != (b[1] > point[1]) and (turn(a, b, point) > 0) == (b[1] > a[1]):

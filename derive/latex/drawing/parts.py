@@ -1,4 +1,4 @@
-"""Computes the parts of a robot's drawing, as points and directions in the base frame (meter).
+"""Computes the points and directions of a robot's drawing in the base frame (meter).
 
 All drawings share the bodies and shapes of :mod:`chasles.derive.chain.body_shapes`.
 """
@@ -20,11 +20,10 @@ class Solid:
     """Rigidly connected bodies.
 
     Attributes:
-        points: The corners of a line, or the points whose convex hull is drawn.
-        is_main: Whether the rigidly connected bodies belong to the main chain.
-        is_base: Whether the base is one of the rigidly connected bodies.
-        is_line: Whether the bodies are drawn as a line through the points, in order, instead of a
-            convex hull.
+        points: The corners of a line or of a convex hull.
+        is_main: Whether the body belongs to the main chain.
+        is_base: Whether the body contains the base.
+        is_line: Whether to draw a line through the points instead of their convex hull.
     """
 
     points: list[Array] = field(default_factory=list)
@@ -35,16 +34,16 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint that is drawn at a point, as a pin, ball or weld.
+    """A pin, ball joint or weld at a point.
 
     Attributes:
         name: Name of the joint, closure or strut.
         kind: Kind of the drawn joint, which is ``pin``, ``ball`` or ``weld``.
         at: The point.
-        axis: The direction of a pin's axis, in the positive sense of its coordinate.
+        axis: The axis of a pin in the positive sense of its coordinate.
         a: Index of the parent body.
         b: Index of the child body, or -1 for a strut.
-        coordinate: Index of the entry in ``q`` that moves the joint.
+        coordinate: Index of the coordinate in ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
 
@@ -60,18 +59,18 @@ class Hinge:
 
 @dataclass(frozen=True)
 class DrawnSlide:
-    """A prismatic joint that is drawn as a slider on a guide, or as a telescope.
+    """A prismatic joint, drawn as a slider on a guide or as a telescope.
 
     Attributes:
         name: Name of the joint or closure.
-        start: The point of the guide at which the coordinate is zero.
+        start: The point of the guide where the coordinate is zero.
         at: The position of the slider.
         axis: The direction of the guide.
-        a: Index of the body that carries the guide.
+        a: Index of the body with the guide.
         b: Index of the sliding body.
-        mouth: The end point of the outer tube of a telescope.
-        travel: The positions of a slider at its two limits.
-        coordinate: Index of the entry in ``q`` that moves the joint.
+        mouth: End of a telescope's outer tube.
+        travel: The slider positions at both limits.
+        coordinate: Index of the coordinate in ``q`` that moves the joint.
         is_main: Whether the joint belongs to the main chain.
     """
 
@@ -103,15 +102,14 @@ class Scene:
     """All drawn parts of a robot in one configuration.
 
     Attributes:
-        solids: Bodies, with the base first; rigidly connected bodies are drawn as a single body.
+        solids: The drawn bodies. The base is first, and rigidly connected bodies are merged.
         hinges: The pins, ball joints and welds of the drawing.
         slides: Sliders and telescopes.
         bars: Rods and cylinders.
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4), or None if it is not drawn.
-        foot: Both ends of the line from the ground to the base joint, or None if this joint is on
-            the ground or the base has several joints.
+        foot: Ends of the line from the ground to a single base joint above it, or None.
     """
 
     solids: Sequence[Solid]
@@ -125,7 +123,7 @@ class Scene:
 
     @property
     def points(self) -> list[Array]:
-        """Returns all points that the picture must contain."""
+        """Returns all points of the picture."""
         found = [point for solid in self.solids for point in solid.points]
         found += [hinge.at for hinge in self.hinges]
         found += [p for slide in self.slides for p in (slide.start, slide.at, *slide.travel)]
@@ -135,10 +133,10 @@ class Scene:
 
 @dataclass(frozen=True)
 class DrawnMembers:
-    """Data for drawing the joints and struts of a description, keyed by name.
+    """Properties of the joints and struts, keyed by name.
 
     Attributes:
-        coordinates: Index of the entry in q that moves a joint or cylinder, counted from 1.
+        coordinates: Number (1, 2, ...) of the coordinate that moves a joint or cylinder.
         main: The joints of the main chain.
         loops: The loops.
     """
@@ -149,7 +147,7 @@ class DrawnMembers:
 
 
 def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> Scene:
-    """Returns the drawn parts of a robot in a configuration.
+    """Returns the parts to draw for a robot in one configuration.
 
     Args:
         skeleton: The bodies of the mechanism, with their drawn shapes.
@@ -160,8 +158,6 @@ def scene(skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) ->
 
 
 class _Builder:
-    """Collects the drawn parts from the shapes of the bodies, with the index of each body."""
-
     def __init__(self, skeleton: Skeleton, values: Sequence[float], members: DrawnMembers) -> None:
         self.skeleton, self.members = skeleton, members
         self.poses = tree_poses(skeleton.bodies, values)
@@ -192,7 +188,6 @@ class _Builder:
         return Scene(self.solids, self.hinges, self.slides, self.bars, corners, tool, base, foot)
 
     def _roots(self) -> list[int]:
-        """Returns, for each body, the first body that is rigidly connected to it."""
         root = [0]
         for k, body in enumerate(self.skeleton.bodies[1 : len(self.poses)], 1):
             is_fixed = body.joint is not None and body.joint.kind == "fixed"
@@ -200,7 +195,6 @@ class _Builder:
         return root
 
     def _foot(self) -> tuple[Array, Array] | None:
-        """Adds the line from the ground to the single base joint as a separate body."""
         lines = [shape for shape in self.skeleton.shapes[0] if shape.kind == "link"]
         ends = [end for closure in self.closures.values() for end in closure.bodies]
         ends += [end for span in self.spans.values() for end in span.bodies]
@@ -247,12 +241,10 @@ class _Builder:
             self._slide(k, shape, carrier, mouth=start)
 
     def _carrier(self, k: int) -> int:
-        """Returns the parent body of the joint that moves a body."""
         parent = self.root[self.skeleton.bodies[k].parent]
         return len(self.poses) if parent == 0 and len(self.solids) > len(self.poses) else parent
 
     def _tube(self, k: int, points: list[Array]) -> None:
-        """Adds the inner tube of a telescope to its body's line, or as a line next to its plate."""
         solid = self.solids[k]
         if len(solid.points) > 1 and not solid.is_line:
             self.solids.append(Solid(points, is_main=solid.is_main, is_line=True))
@@ -303,13 +295,11 @@ class _Builder:
     # --- loops ---
 
     def _corners(self, loop: Loop) -> list[Array]:
-        """Returns the corners of a closed loop in order."""
         there = [p for joint in loop.to_a for p in self._passed(joint.name)]
         back = [p for joint in loop.to_b for p in self._passed(joint.name)]
         return [*there, *self._ends(loop.loop_joint.name), *back[::-1]]
 
     def _passed(self, name: str) -> list[Array]:
-        """Returns the positions of a joint before and after its motion, or [] without a symbol."""
         k = self.body_of[name]
         body = self.skeleton.bodies[k]
         assert body.joint is not None
@@ -319,7 +309,6 @@ class _Builder:
         return [fixed[:3, :3] @ body.joint.at + fixed[:3, 3], self._at(k, body.joint.at)]
 
     def _ends(self, name: str) -> list[Array]:
-        """Returns the two points that a closure or strut connects."""
         if name in self.closures:
             closure = self.closures[name]
             frames = zip(closure.bodies, closure.frames, strict=True)
@@ -330,7 +319,6 @@ class _Builder:
     # --- points ---
 
     def _points(self, name: str, kind: str) -> list[Array]:
-        """Returns the points of a joint's shape on the parent body, for a given kind of shape."""
         return [
             self._at(k, point)
             for k, shapes in enumerate(self.skeleton.shapes)

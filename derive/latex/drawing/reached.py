@@ -1,4 +1,4 @@
-"""Computes the planar region that a robot's tool can reach, as an outline with few corners."""
+"""Computes the planar region that a tool can reach."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,27 +16,25 @@ from .contours import Loop, area, contours, simplified
 _CELLS = 90
 """Number of grid cells along the longer side of the region."""
 _MARGIN = 6
-"""Number of empty grid cells around the first samples."""
+"""Number of empty cells around the first samples."""
 _FIRST = 30_000
-"""Number of configurations that are sampled in the complete coordinate box."""
+"""Number of samples in the whole coordinate box."""
 _MORE = 12_000
-"""Number of configurations that are sampled near the boundary in each round."""
+"""Number of samples near the boundary in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of the configurations near the boundary in each round, relative to the coordinate
-ranges."""
+"""Maximum offset of these samples in each round, relative to the coordinate ranges."""
 _LEVEL = 5.9
-"""Level of the outline: the number of reached cells among nine adjacent cells. The outline passes
-through the middle of the outermost cells, because the region covers half of such a cell on
-average."""
+"""Level of the outline, as a number of reached cells among nine adjacent cells. The region covers
+half of an outermost cell on average. The outline therefore passes through the middle of these
+cells."""
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""Tolerance of the simplified outline (cells), and the factor by which it grows with each
-attempt."""
+"""Tolerance of the simplified outline (cells). Each attempt multiplies it by the second number."""
 _CORNERS = 76
-"""Maximum number of corners of all boundary polygons together."""
+"""Maximum number of corners of all polygons together."""
 _TRIED = 60
-"""Number of configurations that are sampled to detect the coordinates that move the tool."""
+"""Number of samples that show which coordinates move the tool."""
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
@@ -45,12 +43,11 @@ class ToolRegion:
     """A planar region.
 
     Attributes:
-        axes: Names of the coordinates to the right and upwards; r is the distance from the first
+        axes: Names of the axes to the right and upwards. r is the distance from the first joint
             axis.
-        loops: The boundary polygons; a polygon inside another polygon bounds a hole.
-        moving: Indices (in q) of the coordinates that determine the region.
-        upright: Index of the coordinate that rotates the region about the first axis, or -1 for a
-            planar arm.
+        loops: The boundary polygons. An inner polygon bounds a hole.
+        moving: Indices in q of the coordinates that determine the region.
+        upright: Index of the coordinate that rotates the region. -1 for a planar arm.
     """
 
     axes: tuple[str, str]
@@ -64,12 +61,12 @@ class ToolPosition:
     """The position of the tool's origin as a function of the coordinates.
 
     Attributes:
-        at: Positions (m, 3) at configurations (m, n); a row is NaN if a loop cannot be closed.
+        at: Positions (m, 3) at configurations (m, n). Rows with open loops are NaN.
         lower: Lowest value of each coordinate (n,).
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
-        upright: Index of the coordinate that rotates the complete robot about a vertical axis, and
-            a point on this axis, or None without this coordinate.
+        upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
+            on the axis. None if the robot has no such coordinate.
     """
 
     at: Callable[[Array], Array]
@@ -79,7 +76,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """Returns half of the section through the vertical axis, or the region in a plane."""
+        """Returns the region in a section or plane of the robot."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -94,7 +91,6 @@ class ToolPosition:
         return self._region(("r", "z"), seen, leaves_out=index)
 
     def _plane(self) -> ToolRegion | None:
-        """Returns the region in the coordinate plane of the tool, or None if the tool leaves it."""
         p = self.at(_filling(self.lower, self.upper, _TRIED))
         p = p[np.isfinite(p).all(1)]
         if len(p) == 0:
@@ -122,7 +118,6 @@ class ToolPosition:
         return ToolRegion(axes, loops, tuple(moving), leaves_out) if loops else None
 
     def _moving(self, seen: Callable[[Array], Array]) -> list[int]:
-        """Returns the indices of the coordinates that move the point."""
         q = _filling(self.lower, self.upper, _TRIED)
         before = seen(q)
         found = []
@@ -136,22 +131,21 @@ class ToolPosition:
 
 
 def reached(skeleton: Skeleton) -> ToolRegion | None:
-    """Returns the region that a serial robot's tool reaches within the limits.
+    """Returns the region that a serial robot's tool reaches within the joint limits.
 
-    If the first joint rotates about a vertical axis, the region is half of the section through this
-    axis. If the tool stays in a coordinate plane, the region lies in this plane. Angles without
-    limits cover one revolution. The sampled coordinates are multiples of roots of primes, which
-    fill the coordinate box. Configurations near the boundary complete the region. Cell sizes are
-    not simple fractions of lengths, so that rounding differences between machines do not affect the
-    result.
+    If the first axis is vertical, the region is half of the section through this axis. If the tool
+    stays in a coordinate plane, the region lies in this plane. Angles without limits cover one
+    revolution. The samples are multiples of square roots of primes and fill the coordinate box.
+    Samples near the boundary complete the region. Cell sizes are not simple fractions of lengths.
+    Rounding errors of the machine therefore do not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
 
     Returns:
-        The region, or None if the robot has neither a vertical first axis nor a tool that stays in
-        a coordinate plane. The result is also None if the area is empty, a prismatic joint has no
-        limits, or more than twelve coordinates move the tool.
+        The region, or None if the first axis is not vertical and the tool leaves every coordinate
+        plane. The result is also None if the area is zero, a prismatic joint has no limits, or more
+        than twelve coordinates move the tool.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:
@@ -168,10 +162,10 @@ def box(
     """Returns the lowest and the highest value of each coordinate (n,).
 
     Args:
-        coordinates: For each coordinate, whether it is a length, and its limits (radian or meter).
+        coordinates: Kind and limits of each coordinate (radian or meter). Lengths are marked True.
 
     Returns:
-        The ranges, or None if a length has no limits or there are too many coordinates.
+        The ranges. None if a length has no limits or there are too many coordinates.
     """
     own = []
     for slides, low, high in coordinates:
@@ -183,7 +177,6 @@ def box(
 
 
 def _turn(low: float | None, high: float | None) -> tuple[float, float]:
-    """Returns the ends of an angle range, reduced to at most one full turn."""
     if low is None and high is None:
         return -math.pi, math.pi
     if low is None:
@@ -195,8 +188,6 @@ def _turn(low: float | None, high: float | None) -> tuple[float, float]:
 
 
 class _Arm:
-    """Returns the origin of a serial robot's tool as a function of the coordinates."""
-
     def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
         self.chain = path(skeleton)
@@ -209,7 +200,6 @@ class _Arm:
         return ToolPosition(self.at, lower, upper, self.skeleton.size, upright)
 
     def at(self, q: Array) -> Array:
-        """Returns the positions of the tool's origin (m, 3) at configurations (m, n)."""
         p = np.tile(self.skeleton.tip_placement[:3, 3], (len(q), 1))
         for body in reversed(self.chain):
             joint = body.joint
@@ -227,7 +217,7 @@ class _Arm:
 
 
 def first_axis(chain: Sequence[TreeBody]) -> tuple[BodyJoint, Array, Array]:
-    """Returns the first moving joint of a chain, with the direction and a point of its axis."""
+    """Returns the first moving joint of a chain, its direction and a point on its axis."""
     T = np.eye(4)
     for body in chain:
         T = T @ body.placement
@@ -255,7 +245,6 @@ def _coordinate(body: TreeBody) -> int:
 
 
 def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
-    """Returns points (count, n) that fill a box evenly; the sequence starts at a given index."""
     steps = np.array([math.sqrt(prime) % 1 for prime in _PRIMES[: len(lower)]])
     k = np.arange(begin + 1, begin + count + 1)[:, None]
     points: Array = lower + (upper - lower) * (k * steps % 1)
@@ -265,7 +254,6 @@ def _filling(lower: Array, upper: Array, count: int, begin: int = 0) -> Array:
 def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
-    """Returns the boundary of the planar region to which a function maps a coordinate box."""
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
     if len(q) < 2:  # noqa: PLR2004 - a lower and an upper bound
         return ()
@@ -289,14 +277,13 @@ def _outline(
 
 
 def _closed(q: Array, seen: Callable[[Array], Array]) -> tuple[Array, Array]:
-    """Returns the configurations at which the tool position is finite, and these positions."""
     points = seen(q)
     is_there = np.isfinite(points).all(1)
     return q[is_there], points[is_there]
 
 
 class _Cells:
-    """Grid cells of a plane; each cell has a reached flag and a configuration."""
+    """Grid cells of a plane. Each cell stores a configuration that reaches it."""
 
     def __init__(self, corner: Array, side: float, shape: tuple[int, int], n: int) -> None:
         self.corner, self.side, self.shape = corner, side, shape
@@ -304,7 +291,6 @@ class _Cells:
         self.configurations = np.zeros((*shape, n))
 
     def add(self, q: Array, points: Array) -> None:
-        """Marks the cells that the points (m, 2) reach at configurations (m, n)."""
         cell = np.floor((points - self.corner) / self.side).astype(int)
         inside = ((cell >= 0) & (cell < self.shape)).all(1)
         flat, first = np.unique(
@@ -315,13 +301,11 @@ class _Cells:
         self.configurations.reshape(-1, q.shape[1])[flat[new]] = q[inside][first[new]]
 
     def edge(self) -> Array:
-        """Returns a configuration for each reached cell next to an unreached cell."""
         padded = np.pad(self.known, 1)
         around = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
         return np.asarray(self.configurations[self.known & ~around])
 
     def loops(self, *, at_zero: bool) -> tuple[Loop, ...]:
-        """Returns the boundary, smoothed over adjacent cells, with at most `_CORNERS` corners."""
         wide = np.pad(self.known, 2).astype(int)
         if at_zero:
             wide[:2] = wide[2]

@@ -22,7 +22,7 @@ from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, pat
 _POSITION = [3, 7, 11]
 """Indices of the position entries in a row-major pose."""
 Ends = tuple[sp.Expr | None, sp.Expr | None]
-"""Lowest and highest value of a coordinate, or None if it is unbounded."""
+"""Limits of a coordinate. None if the coordinate is unbounded."""
 _LARGEST = 550.0
 """Length of the longer side of the region on paper (0.1 mm)."""
 _TICKS = 5
@@ -32,15 +32,15 @@ _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even 
 
 
 def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
-    r"""Draws, to scale, the region that a serial robot's tool origin reaches within the limits.
+    r"""Draws the region that a serial robot's tool reaches within the joint limits.
 
     Args:
         robot: The description.
         skeleton: Its bodies.
 
     Returns:
-        A sentence and a ``tikzpicture``, which are identical on every machine, or "" if
-        :func:`~chasles.derive.latex.drawing.reached.reached` has no region.
+        A sentence and a ``tikzpicture``, or "" if the region is unknown. The text is the same on
+        every machine.
     """
     names = [f"q_{{{k}}}" for k in range(1, len(robot.coordinates) + 1)]
     return _figure(reached(skeleton), names, [joint.limits for joint in robot.coordinates])
@@ -53,7 +53,7 @@ def workspace_of_loops(
     functions: Sequence[SymbolicFunction],
     names: Sequence[str],
 ) -> str:
-    r"""Draws, to scale, the region that the tool of a robot with loops reaches.
+    r"""Draws the region that the tool of a robot with loops reaches.
 
     Args:
         mechanism: The description.
@@ -121,7 +121,6 @@ def _picture(found: ToolRegion) -> str:
 
 
 def _step(span: float) -> float:
-    """Returns the tick spacing: a round length that gives a few ticks on the longer axis."""
     return next(
         digit * 10.0**power
         for power in range(-9, 9)
@@ -133,7 +132,6 @@ def _step(span: float) -> float:
 def _axes(
     names: Sequence[str], ends: Sequence[tuple[int, int]], step: float, scale: float
 ) -> list[str]:
-    """Draws the axes along the lower and left side of the figure, with ticks and axis names."""
     ticks = [
         [
             (number(rounded(scale * step * (n - first))), f"{n * step:.10g}")
@@ -160,8 +158,8 @@ def reached_by_loops(
 ) -> ToolRegion | None:
     """Returns the region that the tool of a robot with loops reaches within the actuator limits.
 
-    Computes the region as :func:`~chasles.derive.latex.drawing.reached.reached` does, but excludes
-    configurations at which a loop is open.
+    Configurations with open loops are excluded. The rest is as in
+    :func:`~chasles.derive.latex.drawing.reached.reached`.
 
     Args:
         mechanism: The description.
@@ -170,7 +168,7 @@ def reached_by_loops(
         functions: The functions of the robot, which include ``fk`` and ``margin``.
 
     Returns:
-        The region, or None if no region is known or if ``fk`` has no closed form.
+        The region. None if it is unknown or ``fk`` has no closed form.
     """
     named = {function.name: function for function in functions}
     ends = [
@@ -198,7 +196,6 @@ def reached_by_loops(
 
 
 def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> SymbolicFunction:
-    """Returns the tool position, followed by the margins of the loops."""
     entries = [fk.outputs[0].entries[k] for k in _POSITION]
     if margin is not None:
         entries += margin.outputs[0].entries
@@ -207,7 +204,6 @@ def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> Symbolic
 
 
 def _upright(mechanism: Mechanism, skeleton: Skeleton) -> tuple[int, Array] | None:
-    """Returns the actuator that rotates the main chain about a vertical axis, and an axis point."""
     joint, axis, foot = first_axis(path(skeleton))
     moved = [coordinate.moves for coordinate in mechanism.coordinates]
     if joint.kind != "revolute" or joint.name not in moved or not is_vertical(axis):

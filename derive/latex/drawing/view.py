@@ -1,4 +1,4 @@
-"""Selects the view of a mechanism: along the normal of its loop plane, or obliquely from above."""
+"""Selects the direction from which a robot is drawn."""
 
 import math
 from collections.abc import Sequence
@@ -17,12 +17,11 @@ from ...terms.terms import Terms
 def view(
     mechanism: Mechanism, terms: Terms, skeleton: Skeleton, values: Sequence[float]
 ) -> tuple[Array, bool]:
-    """Returns the directions of the picture (right, up, towards the eye), and whether it is planar.
+    """Returns the directions of the picture, and whether it is planar.
 
-    If the planes of all planar loops are parallel in the drawn configuration, the picture shows the
-    common plane. The z axis of the base points upwards if the plane contains it. The picture of a
-    planar robot without loops also shows its plane. All other robots are viewed obliquely from
-    above.
+    If all planar loops have parallel planes, the picture shows this plane. The z axis of the base
+    points upwards if the plane contains it. Planar robots without loops are also drawn in their
+    plane. All other robots are viewed obliquely from above.
 
     Args:
         mechanism: The description.
@@ -31,7 +30,8 @@ def view(
         values: The configuration z (radian or meter).
 
     Returns:
-        The three directions in the base frame as rows (3, 3), and whether the view is planar.
+        The directions to the right, upwards and towards the eye as rows (3, 3), and whether the
+        view is planar.
     """
     poses = tree_poses(skeleton.bodies, values)
     normal = _common_normal(mechanism, terms, skeleton, poses)
@@ -39,13 +39,12 @@ def view(
 
 
 def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
-    """Returns the view of a serial robot, which is along its axes if all axes are parallel."""
+    """Returns the view of a serial robot. Parallel axes are viewed along their direction."""
     normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.q_drawn))
     return (from_aside(), False) if normal is None else (_along(normal), True)
 
 
 def _along(normal: Array) -> Array:
-    """Returns the directions of the picture for a view along a normal, with the z axis upwards."""
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
     if up is None:
         return np.eye(3)
@@ -54,7 +53,6 @@ def _along(normal: Array) -> Array:
 
 
 def _facing(right: Array) -> Array:
-    """Returns signs of the picture's directions, so that the x axis or the y axis points right."""
     leading = right[0] if abs(right[0]) > SAME_VIEW else right[1]
     return np.array([[-1.0], [1.0], [-1.0]]) if leading < 0 else np.ones((3, 1))
 
@@ -78,7 +76,6 @@ def _common_normal(
 
 
 def _normal_of_tree(skeleton: Skeleton, poses: Sequence[Array]) -> Array | None:
-    """Returns the common direction of all revolute axes, if all sliders are perpendicular to it."""
     axes: dict[str, list[Array]] = {"revolute": [], "prismatic": [], "helical": [], "fixed": []}
     for body, T in zip(skeleton.bodies[1:], poses[1:], strict=False):
         assert body.joint is not None
@@ -94,7 +91,6 @@ def _are_parallel(directions: Sequence[Array]) -> bool:
 
 
 def _across(direction: Array, normal: Array) -> Array | None:
-    """Returns the unit projection of a direction onto a plane, or None for the plane's normal."""
     inside: Array = direction - normal * (normal @ direction)
     length = float(np.linalg.norm(inside))
     return inside / length if length > math.sqrt(SAME_POINT) else None

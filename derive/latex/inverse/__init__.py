@@ -1,1 +1,1 @@
-"""LaTeX fragment for the inverse: structure of the axes, solution steps, and solution slots."""
+"""LaTeX fragments for the inverse kinematics."""

@@ -1,4 +1,4 @@
-"""Prints the equations of a six-joint arm whose axes have no closed-form structure."""
+"""Prints the equations of a six-joint arm without a closed form."""
 
 from ...inverse.general.elimination_choice import slides_of
 from ...inverse.general.general_inverse import GeneralInverse
@@ -7,11 +7,11 @@ from ...inverse.structure.words import listed
 from ..setting.page import Page, sentence
 
 _ADDED = r"\theta_{\mathrm{tool}}"
-"""Symbol of the angle of the sixth joint, which is added to a five-joint arm."""
+"""Symbol of the sixth angle that is added to a five-joint arm."""
 
 
 def general_arm(page: Page, general: GeneralInverse) -> str:
-    """Prints the loop equation, the elimination and the determinant in the symbols of the arm.
+    """Prints the loop equation, the elimination and the determinant.
 
     Args:
         page: The symbols and expressions of the arm.
@@ -52,12 +52,10 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
 
 
 def _slide(sliding: list[str]) -> str:
-    """Explains the motion of prismatic joints, if the arm has any."""
     return " and $D(d)$ the displacement by $d$ along $z$" if sliding else ""
 
 
 def _number(roots: int, sliding: list[str]) -> str:
-    """States the number of solutions."""
     if len(sliding) <= 1:
         return f"There are at most {roots} solutions."
     return (
@@ -67,7 +65,6 @@ def _number(roots: int, sliding: list[str]) -> str:
 
 
 def _powers(sliding: list[str]) -> str:
-    """Explains what replaces cosine and sine for prismatic joints, if the arm has any."""
     if not sliding:
         return ""
     pairs = [f"${tex}$ and ${tex}^2$" for tex in sliding]
@@ -75,12 +72,10 @@ def _powers(sliding: list[str]) -> str:
 
 
 def _coordinates(page: Page) -> list[str]:
-    """Returns the coordinates of all joints."""
     return [page.tex(symbol) for symbol in page.equations.notation.q]
 
 
 def _given(page: Page, general: GeneralInverse) -> str:
-    """Returns the unknown joints as the subject of a sentence in the article."""
     given = general.choice.given
     slides = slides_of(page.robot)
     joints = "joints" if slides else "revolute joints"

@@ -1,4 +1,4 @@
-r"""Prints the inverse: the structure of the axes, the solution steps, and the solution slots."""
+r"""Prints the inverse kinematics."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -32,14 +32,17 @@ MINUS = "$-$"
 
 
 def inverse(page: Page) -> str:
-    """Prints the inverse step by step, or the deviation of the axes from solvable structures."""
+    """Prints the solution steps.
+
+    If there are none, the fragment states how far the axes are from a solvable structure.
+    """
     return _written(page, page.inverse, {})
 
 
 def inverse_of_loops(page: LoopPage) -> str:
-    """Prints the inverse of the main chain; prismatic joints replace its translating segments."""
+    """Prints the inverse kinematics of the main chain."""
     chain = page.chain
-    # A robot with loops has only the task for the complete pose.
+    # The only task of a robot with loops is the complete pose.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
@@ -58,7 +61,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     if found is None or not found.solved:
         return _written(chain, of_chain, {})
     if not _has_slides(chain, found):
-        # If the chain as built has no closed-form structure, the nominal chain is used.
+        # If the arm itself has no closed form, the nominal arm is printed.
         return text(
             _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
         )
@@ -91,7 +94,6 @@ def _rotations(hybrid: SolvedLoops) -> str:
 
 
 def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    """Explains the actuators of robots whose only closed form starts from the main chain."""
     freedoms = page.hybrid.freedoms
     reached = (
         f" The tool has {counted(freedoms, 'degree')} of freedom: the residual of an unreachable"
@@ -118,7 +120,6 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
 
 
 def _position_task(found: Inverses) -> str:
-    """Explains the position task of a robot whose tool nominally only translates."""
     if not found.polished_tasks:
         return ""
     names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
@@ -129,13 +130,11 @@ def _position_task(found: Inverses) -> str:
 
 
 def _has_slides(chain: Page, found: Inverses) -> bool:
-    """Whether virtual prismatic joints replace a part of the chain."""
     count = len(chain.robot.moving)
     return any(axis.joint >= count for axis in found.classification.lines.axes)
 
 
 def _sides_of_loops(found: Inverses | None) -> str:
-    """Explains how the slots of the complete inverse differ from the slots of the chain inverse."""
     solved = None if found is None else next(iter(found.solved.values()), None)
     if solved is None or not (solved.work.sides or solved.work.settled):
         return ""
@@ -149,7 +148,6 @@ def _sides_of_loops(found: Inverses | None) -> str:
 
 
 def _on_every_branch(function: NativeSolverFunction) -> str:
-    """Explains an inverse that computes the actuators for every solution of the main chain."""
     chain, every, fk = (rf"\texttt{{{escape(name)}}}" for name in function.calls)
     return (
         f"The function {chain} solves the main chain. From each of its solutions, {every} computes"
@@ -176,7 +174,6 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
 
 
 def _together_at_last(found: Inverses) -> str:
-    """Explains the Gauss-Newton step on all pose conditions, for a chain with fewer joints."""
     if not any(axis.stays for axis in found.classification.lines.axes):
         return ""
     return (
@@ -190,13 +187,13 @@ def _together_at_last(found: Inverses) -> str:
 def printed_tasks(
     page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
 ) -> Mapping[str, PrintedTask]:
-    """Converts all tasks to printed symbols; the step numbers continue from task to task.
+    """Converts all tasks to printed symbols. The step numbers continue from task to task.
 
     Args:
         page: The symbols and expressions of the chain.
         inverses: Its inverse.
-        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
-            keyed by name.
+        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
+            determine these coordinates.
     """
     found: dict[str, PrintedTask] = {}
     first = 1
@@ -208,7 +205,6 @@ def printed_tasks(
 
 
 def _method(tasks: Iterable[PrintedTask]) -> str:
-    """Explains the method of all solution steps, and the numbering of subproblems."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):
@@ -233,7 +229,6 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
 def _task(
     page: Page, task: PrintedTask, earlier: PrintedTask | None, *, titled: bool
 ) -> Iterable[str]:
-    """Prints inputs, steps, remaining joints and slots of a task; repeated steps are omitted."""
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
@@ -265,7 +260,6 @@ def _given(page: Page, task: PrintedTask) -> str:
 
 
 def _vectors(page: Page, task: PrintedTask) -> str:
-    """Prints the vectors that do not depend on the result of a solution step."""
     printer = _printer(page)
     blocks = []
     for vector in task.vectors:
@@ -285,14 +279,12 @@ def _vectors(page: Page, task: PrintedTask) -> str:
 
 
 def _speaking(page: Page, task: PrintedTask, after: int) -> str:
-    """Prints the vectors that depend on the result of the previous solution step."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
     clauses = [f"${vector.letter}$ is {page.words(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
 def _step(page: Page, printed: PrintedInverseStep) -> str:
-    """Prints a solution step that determines one unknown."""
     printer, step = _printer(page), printed.step
     name = printer.tex(printed.name)
     unknown = f"${name}$"
@@ -306,9 +298,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns the number of initial steps that repeat an earlier task with other names.
+    """Returns the number of first steps that repeat an earlier task.
 
-    The number is 0 if a later step uses a term that a repeated step defines.
+    The number is 0 if a later step uses a term from a repeated step.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]
@@ -321,7 +313,6 @@ def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
 
 
 def _anonymous(page: Page, task: PrintedTask) -> list[str]:
-    """Returns the text of each solution step without its number and its term names."""
     texts, names = [], []
     for group in _groups(task):
         if len(group) > 1 or isinstance(group[0].equation, JointEquation):
@@ -336,7 +327,6 @@ def _anonymous(page: Page, task: PrintedTask) -> list[str]:
 
 
 def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
-    """Returns a sentence that replaces the solution steps repeated from an earlier task."""
     names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
     own = _numbers(steps[0].number, len(steps))
     return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
@@ -350,13 +340,11 @@ def _numbers(first: int, count: int) -> str:
 
 
 def _groups(task: PrintedTask) -> Iterable[list[PrintedInverseStep]]:
-    """Prints the solution steps; steps that solve the same equation are grouped."""
     for _, run in groupby(task.steps, key=lambda step: id(step.step.found.equation)):
         yield list(run)
 
 
 def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
-    """Prints the solution steps that solve one equation with several unknowns."""
     printer, (first, *_, last) = _printer(page), steps
     names = listed(printer.tex(step.name) for step in steps)
     opening = (
@@ -367,7 +355,6 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
 
 
 def _rest(page: Page, task: PrintedTask) -> str:
-    """Prints the coordinates that no solution step determines."""
     printer = _printer(page)
     parts = []
     if task.rest:
@@ -382,7 +369,6 @@ def _rest(page: Page, task: PrintedTask) -> str:
 
 
 def _slots(page: Page, task: PrintedTask) -> str:
-    """Prints the signs that select each solution."""
     count = task.solved.function.branches
     if count == 1:
         return "There is one solution."

@@ -1,4 +1,4 @@
-"""Defines the printed symbols of inputs, signs, joints and joint sums in one task."""
+"""Defines the printed symbols of a task."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -20,14 +20,14 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters of coefficients, signs, sums, pose sides and prismatic joints, in order of preference."""
+"""Letters for coefficients, signs, sums, pose sides and prismatic joints. The preferred letters are
+first."""
 
 
 class InverseLetters:
-    """The letters for the symbols of one robot."""
+    """Letters for the symbols of a robot."""
 
     def __init__(self, robot: SerialRobot, notation: Notation) -> None:
-        """Collects the used letters, which are parameters, coordinates and short symbols."""
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         heads = map(names.head, (*parameters.values(), *notation.called))
         self.taken: Collection[str] = {*heads, *notation.letters.values()}
@@ -37,7 +37,7 @@ class InverseLetters:
         return self.free(KINDS[kind])
 
     def free(self, options: Sequence[str]) -> str:
-        """Returns the first free letter; if no letter is free, the last one (upright if Latin)."""
+        """Returns the first free letter, or the last letter if none is free."""
         free = [letter for letter in options if letter not in self.taken]
         if free:
             return free[0]
@@ -45,19 +45,19 @@ class InverseLetters:
 
 
 BEHIND_VECTORS = 100
-"""Sort position of the coefficients of a step in a product, after all vectors."""
+"""Sort position of a step's coefficients in a product. Vectors come first."""
 
 
 class InverseSymbols:
-    """The printed symbols that one task uses.
+    """Printed symbols of a task.
 
     Attributes:
-        notation: The short symbols of the robot, to which new symbols are added.
-        letters: The letters that the article has not used so far.
+        notation: The short symbols of the robot. New symbols are added here.
+        letters: The unused letters of the article.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
-        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
-            keyed by name.
+        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
+            determine these coordinates.
     """
 
     def __init__(
@@ -68,7 +68,6 @@ class InverseSymbols:
         solved: Solved,
         actuators: Mapping[str, sp.Symbol],
     ) -> None:
-        """Names the inputs and the signs."""
         self.notation, self.actuators = notation, actuators
         self.letters = InverseLetters(robot, notation)
         self._robot, self._axes = robot, lines.axes
@@ -79,7 +78,6 @@ class InverseSymbols:
         )
 
     def _named_inputs(self, solved: Solved) -> dict[sp.Symbol, sp.Symbol]:
-        """Returns the printed symbol of each input; coordinates keep their symbols."""
         entries = zip(POSE_SYMBOLS, self.notation.entries(), strict=True)
         named = {symbol: entry for symbol, entry in entries if entry is not None}
         for asked in solved.inputs:
@@ -89,14 +87,13 @@ class InverseSymbols:
         arguments = {argument.name: argument for argument in solved.function.inputs}
         symbols = {s for argument in arguments.values() for s in argument.symbols}
         for joint, q in zip(self._robot.moving, self.notation.q, strict=True):
-            # In robots with loops, the symbols of a fixed joint and of its chain coordinate differ.
+            # In robots with loops, a fixed joint and its chain coordinate have different symbols.
             if joint.name in solved.given and joint.name in arguments:
                 named |= dict.fromkeys(arguments[joint.name].symbols, q)
         known = {symbol: shown for symbol, shown in named.items() if symbol in symbols}
         return known | {q: q for q in self.notation.q if q in symbols}
 
     def _lettered(self, symbol: sp.Symbol, letter: InputLetter) -> sp.Symbol:
-        """Returns the printed symbol of an input that is not a pose entry."""
         tex = self.letters.free(letter.letters)
         if letter.component is None:
             return self.notation.symbol(tex, (OTHER, (symbol.name,)))
@@ -104,7 +101,7 @@ class InverseSymbols:
         return self.notation.symbol(tex, (ENTRY, (letter.letters[0], letter.component)))
 
     def component(self, letter: str, axis: str) -> sp.Symbol:
-        """Returns the component x, y or z of a vector."""
+        """Returns the x, y or z component of a vector."""
         return self.notation.symbol(f"{letter}_{{{axis}}}", (LENGTH, (-1, letter, axis)))
 
     def coefficient(self, letter: str, number: int) -> sp.Symbol:
@@ -113,19 +110,19 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (95, number, BEHIND_VECTORS, letter)))
 
     def sum(self, number: int) -> sp.Symbol:
-        """Returns the symbol of the angle sum that a solution step finds."""
+        """Returns the symbol of an angle sum that a step determines."""
         tex = f"{self.letters.of('sum')}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (94, number)))
 
     def side(self) -> sp.Symbol:
-        """Returns the symbol that stands for the sign (1 or -1) of an expression."""
+        """Returns the symbol of a sign (1 or -1)."""
         return self.notation.symbol(self.letters.of("side"), (LENGTH, (-2, 0)))
 
     def value_of(self, joint: int) -> sp.Expr:
-        """Returns the value of a joint, or of a prismatic joint that replaces several joints."""
+        """Returns the value of a joint."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The symbol of the added joint, which rotates the tool.
+            # The added joint rotates the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]
@@ -134,13 +131,13 @@ class InverseSymbols:
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
-        """Returns the signed sum of the angles of parallel joints, as a sum of coordinates.
+        """Returns the signed angle sum of parallel joints.
 
-        An angle is negative if its axis is opposite to the axis of the first joint.
+        An angle is negative if its axis opposes the first axis.
 
         Args:
             joints: Names of the joints.
-            done: Indices of the solved prismatic joints, which are skipped.
+            done: Indices of the solved prismatic joints. These joints are skipped.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]
@@ -152,10 +149,10 @@ class InverseSymbols:
         return total
 
     def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
-        """Returns -1 if the first coordinate of a sum is opposite to its joint, otherwise 1."""
+        """Returns the sign of the first coordinate in a sum, relative to its joint."""
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:
-        """Returns the first axis with this name whose joint is not contained in ``done``."""
+        """Returns the first axis with this name whose joint is not in ``done``."""
         named = [axis for axis in self._axes if axis.name == name]
         return next((axis for axis in named if axis.joint not in done), named[0])

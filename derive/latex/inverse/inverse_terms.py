@@ -1,8 +1,7 @@
-"""Converts the terms of an inverse to printed symbols, with or without names.
+"""Converts the terms of an inverse to printed symbols.
 
-Products of terms are written in full. A sum that occurs repeatedly, or is too long for a bracket,
-becomes a shared term. The printed cosine and sine of a solved angle are the letters c and s with
-the index of the angle.
+Products of terms are written out. Sums that are long or occur repeatedly become shared terms. The
+cosine and sine of a solved angle are printed as c and s with the index of the angle.
 """
 
 from collections import Counter
@@ -25,21 +24,19 @@ from ..setting.widths import width
 from .inverse_symbols import InverseSymbols
 
 SHORT = 30.0
-"""Maximum width (pt) of a sum that is always written in full, and maximum width of an unnamed
-coefficient."""
+"""Maximum width (pt) of a sum without a name, and maximum width of a coefficient without a name."""
 
 
 class InverseTerms(TermNames):
-    """The terms of one task while they are converted to printed symbols.
+    """Terms of a task during the conversion to printed symbols.
 
     Attributes:
-        changed: Definitions that replace the original definitions of terms in print.
-        preferred: Names of the terms that are components of a named vector.
-        uses: Number of times that each term is printed.
+        changed: Printed definitions of terms that differ from the original definitions.
+        preferred: Names of terms that are vector components.
+        uses: Number of occurrences of each term.
     """
 
     def __init__(self, terms: Terms, symbols: InverseSymbols) -> None:
-        """Creates the terms of a task; no term has a name yet."""
         self.terms, self.symbols, self.notation = terms, symbols, symbols.notation
         self.printed_constants = PrintedTerms(terms, symbols.notation, {})
         self.printer = self.printed_constants.printer
@@ -65,7 +62,7 @@ class InverseTerms(TermNames):
         self.definitions.append((name, value))
 
     def trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
-        """Returns the short symbol of the cosine or sine of a sum of coordinates."""
+        """Returns the short symbol of the cosine or sine of an angle sum."""
         negative = angle.could_extract_minus_sign()
         angle = -angle if negative else angle
         known = angle.free_symbols <= {*self.notation.q}
@@ -73,17 +70,15 @@ class InverseTerms(TermNames):
         return -shown if negative and function is sp.sin else shown
 
     def _definition(self, term: sp.Symbol) -> sp.Expr:
-        """Returns the definition of a term, without the lower bounds of its divisors."""
         definition = self.changed.get(term, self.terms.definitions[term])
         tiny = {x: sp.Integer(0) for x in definition.atoms(sp.Float) if abs(x) < ARTICLE_ZERO}
         return definition.xreplace(tiny)
 
     def _open(self, entries: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the unnamed terms on which entries depend, in definition order."""
         return open_terms(self.terms, self.known, entries, self._definition)
 
     def counted(self, entries: Sequence[sp.Expr]) -> Counter[sp.Symbol]:
-        """Counts how often each term occurs if products are written in full."""
+        """Counts the occurrences of each term when products are written out."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(self._open(entries)):
             definition = self._definition(term)
@@ -94,7 +89,7 @@ class InverseTerms(TermNames):
         return uses
 
     def settle_below(self, entry: sp.Expr) -> None:
-        """Names the terms on which an entry depends, or stores them in full."""
+        """Names or writes out the terms that an entry contains."""
         _, own = entry.as_coeff_Mul()
         for term in self._open([entry]):
             if term not in self.inlined:
@@ -128,7 +123,7 @@ class InverseTerms(TermNames):
         return value.is_Add and width(self.printer.tex(value)) < SHORT
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Converts an expression of named terms to printed symbols."""
+        """Converts an expression to printed symbols. Its terms must have names."""
         self.name_long_factors(expression)
         known = {}
         for symbol in sorted(expression.free_symbols, key=numbered):
@@ -141,20 +136,18 @@ class InverseTerms(TermNames):
         return _tidy(expression.xreplace(known))
 
     def _lasting(self, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the name of a term; the cosine and sine of a sum are named at their first use."""
         shown = self.known[symbol]
         if isinstance(shown, sp.cos | sp.sin) and shown.free_symbols & set(self.notation.q):
             shown = self.known[symbol] = self.trigonometric(shown.func, shown.args[0])
         return shown
 
     def taken(self) -> list[Definition]:
-        """Returns the definitions that were added since the previous call."""
+        """Returns the definitions since the previous call."""
         taken, self.definitions = self.definitions, []
         return taken
 
 
 def _tidy(expression: sp.Expr) -> sp.Expr:
-    """Moves the minus sign in front of the bracket of a sum that has only negative terms."""
     if expression.is_Add:
         return expression.func(*map(_tidy, expression.args))
     if not expression.is_Mul:
@@ -169,6 +162,5 @@ def _tidy(expression: sp.Expr) -> sp.Expr:
 
 
 def _is_nameable(expression: sp.Expr) -> bool:
-    """Whether an expression is a sum or the root of a sum."""
     root = expression.is_Pow and expression.exp == sp.Rational(1, 2)
     return bool(expression.is_Add or root)

@@ -1,4 +1,4 @@
-"""Combines rotations about consecutive parallel axes: c_{23} replaces c_2 c_3 - s_2 s_3."""
+"""Combines rotations about parallel axes: c_{23} replaces c_2 c_3 - s_2 s_3."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from ...inverse.subproblems.turns import CosSin
 from ...model.tolerances import EXACT_STRUCTURE
 
 _BILINEAR = {(1, 0, 1, 0): "cc", (0, 1, 0, 1): "ss", (0, 1, 1, 0): "sc", (1, 0, 0, 1): "cs"}
-"""Powers of cosine and sine of both angles."""
+"""Powers of the cosines and sines of two angles."""
 
 
 @dataclass(frozen=True)
 class ParallelPair:
-    """Two adjacent joints whose axes are parallel.
+    """Two adjacent joints with parallel axes.
 
     Attributes:
         names: Names of the two joints.
-        one: The rotation about the first axis.
-        other: The rotation about the second axis, positive in the sense of the first axis.
-        total: Symbols of the rotation by the sum of both angles.
+        one: The rotation by the first angle.
+        other: The rotation by the second angle, in the sense of the first axis.
+        total: Symbols of the rotation by both angles.
     """
 
     names: tuple[str, str]
@@ -33,7 +33,7 @@ class ParallelPair:
 
 
 def parallel_pairs(work: Work, axes: Sequence[Axis]) -> Iterator[ParallelPair]:
-    """Returns adjacent parallel axes of a solved chain with named rotations."""
+    """Returns the pairs of adjacent parallel axes in a solved chain."""
     turning = [axis for axis in axes if axis.joint in work.turns]
     for a, b in pairwise(turning):
         turns = work.turns[a.joint], work.turns[b.joint]
@@ -51,15 +51,15 @@ def merged(
     pairs: Sequence[ParallelPair],
     is_known: Callable[[sp.Symbol], bool],
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Replaces two rotations about parallel axes by one rotation by the sum of their angles.
+    """Combines two rotations about parallel axes into one rotation.
 
-    A term that contains only one rotation of a pair does not change.
+    Terms with only one rotation of a pair stay unchanged.
 
     Args:
-        definitions: The defining expression of each named term.
-        terms: The terms to examine, in definition order.
+        definitions: The definition of each named term.
+        terms: The terms in definition order.
         pairs: The parallel joints.
-        is_known: Function that returns whether a term has a name; such a term does not change.
+        is_known: Whether a term has a name. Named terms stay unchanged.
     """
     found: dict[sp.Symbol, sp.Expr] = {}
     for term in terms:
@@ -78,7 +78,6 @@ def _merged(
     pair: ParallelPair,
     is_known: Callable[[sp.Symbol], bool],
 ) -> sp.Expr | None:
-    """Returns a twice rotated vector as one rotation by the angle sum, or None for other terms."""
     definition = definitions[term]
     if not definition.is_Add or _symbols(pair.other).isdisjoint(definition.free_symbols):
         return None
@@ -101,7 +100,6 @@ def _merged(
 
 
 def _factors(turn: CosSin) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Returns the sign and the symbol of the cosine and the sine of an angle."""
     return [value.as_coeff_Mul() for value in (turn.c, turn.s)]
 
 

@@ -1,4 +1,4 @@
-"""Prints solution steps; one rule for each kind of equation applies to all arm families."""
+"""Prints solution steps. All arm families share the same rules."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -31,7 +31,6 @@ def _line_and_sphere(equation: LineAndSphere, name: str, printer: FractionPrinte
 
 
 def _solution_alone(_equation: object, _name: str, _printer: FractionPrinter) -> str:
-    """Returns no relation, because the equation itself is the solution."""
     return ""
 
 
@@ -84,17 +83,17 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""Functions that print an equation with one unknown, keyed by equation type. The arguments of each
-function are the equation, the LaTeX of the unknown and the printer."""
+"""Functions that print an equation with one unknown, keyed by equation type. Their arguments are
+the equation, the LaTeX of the unknown and the printer."""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
-"""Functions that print an equation with several angles, keyed by equation type. The arguments of
-each function are the equation, the joint rotations and the printer."""
+"""Functions that print an equation with several angles, keyed by equation type. Their arguments are
+the equation, the joint rotations and the printer."""
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
-    """Prints the relation, the shared terms and the solution of a step with one unknown."""
+    """Prints a step with one unknown."""
     name = printer.tex(printed.name)
     related = _RELATIONS[type(printed.equation)](printed.equation, name, printer)
     shared = definitions(printer, printed.definitions)
@@ -111,7 +110,7 @@ def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:
 
 
 def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinter) -> str:
-    """Prints the shared terms and the relation of the steps that solve one equation."""
+    """Prints the relation between the unknowns of several steps."""
     first = steps[0]
     shared = definitions(printer, first.definitions)
     blocks = ["With", aligned(shared)] if shared else []
@@ -121,7 +120,7 @@ def solved_together(steps: Sequence[PrintedInverseStep], printer: FractionPrinte
 
 
 def definitions(printer: FractionPrinter, found: Iterable[Definition]) -> list[Equation]:
-    """Returns the equations that define names, as rows of an aligned display."""
+    """Returns the definitions of names as rows of an aligned display."""
     return [(printer.tex(name), _terms(printer, value)) for name, value in found]
 
 
@@ -134,7 +133,6 @@ def _terms(printer: FractionPrinter, value: sp.Expr) -> list[str]:
 
 
 def _sum(printer: FractionPrinter, products: Iterable[tuple[sp.Expr, str]]) -> str:
-    """Formats a sum of coefficients times functions of the unknown; zero terms are omitted."""
     return " ".join(_signed([_times(printer, *each) for each in products if each[0] != 0])) or "0"
 
 
@@ -145,6 +143,5 @@ def _times(printer: FractionPrinter, factor: sp.Expr, function: str) -> str:
 
 
 def _signed(terms: Sequence[str]) -> list[str]:
-    """Joins the terms of a sum; each term after the first starts with its sign."""
     rest = (f"- {t[1:]}" if t.startswith("-") else f"+ {t}" for t in terms[1:])
     return [*terms[:1], *rest]

@@ -1,8 +1,8 @@
-"""Converts the solution steps of an inverse to printed symbols, expressed in earlier results.
+"""Converts the solution steps of an inverse to printed symbols.
 
-Each solution step has an equation. This module prints the coefficients of the equation; long
-coefficients get the names A, B, C, with the number of the step. The relation and the solution of a
-step follow from its equation.
+Each solution step has an equation. The module prints the coefficients of the equation. Long
+coefficients get the names A, B and C with the number of the step. The equation determines the
+relation and the solution that are printed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ from .inverse_terms import SHORT, InverseTerms
 from .parallel_sums import merged, parallel_pairs
 
 DIRECT = 0.6 * LINE
-"""Maximum width (pt) of two coefficients that are printed inside an atan2."""
+"""Maximum width (pt) of the two coefficients inside an atan2."""
 Equation = AngleEquation | LengthEquation | JointEquation
 
 
@@ -43,16 +43,14 @@ class PrintedInverseStep:
     """One solution step of an inverse in printed symbols.
 
     Attributes:
-        step: The solution step that this object prints.
+        step: The original solution step.
         number: Number of the step in the article.
-        definitions: Shared terms and coefficients of the step, each expressed in earlier terms.
-        unknown: The coordinate, or the sum of coordinates, that the step determines.
-        name: The coordinate, or the name of the sum of coordinates.
-        sense: The value is -1 if the unknown is opposite to the rotation about the axis of the
-            step.
-        equation: The equation of the step, with named or explicit coefficients.
-        solution: Terms whose sum is the unknown; empty if a quartic solves the equation for several
-            unknowns.
+        definitions: Shared terms and coefficients of the step. Each depends only on earlier terms.
+        unknown: The coordinate or sum of coordinates that the step determines.
+        name: The coordinate, or the name of the sum.
+        sense: -1 if the unknown opposes the rotation of the step, otherwise 1.
+        equation: The equation of the step in printed symbols.
+        solution: Terms whose sum is the unknown. Empty if a quartic determines several unknowns.
     """
 
     step: InverseStep
@@ -67,13 +65,12 @@ class PrintedInverseStep:
 
 @dataclass(frozen=True)
 class PrintedVector:
-    """A vector that solution steps use.
+    """A vector in the solution steps.
 
     Attributes:
         vector: The vector itself.
-        letter: LaTeX of the letter that names the vector.
-        shown: Components of the vector, with names for sums; empty if the vector depends on
-            solution steps.
+        letter: LaTeX letter of the vector.
+        shown: Components of the vector. Empty if the vector depends on solution steps.
     """
 
     vector: NamedVector
@@ -87,15 +84,15 @@ class PrintedTask:
 
     Attributes:
         solved: The task.
-        inputs: The symbols of each input of the task.
-        signs: The sign symbols that select the solutions of the task.
-        vectors: The vectors that the solution steps use.
-        definitions: Components of vectors that do not depend on a solution step.
+        inputs: The symbols of each input.
+        signs: The sign symbols that select a solution.
+        vectors: The vectors in the solution steps.
+        definitions: Vector components that do not depend on any solution step.
         steps: The steps.
-        rest: Coordinates that are computed from an angle sum, with their values.
-        free: Coordinates that the task does not determine, which are set to 0.
-        locked: Coordinates that are constant in the closed loops.
-        symbols: The printed symbol of each input and sign of the derivation.
+        rest: Coordinates that follow from an angle sum, and their values.
+        free: Coordinates that the task does not determine. They are set to 0.
+        locked: Coordinates that the loops keep constant.
+        symbols: The printed symbol of each original input and sign.
     """
 
     solved: Solved
@@ -122,19 +119,17 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot, to which new symbols are added.
+        notation: The short symbols of the robot. New symbols are added here.
         lines: Its axes.
         solved: The task.
         first: Number of the first printed solution step.
-        actuators: Printed symbols of actuated coordinates that the solution steps may determine,
-            keyed by name.
+        actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
+            determine these coordinates.
     """
     return _Writer(robot, notation, lines, solved, actuators).printed(first)
 
 
 class _Writer:
-    """A task while it is converted to printed symbols."""
-
     def __init__(
         self,
         robot: SerialRobot,
@@ -183,7 +178,6 @@ class _Writer:
         )
 
     def _seed_turns(self) -> None:
-        """Names the cosine and the sine of every angle that follows from a step or from a sum."""
         for step in self.work.steps:
             if isinstance(step.found, FoundTurn):
                 self.terms.seed(step.found.turn, self.symbols.angle(step.joints))
@@ -191,19 +185,17 @@ class _Writer:
             self.terms.seed(turn, self.symbols.value_of(joint))
 
     def _merge(self, entries: Sequence[sp.Expr]) -> None:
-        """Combines the rotations of parallel joints that occur only together."""
         pairs = list(parallel_pairs(self.work, self.axes))
         known = self.terms.known
         for pair in pairs:
             angle = self.symbols.angle(pair.names)
-            # The symbols c_{23} and s_{23} are defined at their first use.
+            # The symbols c_{23} and s_{23} are defined when they first occur.
             known[pair.total.c], known[pair.total.s] = sp.cos(angle), sp.sin(angle)
         terms = self.work.terms
         needed = terms.needed(entries)
         self.terms.changed |= merged(terms.definitions, needed, pairs, known.__contains__)
 
     def _vector(self, vector: NamedVector) -> PrintedVector:
-        """Names the sums and quotients in a vector's components after the vector's letter."""
         letter = self.symbols.letters.free(vector.letters)
         shown = []
         for axis, component in zip("xyz", vector.vector, strict=True):
@@ -217,7 +209,6 @@ class _Writer:
         return PrintedVector(vector, letter, tuple(shown))
 
     def _equation(self, step: InverseStep) -> Equation:
-        """Returns the equation of a step, written in its unknown coordinate."""
         equation = step.found.equation
         if isinstance(equation, JointEquation):
             return equation
@@ -240,14 +231,12 @@ class _Writer:
         return PrintedInverseStep(step, number, definitions, unknown, name, sense, shown, solution)
 
     def _is_upright(self, equation: Equation, shown: Equation) -> bool:
-        """Whether the coefficient vector (a, b) of a linear equation always has the angle 0."""
         if not isinstance(shown, Linear) or shown.b != 0 or shown.d == 0:
             return False
         a, terms = equation.coefficients[0], self.work.terms
         return terms.is_constant(a) and bool(terms.value(a) > 0)
 
     def _slide(self, step: InverseStep, found: FoundLength, value: sp.Expr) -> None:
-        """Replaces a solved length by its coordinate in all later steps."""
         sign, term = found.length.as_coeff_Mul()
         if self.terms.is_open(term):
             self.terms.known[term] = sign * value
@@ -255,7 +244,6 @@ class _Writer:
             self.slid |= {self.symbols.axis(step.joints[0], self.slid).joint}
 
     def _shown(self, equation: Equation, number: int) -> Equation:
-        """Returns an equation in printed symbols; long coefficients get names."""
         entries = equation.coefficients
         shown = []
         for entry in entries:
@@ -270,14 +258,12 @@ class _Writer:
         return equation.with_coefficients(shown)
 
     def _fits(self, equation: Equation, values: Sequence[sp.Expr]) -> bool:
-        """Whether the solution of a step is short even with its coefficients written in full."""
         if isinstance(equation, LineAndPlane):
             return True
         wide = sum(width(self.terms.printer.tex(value)) for value in values)
         return isinstance(equation, Direction) and wide < DIRECT
 
     def _coefficient(self, entry: sp.Expr, letter: str, number: int) -> sp.Expr:
-        """Returns a coefficient in full if it is short, otherwise the name of this coefficient."""
         value = self.terms.value(entry)
         if not value.is_Add and width(self.terms.printer.tex(value)) < SHORT:
             return value
@@ -290,7 +276,6 @@ class _Writer:
         return name
 
     def _rest(self, steps: Sequence[PrintedInverseStep]) -> list[Definition]:
-        """Returns the coordinates that follow from a sum and the other coordinates of the sum."""
         found = []
         for remainder in self.work.remainders:
             step = next(step for step in steps if step.step.joints == remainder.joints)
@@ -301,7 +286,6 @@ class _Writer:
         return found
 
     def _free(self) -> tuple[sp.Symbol, ...]:
-        """Returns the coordinates that are not determined and are set to 0."""
         if self.symbols.actuators:
             return ()
         done = {name for step in self.work.steps if len(step.joints) == 1 for name in step.joints}
@@ -316,5 +300,4 @@ class _Writer:
         )
 
     def _still(self) -> tuple[sp.Symbol, ...]:
-        """Returns the coordinates that are constant in the closed loops."""
         return tuple(self.notation.q[k] for k in sorted(self.work.locked))

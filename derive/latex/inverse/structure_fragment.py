@@ -1,4 +1,4 @@
-"""Describes the closed-form structure of the axes or, without one, the most similar structures."""
+"""Describes the structure of the axes as LaTeX."""
 
 import re
 from collections.abc import Iterable
@@ -10,11 +10,11 @@ from ..setting.names import escape
 from ..setting.page import Page
 
 MAX_MISSED = 3
-"""Number of similar structures in the list if the axes have no closed-form structure."""
+"""Number of similar structures listed for an arm without a closed form."""
 
 
 def missing_structure(classification: Classification) -> str:
-    """Lists the most similar closed-form structures, with the conditions that the axes violate."""
+    """Lists the most similar closed-form structures and the violated conditions."""
     rows = nearest(classification)[:MAX_MISSED]
     if not rows:
         return f"There is no closed form: {escape(classification.missing)}."
@@ -24,7 +24,7 @@ def missing_structure(classification: Classification) -> str:
 
 
 def structure(page: Page, classification: Classification, found: Attempt) -> str:
-    """Describes the structure, the fixed joints, and the end at which the axis numbers start."""
+    """Describes the structure and the fixed joints."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.method == "exact" else "nearly "
     sentences = _undetermined(page, classification, found)
@@ -55,7 +55,6 @@ def structure(page: Page, classification: Classification, found: Attempt) -> str
 
 
 def _undetermined(page: Page, classification: Classification, found: Attempt) -> list[str]:
-    """Describes the fixed joints, whose values are inputs in addition to the pose."""
     names = [page.words(classification.lines.axes[k].name) for k in found.given]
     if not names:
         return []
@@ -78,5 +77,4 @@ def _lacking(missed: Iterable[tuple[str, str]]) -> str:
 
 
 def _in_degrees(words: str) -> str:
-    """Adds degree signs to the angles in a text."""
     return re.sub(r"(?<=\d) deg\b", r"$^\\circ$", words)

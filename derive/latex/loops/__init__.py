@@ -1,1 +1,1 @@
-"""LaTeX fragments for robots with loops: closures, mobility, solution, rates, platforms."""
+"""LaTeX fragments for robots with loops."""

@@ -1,4 +1,4 @@
-r"""Prints an example for a robot with loops, near its reference: forward and inverse kinematics."""
+r"""Prints an example of forward and inverse kinematics for a robot with loops."""
 
 import math
 from collections.abc import Mapping
@@ -17,18 +17,16 @@ from .loop_page import LoopPage
 FloatArray = NDArray[np.float64]
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference configuration, as fractions of the range of each coordinate. The first
-offset at which the loops can be closed is used. The reference configuration itself has round
-values, which may hide a wrong sign."""
+"""Offsets from the reference configuration, as fractions of each range. The example uses the first
+offset with closed loops. The reference itself has round values that may hide a wrong sign."""
 SOME = {"rad": math.radians(100), "m": 1.0}
-"""Assumed range of a coordinate that has no limits."""
+"""Assumed range of a coordinate without limits."""
 
 
 def worked_example_of_loops(page: LoopPage) -> str:
-    """Prints a configuration, its tool pose, and all configurations that have this pose.
+    """Prints a configuration, its tool pose and all configurations with this pose.
 
-    If an iteration solves the loops from the actuators, the example lists all actuator vectors for
-    the pose.
+    If an iteration solves the loops, the example lists all actuator vectors for the pose.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:
@@ -46,7 +44,6 @@ def worked_example_of_loops(page: LoopPage) -> str:
 
 
 def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction]) -> str:
-    """Returns a pose near the reference, and all actuated coordinates for this pose."""
     if not {"chain_fk", "actuators_all"} <= named.keys():
         return ""
     joints = page.chain.robot.moving
@@ -76,14 +73,13 @@ def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction])
 
 
 def _main_chain(page: LoopPage, part: float) -> FloatArray | None:
-    """Returns main-chain joints near the reference, or None if the loops do not close near them."""
     hybrid, joints = page.hybrid, page.chain.robot.moving
     reference = [hybrid.at_reference[joint.name] for joint in joints]
     pairs = zip(joints, reference, strict=True)
     theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
     if len(theta) == hybrid.freedoms:
         return theta
-    # Most combinations of joint values leave the loops open, so the values are corrected.
+    # Most joint values leave the loops open. An iteration corrects them.
     numbers = hybrid.numbers
     w = np.array([hybrid.at_reference[name] for name in numbers.names])
     places = [numbers.names.index(joint.name) for joint in joints]
@@ -101,7 +97,6 @@ def _is_within(page: LoopPage, q: FloatArray) -> bool:
 
 
 def _closing(page: LoopPage, fk: SymbolicFunction) -> FloatArray:
-    """Returns coordinates near the reference at which the loops can be closed, or the reference."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
     for part in PARTS:
         q = np.array([_near(c, r, part) for c, r in zip(coordinates, reference, strict=True)])
@@ -113,7 +108,6 @@ def _closing(page: LoopPage, fk: SymbolicFunction) -> FloatArray:
 def _near(
     coordinate: Coordinate | Joint, reference: float, part: float, length: float = 1.0
 ) -> float:
-    """Returns a round value that is near the reference and within the limits."""
     low, high = bounds(coordinate)
     free = SOME[coordinate.unit] * (length if coordinate.unit == "m" else 1.0)
     span = high - low if math.isfinite(high - low) else free

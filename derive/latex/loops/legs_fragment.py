@@ -1,4 +1,4 @@
-r"""Prints the LaTeX fragment for planar platforms on legs with revolute or prismatic joints.
+r"""Prints planar platforms on legs as LaTeX.
 
 The leg equations come from :mod:`chasles.derive.loops.modes.planar_legs`, and the elimination from
 :mod:`chasles.derive.loops.modes.leg_elimination`.
@@ -30,15 +30,14 @@ class PrintedLegs:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, expressed only in coordinates and parameters.
+        terms: The terms of the robot. They depend only on coordinates and parameters.
         phi: The platform's angle.
-        letters: Letters for the symbols of the polynomial.
-        legs: The circle or line of each leg (meter).
+        letters: Letters for the polynomial.
+        legs: The circle or line for each leg (meter).
         equations: The elimination of the platform position.
     """
 
     def __init__(self, page: LoopPage, triad: Triad) -> None:
-        """Converts the quantities of the legs to printed symbols."""
         hybrid = page.hybrid
         coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
         known = dict(zip(*coordinates, strict=True))
@@ -58,7 +57,7 @@ class PrintedLegs:
         return self.terms.tex(expression)
 
     def equation(self, name: str, value: sp.Expr) -> Equation:
-        """Formats an equation that may continue on further lines."""
+        """Formats an equation on one or more lines."""
         return name, self.page.vectors.terms(value)
 
     def _pair(self, point: Iterable[sp.Expr]) -> Complex:
@@ -70,7 +69,7 @@ class PrintedLegs:
         return self.page.constant(length) if is_constant else self.terms.of(length)
 
     def of(self, letter: str, index: str) -> sp.Symbol:
-        """Returns the symbol of an elimination quantity."""
+        """Returns the symbol of a quantity in the elimination."""
         if letter == "|u|":
             return self._symbol(rf"|\mathbf{{u}}_{{{index}}}|", 0)
         if letter in ("|a|", "|b|"):
@@ -84,7 +83,7 @@ class PrintedLegs:
 
 
 def legs(page: LoopPage) -> str:
-    """Prints the leg equations, the elimination of the position, and all assembly modes."""
+    """Prints the leg equations, the elimination and all assembly modes."""
     triad = triad_of(page.hybrid)
     assert triad is not None
     printed = PrintedLegs(page, triad)
@@ -112,7 +111,6 @@ def _legs(printed: PrintedLegs) -> str:
 
 
 def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
-    """Returns the equation for the radius of a leg circle, or for its square if shorter."""
     is_long = width(printed.tex(length)) > LINE / 2
     if is_long and length.is_Pow and length.exp == sp.Rational(1, 2):
         return printed.equation(rf"\ell_{{{i}}}^2", length.base)
@@ -120,7 +118,6 @@ def _radius(printed: PrintedLegs, i: int, length: sp.Expr) -> Equation:
 
 
 def _conditions(circles: int) -> str:
-    """Prints the leg equations: first the circles, then the lines."""
     numbers = [str(i) for i in range(1, LEGS + 1)]
     of = [
         (r"|\mathbf{b}_i - \mathbf{a}_i| = \ell_i", numbers[:circles]),
@@ -131,7 +128,6 @@ def _conditions(circles: int) -> str:
 
 
 def _lines(legs: Triad) -> str:
-    """States which straight lines of the legs belong to the platform."""
     numbered = list(enumerate(legs.lines, len(legs.L) + 1))
     own, others = ([f"{i}" for i, line in numbered if line.turns is side] for side in (True, False))
     parts = [f"belongs to the platform for $i = {', '.join(own)}$"] if own else []
@@ -169,7 +165,6 @@ def _elimination(printed: PrintedLegs) -> str:
 
 
 def _pair_of(circles: int) -> str:
-    """Explains the derivation of the two linear equations."""
     if circles == 0:
         return (
             r"The first leg is a line, $\mathbf{w} \cdot \mathbf{n}_1 = 0$, and so are the others:"
@@ -185,7 +180,6 @@ def _pair_of(circles: int) -> str:
 
 
 def _solved(printed: PrintedLegs) -> str:
-    """Returns the solution of the linear equations, and the equation into which it is inserted."""
     shown = printed.page.vectors.tex(printed.equations.solution)
     whose, into = (
         ("They are", "the first circle")
@@ -200,7 +194,6 @@ def _solved(printed: PrintedLegs) -> str:
 
 
 def _harmonics(printed: PrintedLegs) -> str:
-    """Prints the equation as a polynomial in the platform angle, and the poses at its zeros."""
     found, tex = printed.equations, printed.tex
     phi, root, count = tex(printed.phi), printed.letters["root"], found.harmonics
     first = f"{printed.letters['cosine']}_0"
@@ -237,7 +230,6 @@ def _harmonics(printed: PrintedLegs) -> str:
 
 
 def _singular_pair(printed: PrintedLegs) -> str:
-    """Explains the case in which the linear equations do not determine the position w."""
     if not printed.legs.L:
         return "The two lines that intersect closest to a right angle give the position."
     constant = printed.letters["constant"]

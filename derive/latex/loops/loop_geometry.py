@@ -1,4 +1,4 @@
-r"""Prints the parametric functions of a robot with loops: vector p, loops and derivatives."""
+r"""Prints the parametric functions of a robot with loops."""
 
 from ...loops.model.mechanism_geometry import MechanismGeometry
 from ..chain.parameter_table import parameter_table
@@ -24,10 +24,10 @@ linear systems, for any number of parameters $p$."""
 
 
 def parametric_of_loops(geometry: MechanismGeometry | None) -> str:
-    """Prints the table of p, the loop closure for any geometry, and derivatives with respect to p.
+    """Prints the table of p, the loop closure and the derivatives with respect to p.
 
     Args:
-        geometry: The functions whose geometry is an input, or None without parametric functions.
+        geometry: The parametric functions, or None if none was derived.
     """
     if geometry is None:
         return ""

@@ -1,4 +1,4 @@
-"""Collects the symbols and solution steps that all sections of the article share."""
+"""Collects the symbols and solution steps for all sections of an article."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,19 +25,18 @@ from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A robot with loops, with all data that its article prints.
+    """A robot with loops and the data of its article.
 
     Attributes:
         mechanism: The description.
         hybrid: The derivation of its loops.
-        skeleton: The bodies of the robot, with drawn shapes.
-        chain: The printed expressions of its main chain; the coordinates have the joint symbols in
-            `members`.
+        skeleton: The bodies of the robot with their drawn shapes.
+        chain: The printed expressions of the main chain, in the symbols of `members`.
         members: The printed symbols of its joints.
-        letters: The printed symbols of intermediate results.
+        letters: The letters for intermediate results.
         inverse: The inverse of the robot, or None if it was not derived.
         functions: The functions derived in closed form.
-        geometry: The functions whose geometry is an input, or None without parametric functions.
+        geometry: The parametric functions, or None if none was derived.
     """
 
     mechanism: Mechanism
@@ -59,7 +58,7 @@ class LoopPage:
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # The inverse of the robot replaces the steps that solve a general main chain.
+        # The inverse of the robot replaces the solution of a general main chain.
         methods = STRUCTURED if inverse and inverse.solved else METHODS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), methods)
         letters = Letters(chain.equations.notation, symbols)
@@ -109,18 +108,18 @@ class LoopPage:
 
     @cached_property
     def vectors(self) -> VectorPrinter:
-        """Prints equations between vectors."""
+        """Prints equations of vectors."""
         notation = self.chain.equations.notation
         return VectorPrinter.of(notation)
 
     @cached_property
     def forward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the solution steps that start from the actuators."""
+        """Returns the solution steps from the actuators."""
         return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
-        """Returns the steps that start from the main chain, numbered after the other steps."""
+        """Returns the solution steps from the main chain."""
         first = 1 + len(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
@@ -128,13 +127,13 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Returns the dead points of the steps that start from the actuators, by step number."""
+        """Returns the dead points of the steps from the actuators, keyed by step number."""
         with_margin = [step.number for step in self.forward_steps if step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant in printed symbols; a short constant is converted term by term."""
+        """Returns a constant in printed symbols."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))

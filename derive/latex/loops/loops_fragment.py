@@ -1,4 +1,4 @@
-r"""Prints the loops as products of exponentials, and their scalar equations."""
+r"""Prints the loops as products of exponentials and as scalar equations."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -21,7 +21,7 @@ DECIMALS = 6
 
 
 def loops(page: LoopPage) -> str:
-    """Prints every loop as a product of exponentials, and its scalar and rate equations."""
+    """Prints the equations of each loop and the equations of its rates."""
     found = equations(page.hybrid)
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
     count = sum(len(loop.residual) for loop in found)
@@ -45,7 +45,6 @@ def loops(page: LoopPage) -> str:
 
 
 def _least_squares(page: LoopPage, count: int, z: str) -> str:
-    """Prints the least-squares condition for redundant loops with contradictory constraints."""
     c_p = r"\Bigl(\frac{\partial c}{\partial z_{\mathrm{p}}}\Bigr)^{\top}"
     meters = rf"{page.hybrid.numbers.size:.3g}\,\mathrm{{m}}"
     return sentence(
@@ -125,7 +124,6 @@ def _equals_one(product: Sequence[str]) -> str:
 
 
 def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -> str:
-    """Prints the screws of the joints as table rows."""
     names = [rf"$\mathcal{{S}}_{{{page.tex(values[f.name])}}}$" for f in loop.factors]
     columns: list[Column] = [
         ("screw", names),
@@ -134,13 +132,12 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
     rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
     columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
-    # Screws in planar loops have only three nonzero components.
+    # The screw of a planar loop has only three nonzero components.
     shown = [column for column in columns if set(column[1]) != {"$0$"}]
     return tabular(shown, repeated=1)
 
 
 def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
-    """Prints the displacement between a loop's ends; wide sums of constants become decimals."""
     rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
     end = "."
     if named_matrix(name, rows).width > LINE:
@@ -150,7 +147,6 @@ def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
 
 
 def _decimal(page: LoopPage, entry: sp.Expr) -> str:
-    """Formats a constant as a decimal number if this number is shorter."""
     tex = _constant(page, entry)[1:-1]
     rounded = f"{round(float(page.terms.value(entry)), DECIMALS) + 0.0:.{DECIMALS}f}"
     return min(tex, rounded, key=width)
@@ -161,7 +157,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 
 
 def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
-    """Prints the scalar equations; long squared terms get names."""
+    """Prints the scalar equations. Long squared terms get names."""
     definitions: list[Definition] = []
     entries = []
     for entry in loop.residual:

@@ -1,4 +1,4 @@
-r"""Prints the description of a robot with loops: coordinates, joints, closures."""
+r"""Prints the description of a robot with loops."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
 
 
 def description(page: LoopPage) -> str:
-    """Prints coordinates, joints, closures, struts, drives and parameters of the robot."""
+    """Prints the coordinates, joints, closures, struts, drives and parameters of a robot."""
     shown = text(
         _coordinates(page),
         _followers(page),
@@ -51,7 +51,6 @@ def _coordinates(page: LoopPage) -> str:
 
 
 def _moved(page: LoopPage, c: Coordinate) -> str:
-    """Returns the symbol of the joint that a coordinate moves, and its transmission ratio."""
     symbol = page.joints[c.moves]
     if c.name != c.moves:
         ratio = page.printed_terms.constant(c.ratio)
@@ -65,12 +64,10 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
 
 
 def _by(drive: Drive) -> str:
-    """Names the kind of transmission between a motor and its joint, except for gears."""
     return "" if drive.kind == "gear" else f", {drive.kind}"
 
 
 def _followers(page: LoopPage) -> str:
-    """Describes the drives that are not actuated because their motors depend on other motors."""
     message = []
     for drive in page.mechanism.followers.values():
         symbol = page.tex(page.joints[drive.joint])
@@ -81,7 +78,6 @@ def _followers(page: LoopPage) -> str:
 
 
 def _others(page: LoopPage) -> str:
-    """Prints the tree joints that are not in the main chain."""
     main = {joint.name for joint in page.chain.robot.joints}
     others = [joint for joint in page.mechanism.joints if joint.name not in main]
     if not others:

@@ -1,8 +1,7 @@
-"""Names the joints of a robot with loops, in formulas and in sentences.
+"""Names the joints of a robot with loops.
 
-Main-chain joints have the letter theta, actuated coordinates q and other joints psi, each with an
-index. A joint name that already is a symbol, such as ``theta8`` or ``l_HI``, is printed without
-change.
+Main-chain joints are called theta, actuated coordinates q and other joints psi. Each letter has an
+index. A joint name that is a symbol stays unchanged, for example ``theta8`` or ``l_HI``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,7 +17,7 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters for joints in order of preference; letters that the description uses are skipped."""
+"""Letters for joints, best letter first. Letters of the description are skipped."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
@@ -40,18 +39,18 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "beta": (r"\beta", r"\varepsilon", r"\mathrm{b}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
-"""Letters for the intermediate results of a solution, in order of preference."""
+"""Letters for intermediate results, best letter first."""
 
 
 @dataclass(frozen=True)
 class Members:
-    """Printed symbols of the joints of a mechanism.
+    """Printed symbols of a mechanism's joints.
 
     Attributes:
         theta: LaTeX names of the main-chain joints.
         q: LaTeX names of the actuated coordinates.
-        of: LaTeX names of all configuration entries, keyed by entry name.
-        struts: Names of rods and cylinders on pins, keyed by the name of their angle.
+        of: LaTeX names of all configuration entries, keyed by name.
+        struts: Names of the rods and cylinders on pins, keyed by the name of their angle.
     """
 
     theta: tuple[str, ...]
@@ -60,13 +59,13 @@ class Members:
     struts: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """Formats a joint, body or closure in a sentence, as a symbol if its name is a symbol."""
+        """Formats the name of a joint, body or closure for a sentence."""
         if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name, self.struts)
 
     def with_symbol(self, name: str) -> str:
-        """Formats a joint in a sentence: its name, then its symbol."""
+        """Formats a joint for a sentence as a name followed by a symbol."""
         if names.is_symbol(name) or name not in self.of:
             return self.called(name)
         return f"{words(name, self.struts)} ${self.of[name]}$"
@@ -88,8 +87,6 @@ def members(mechanism: Mechanism) -> Members:
 
 
 class _Chosen:
-    """Returns the names that are symbols; any other name becomes the index of a letter."""
-
     def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
         self.own: dict[str, str] = {}
         self.heads = {ACTUATED, *map(names.head, taken)}
@@ -107,16 +104,16 @@ class _Chosen:
 
 
 def dotted(tex: str) -> str:
-    """Adds a dot to a symbol, which then denotes the rate of its quantity."""
+    """Adds a dot to a symbol. The dotted symbol denotes a rate."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
 
 
 def words(name: str, struts: Mapping[str, str]) -> str:
-    """Formats a name for a sentence; spaces separate the words of the name.
+    """Formats a name for a sentence, with spaces between its words.
 
     Args:
-        name: The name of a joint, of the angle of a strut, or of the far end of a strut.
+        name: The name of a joint or of a part of a strut.
         struts: Names of the struts on pins, keyed by the name of their angle.
     """
     first, dot, part = name.partition(".")
@@ -125,20 +122,19 @@ def words(name: str, struts: Mapping[str, str]) -> str:
         kind, first = "near end of", struts[first]
     plain = names.escape(first.replace("_", " "))
     plain = f"{kind} {plain}" if kind else plain
-    # The name belongs to a pin that two struts share on one body.
+    # Two struts share this pin on one body.
     is_shared = dot and part.partition(".")[0] not in _KINDS
     return f"pin between {plain} and {words(part, struts)}" if is_shared else plain
 
 
 _KINDS = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
-"""Descriptions of the joints of a strut, keyed by the suffix of the joint name."""
+"""Descriptions of a strut's joints, keyed by the suffix of the joint name."""
 
 
 class Letters:
-    """The letters that the robot does not use, for each kind of intermediate result."""
+    """Letters for intermediate results that the robot does not use."""
 
     def __init__(self, notation: Notation, symbols: Members) -> None:
-        """Selects letters that the robot does not use."""
         lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
         taken = set(map(names.head, (*lengths, *symbols.of.values())))
         used = ("cos", "sin", "term", "constant")
@@ -156,6 +152,6 @@ class Letters:
         return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
 
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
-        """Returns the symbol of an intermediate result of a step, or of its component."""
+        """Returns the symbol of an intermediate result."""
         tex = f"{self.letters.get(kind, kind)}_{{{step}{axis}}}"
         return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

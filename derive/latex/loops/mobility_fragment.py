@@ -1,4 +1,4 @@
-r"""Prints the mobility by two formulas and by the rank, and the reasons for differences."""
+r"""Prints the degrees of freedom of a robot with loops."""
 
 from ...loops.closing.freedoms import SPATIAL
 from ...loops.closing.mobility import Mobility, mobility_of
@@ -9,7 +9,7 @@ from .loop_page import LoopPage
 
 
 def freedoms(page: LoopPage) -> str:
-    """Prints the degrees of freedom by two formulas and by the rank of the constraint Jacobian."""
+    """Prints the degrees of freedom from two formulas and from the rank of the Jacobian."""
     found = mobility_of(page.hybrid.numbers, equations(page.hybrid))
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)

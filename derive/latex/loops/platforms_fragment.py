@@ -1,7 +1,7 @@
-r"""Prints the LaTeX fragment for platforms on legs: rods, velocity relation, assembly modes.
+r"""Prints platforms on legs as LaTeX.
 
-The rods, the velocity relation and the elimination come from :mod:`chasles.derive.loops.modes.rods`
-and :mod:`chasles.derive.loops.modes.triad`.
+The equations come from :mod:`chasles.derive.loops.modes.rods` and
+:mod:`chasles.derive.loops.modes.triad`.
 """
 
 from collections.abc import Iterable
@@ -27,9 +27,9 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Symbols of the elimination, in the order in which they occur in a product."""
+"""Symbols of the elimination, in the order of a product."""
 WHOLE = 0.8 * LINE
-"""Maximum width (pt) of a vector component that must stay on one line."""
+"""Maximum width (pt) of a vector component on one line."""
 ZERO = sp.Integer(0)
 TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
 LETTERS = {
@@ -38,7 +38,7 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters for the polynomial in order of preference; letters that the robot uses are skipped."""
+"""Letters for the polynomial, best letter first. Letters of the robot are skipped."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -47,9 +47,9 @@ class PrintedRod:
     """One rod of a platform in printed symbols (meter).
 
     Attributes:
-        a: The end of the rod on an actuated body or the base, in the base frame.
-        b: The end of the rod on the platform, in the base frame.
-        pin: The end of the rod on the platform, in the tool frame.
+        a: The lower end of the rod, on an actuated body or the base, in the base frame.
+        b: The upper end of the rod, on the platform, in the base frame.
+        pin: The upper end of the rod in the tool frame.
         length: Its length.
     """
 
@@ -60,18 +60,17 @@ class PrintedRod:
 
 
 class PrintedPlatform:
-    """A platform on legs, written in the symbols of the article.
+    """A platform on legs in printed symbols.
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot, expressed only in coordinates and parameters.
-        rods: The rods of the platform, in the order of the description.
-        axes: The base axes along which the rods have nonzero components.
-        free: The components of the tool twist, in base axes, that the main chain can produce.
+        terms: The terms of the robot. They depend only on coordinates and parameters.
+        rods: The rods in the order of the description.
+        axes: The base axes along which some rod has a nonzero component.
+        free: The components of the tool twist in base axes that can be nonzero.
     """
 
     def __init__(self, page: LoopPage) -> None:
-        """Converts the quantities of the rods to printed symbols."""
         hybrid = page.hybrid
         coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
         known = dict(zip(*coordinates, strict=True))
@@ -88,29 +87,29 @@ class PrintedPlatform:
         return len(self.axes) == PLANE
 
     def length(self, length: sp.Expr) -> sp.Expr:
-        """Returns the length of a rod, which includes the coordinate of a cylinder."""
+        """Returns the length of a rod. A cylinder's length includes its coordinate."""
         is_constant = self.page.terms.is_constant(length)
         return self.page.constant(length) if is_constant else self.of(length)
 
     @cached_property
     def n(self) -> tuple[Vector, ...]:
-        """Returns symbols for the unit directions of the rods, towards the platform."""
+        """Returns symbols of the rods' unit directions towards the platform."""
         return self._symbols("n")
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Returns symbols for the vectors from the tool to the platform ends of the rods."""
+        """Returns symbols of the vectors from the tool to the rods' platform ends."""
         return self._symbols("r")
 
     @cached_property
     def J_x(self) -> sp.Matrix:
-        """Returns the rods' line coordinates in the free directions, in printed symbols."""
+        """Returns the line coordinates of the rods in the free directions."""
         rows = [line_coordinates(n, r) for n, r in zip(self.n, self.r, strict=True)]
         return sp.Matrix([[row[k] for k in self.free] for row in rows])
 
     @cached_property
     def J_q(self) -> sp.Matrix:
-        """Returns the axial speed of each rod per unit actuator rate, expressed by :attr:`n`."""
+        """Returns the axial speed of each rod per unit actuator rate."""
         hybrid = self.page.hybrid
         rows = [
             rod.actuator_row(hybrid.terms, n, hybrid.q)
@@ -120,17 +119,20 @@ class PrintedPlatform:
 
     @cached_property
     def triad(self) -> "PrintedTriad | None":
-        """The polynomial whose roots are the assembly modes, or None if the platform has none."""
+        """The polynomial whose roots are the assembly modes.
+
+        None if the platform has no such polynomial.
+        """
         hybrid = self.page.hybrid
         triad = triad_of(hybrid) if hybrid.forward.open else None
         return None if triad is None else PrintedTriad(self, triad)
 
     def symbol(self, tex: str, rank: int = 0) -> sp.Symbol:
-        """Returns a symbol of this fragment; symbols of lower rank come first in a product."""
+        """Returns a symbol for this fragment. In products, symbols of lower rank are first."""
         return self.page.chain.equations.notation.symbol(tex, (TERM, (rank, tex)))
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """Expands an expression of named terms in printed symbols."""
+        """Expands an expression of named terms."""
         return sp.expand(self.printed_terms.of(expression))
 
     def _symbols(self, letter: str) -> tuple[Vector, ...]:
@@ -163,22 +165,21 @@ class PrintedPlatform:
 
 
 class PrintedTriad:
-    """The elimination of the position of a planar platform, in printed symbols.
+    """Elimination of the position of a planar platform, in printed symbols.
 
     Attributes:
         phi: The platform's angle.
-        letters: The letters for the symbols of the polynomial.
+        letters: The letters of the polynomial.
         equations: The elimination.
-        u: Vectors from the first rod to the second rod and to the third rod, with named components.
-        norms: The norms of both vectors as named terms, expressed by their components.
-        k: Named right-hand sides of the two linear equations, expressed by the norms.
-        w: Symbols for the components of the first rod.
-        position: The coordinates x and y, expressed by coordinates, parameters and :attr:`w`.
-        scale: The squared length whose third power divides the polynomial.
+        u: Vectors from the first rod to the other rods. Their components have names.
+        norms: Norms of both vectors, as functions of the components.
+        k: Right-hand sides of the two linear equations, as functions of the norms.
+        w: Symbols of the components of the first rod.
+        position: The position (x, y), as a function of coordinates, parameters and :attr:`w`.
+        scale: The squared length. Its third power divides the polynomial.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
-        """Converts the quantities of a triad to printed symbols."""
         A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
         L = list(map(platform.length, triad.L))
         self.phi = platform.page.theta[-1]
@@ -204,7 +205,7 @@ def _pair(parts: Iterable[sp.Expr]) -> Complex:
 
 
 def free_letters(page: LoopPage) -> dict[str, str]:
-    """Returns letters for the polynomial that have no other meaning in the robot."""
+    """Returns unused letters for the polynomial."""
     notation = page.chain.equations.notation
     lengths = [
         notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH
@@ -217,7 +218,7 @@ def free_letters(page: LoopPage) -> dict[str, str]:
 
 
 def platform(page: LoopPage) -> str:
-    """Prints rod equations, velocity relation, singularity types and assembly modes."""
+    """Prints the rods, the velocity relation, the singularity types and the assembly modes."""
     printed = PrintedPlatform(page)
     triad = printed.triad
     return text(
@@ -281,19 +282,18 @@ def _points(printed: PrintedPlatform) -> list[Equation]:
 
 
 def _common_length(printed: PrintedPlatform) -> sp.Expr | None:
-    """Returns the length that all rods have in common."""
     first, *others = (rod.length for rod in printed.rods)
     return first if all(length == first for length in others) else None
 
 
 def in_brackets(terms: PrintedTerms, components: Iterable[sp.Expr]) -> list[str]:
-    """Formats a vector in brackets, with line breaks between and within long components."""
+    """Formats a vector in brackets. Long vectors are broken across lines."""
     parts = [list(terms.printer.terms(component)) for component in components]
     parts = [part if width(" ".join(part)) > WHOLE else [" ".join(part)] for part in parts]
     for part in parts[:-1]:
         part[-1] += r",\;"
     for part in parts[1:]:
-        # On a new line, a leading sign would look like the sign of a term.
+        # At the start of a line, a leading sign would look like the sign of the whole term.
         part[0] = part[0].replace("-", "{-}", 1) if part[0].startswith("-") else part[0]
     parts[0][0] = f"({parts[0][0]}"
     parts[-1][-1] += ")"
@@ -326,7 +326,6 @@ def _velocities(printed: PrintedPlatform) -> str:
 
 
 def _line_coordinates(printed: PrintedPlatform) -> str:
-    """Prints the matrix J_x if it has at most three columns."""
     if len(printed.free) == SPACE:
         return ""
     rows = [[printed.printed_terms.tex(entry) for entry in row] for row in printed.J_x.tolist()]
@@ -334,7 +333,6 @@ def _line_coordinates(printed: PrintedPlatform) -> str:
 
 
 def _actuators(printed: PrintedPlatform) -> str:
-    """Prints the nonzero entries of the matrix J_q."""
     J, name = printed.J_q, r"\mathbf{J}_q"
     if sp.eye(J.rows) == J:
         return aligned([(name, ["1"])])
@@ -382,7 +380,6 @@ def _singularities(printed: PrintedPlatform) -> str:
 
 
 def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """Prints the elimination of the position from the rod equations."""
     terms, tex = printed.printed_terms.printer.terms, printed.printed_terms.tex
     x, y, phi = map(tex, printed.page.theta)
     shown = printed.page.vectors.tex
@@ -416,7 +413,6 @@ def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """Prints the equation as a polynomial in the platform angle, and the poses at its zeros."""
     tex = printed.printed_terms.tex
     phi, root = tex(triad.phi), triad.letters["root"]
     first = f"{triad.letters['cosine']}_0"
@@ -443,7 +439,6 @@ def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
 
 
 def _paths() -> str:
-    """Explains how all assembly modes of a platform on six spatial rods are found."""
     return sentence(
         r"\paragraph{All assembly modes} at actuator values are real solutions of equations in"
         r" Study coordinates (Wampler 1996). A quaternion $\mathbf{e}$ rotates the pins of the"
@@ -462,7 +457,6 @@ def _paths() -> str:
 
 
 def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
-    """Prints the position of the platform at a platform angle."""
     terms, constant = printed.printed_terms.printer.terms, triad.letters["constant"]
     names = map(printed.printed_terms.tex, printed.page.theta[:PLANE])
     return sentence(

@@ -1,9 +1,8 @@
-"""Converts the steps of a closed-form solution to printed symbols.
+"""Converts the steps of a closed-form loop solution to printed symbols.
 
-Each solution step has equations in local quantities
-(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). This module assigns a printed
-symbol to each quantity whose value is long, and rewrites the equations in these symbols. The same
-code is used for all kinds of steps.
+Solution steps have equations in their own symbols
+(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). The module replaces these symbols
+by printed symbols. Short values are written out. All kinds of steps share this code.
 """
 
 from collections.abc import Iterable, Mapping
@@ -35,12 +34,12 @@ from .members import Letters
 
 Vector = tuple[sp.Expr, ...]
 Sum = tuple[tuple[sp.Expr, Vector], ...]
-"""Angles of the equation, and the vectors that are rotated by these angles."""
+"""Angles of an equation and the vectors that they rotate."""
 
 
 @dataclass(frozen=True)
 class PrintedAngle:
-    """An angle that a step solves, given by its cosine and sine up to a common positive factor."""
+    """Cosine and sine of a solved angle, up to a common positive factor."""
 
     symbol: sp.Symbol
     cosine: sp.Expr
@@ -49,14 +48,13 @@ class PrintedAngle:
 
 @dataclass(frozen=True)
 class PrintedRate:
-    """One linear equation between rates, written in printed symbols.
+    """A linear equation between rates in printed symbols.
 
     Attributes:
-        left: Unknowns, each with the factor of its rate in the equation.
-        right: Known expressions, each with the factor of its rate in the equation.
-        projected: LaTeX names of two vectors; the left side is the scalar product of the first
-            vector and the derivative of the second vector. The field is None if the left side is a
-            sum of products.
+        left: Unknown rates with their factors.
+        right: Known rates with their factors.
+        projected: LaTeX names of two vectors. The left side is the first vector times the
+            derivative of the second vector. None if the left side is a sum of products.
     """
 
     left: Weighted
@@ -66,22 +64,22 @@ class PrintedRate:
 
 @dataclass(frozen=True)
 class PrintedLoopStep:
-    """One step of a solution in printed symbols.
+    """A solution step in printed symbols.
 
     Attributes:
-        step: The solution step to print.
+        step: The original solution step.
         number: Number of the step in the article.
-        unknown: The unknown side of the loop equation, which consists of angles and vectors.
+        unknown: The angles and vectors on the unknown side of the loop equation.
         given: The known side of the loop equation.
         vectors: Components and lengths of the known vectors.
-        results: Intermediate results and displacements, each expressed by earlier results.
+        results: Intermediate results and displacements. Each depends only on earlier results.
         angles: The resulting angles.
-        margin: The margin of the step, or None if the step always has a solution.
-        rates: The rate equations for the unknowns of the step.
-        positions: Components of each known vector that the equations represent by a single symbol.
-        points: Components of each vector that the results represent by a single symbol.
-        remark: A sentence that explains which root is chosen.
-        dead_point: Description of the configurations at which the margin is 0.
+        margin: The margin of the step, or None if the step can always be solved.
+        rates: The rate equations of the unknowns.
+        positions: Components of the known vectors that are named in the equations.
+        points: Components of the vectors that are named in the results.
+        remark: A sentence about the choice of the root.
+        dead_point: Description of the configurations with margin 0.
     """
 
     step: LoopStep
@@ -100,7 +98,7 @@ class PrintedLoopStep:
 
 
 class VectorPrinter(FractionPrinter):
-    """A printer that also prints scalar products and vector products."""
+    """Prints scalar products and vector products too."""
 
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, Cross | Dot):
@@ -113,7 +111,7 @@ class VectorPrinter(FractionPrinter):
         return f" {sign} ".join(map(self.tex, product.args))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the terms of a sum, each with its sign."""
+        """Returns the signed terms of a sum."""
         if isinstance(expression, Cross | Dot):
             return [self.alone(expression)]
         return super().terms(expression)
@@ -126,14 +124,14 @@ def printed_steps(
     first: int,
     joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedLoopStep, ...]:
-    """Converts the steps of a solution, and adds the symbols of the unknowns to ``terms``.
+    """Converts the steps of a solution to printed symbols.
 
     Args:
-        terms: The terms of the robot in printed symbols, to which the unknowns are added.
-        letters: Unused letters, which are free for the unknowns.
-        solution: The solution, from actuators to main chain or from main chain to actuators.
+        terms: The terms of the robot. The symbols of the unknowns are added to them.
+        letters: Unused letters for the unknowns.
+        solution: The solution from the actuators or from the main chain.
         first: Number of the first printed solution step.
-        joints: Symbols of the joints, which denote unknown joint values.
+        joints: Symbols of the joints.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     return tuple(
@@ -143,15 +141,7 @@ def printed_steps(
 
 
 class _Writer:
-    """One solution step while it is converted to printed symbols.
-
-    Attributes:
-        shown: The printed form of each quantity in the step.
-        vectors: Definitions of the components and lengths of known vectors.
-        results: Definitions of the intermediate results.
-        positions: Components of the vectors that the equations represent by a single symbol.
-        found: Angles that the solution step determines.
-    """
+    """A solution step during the conversion to printed symbols."""
 
     def __init__(
         self,
@@ -171,7 +161,6 @@ class _Writer:
         self.found = {s for s in step.solved if s not in terms.known}
 
     def printed(self) -> PrintedLoopStep:
-        """Converts the solution step to printed symbols, and names its unknowns."""
         equations = self.equations
         self._name_vectors()
         sought = {*self.found, *(t.as_coeff_Mul()[1] for t in equations.unknowns.values())}
@@ -202,7 +191,6 @@ class _Writer:
         return self.letters.of_step(letter, self.number, axis)
 
     def _name_vectors(self) -> None:
-        """Names the components of vectors; letters and single numbers need no name."""
         for letter, vector in self.equations.vectors.items():
             parts = [self.printed_terms.of(part) for part in vector]
             is_alone = sum(part != 0 for part in parts) == 1
@@ -221,7 +209,6 @@ class _Writer:
             self.shown[symbol] = self.printed_terms.of(term)
 
     def _name_position(self, letter: str, size: int) -> None:
-        """Returns the name of a vector if the equations represent the vector by one symbol."""
         whole = quantity(letter)
         if any(whole in value.free_symbols for _, value in self.equations.results):
             self.shown[whole] = self._symbol(whole)
@@ -229,7 +216,6 @@ class _Writer:
             self.positions[self.shown[whole]] = tuple(self.shown[entry] for entry in entries)
 
     def _name_length(self, letter: str) -> None:
-        """Returns the name of a vector's length, or the signed single component of the vector."""
         vector = self._vector(letter)
         if ZERO in vector:
             self.shown[length_of(letter)] = sp.Add(*vector)
@@ -257,7 +243,6 @@ class _Writer:
             self.shown[angle] = terms.known[angle]
 
     def _add_result(self, symbol: sp.Symbol, value: sp.Expr) -> None:
-        """Names an intermediate result; letters and numbers need no name."""
         shown = self._put(value)
         if symbol in self.equations.unknowns:
             self.results.append((self.shown[symbol], shown))
@@ -268,7 +253,6 @@ class _Writer:
             self.results.append((self.shown[symbol], shown))
 
     def _points(self) -> dict[sp.Symbol, Vector]:
-        """Returns the vectors whose components are unknown."""
         found: dict[sp.Symbol, Vector] = {}
         for symbol in self.equations.unknowns:
             letter, axis = letter_and_axis(symbol)
@@ -280,15 +264,12 @@ class _Writer:
     # --- equations ---
 
     def _put(self, value: sp.Expr) -> sp.Expr:
-        """Converts an expression in the quantities of the step to printed symbols."""
         if value.is_Mul and value.args[0].is_Rational and value.args[-1].is_Add:
-            # SymPy would distribute the factor over the sum, so the step keeps the factor in front
-            # of the bracket.
+            # SymPy would multiply out the factor, so the step stores the factor separately.
             return sp.Mul(value.args[0], self._put(value.args[-1]), evaluate=False)
         return value.xreplace(self.shown)
 
     def _sides(self, sought: Iterable[sp.Symbol]) -> tuple[Sum, Sum]:
-        """Returns the loop equation with all unknowns on one side."""
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
             free = angle.free_symbols | re.free_symbols | im.free_symbols
@@ -300,7 +281,6 @@ class _Writer:
         return tuple(unknown), tuple(given)
 
     def _angle(self, equation: AngleEquation) -> PrintedAngle:
-        """Returns the angle between vectors A and C, without common factors in the atan2."""
         x, y = equation.there
         A, C = self._vector(equation.here), (self._put(x), self._put(y))
         a = sp.Add(*A)
@@ -308,7 +288,6 @@ class _Writer:
         return PrintedAngle(self.shown[equation.angle], dot(A, C) / scale, cross(A, C) / scale)
 
     def _is_new(self, rate: RateEquation) -> bool:
-        """Whether the unknowns of a rate equation were unknown before the step."""
         return all(s in self.found or s not in self.step.solved for s, _ in rate.left)
 
     def _rate(self, rate: RateEquation) -> PrintedRate:
@@ -320,7 +299,6 @@ class _Writer:
         return PrintedRate(left, right, projected)
 
     def _in_words(self, words: str) -> str:
-        """Replaces, in a text, the letters of quantities by the symbols of these quantities."""
         letters = {field for _, field, _, _ in Formatter().parse(words) if field}
         names = {letter: self._symbol(quantity(letter)) for letter in letters}
         return words.format(**{k: self.printed_terms.tex(s) for k, s in names.items()})

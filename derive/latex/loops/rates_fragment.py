@@ -1,4 +1,4 @@
-r"""Prints the rate equations of every step, and the Jacobian for the actuated coordinates."""
+r"""Prints the rate equations of every step and the Jacobian."""
 
 from collections.abc import Mapping
 
@@ -16,25 +16,23 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum number of terms of a sum in which the rates of intermediate results are written in
-full."""
+"""Maximum number of terms in a sum whose rates are written out."""
 MAX_EXPANDED = 500
-"""Maximum number of addends up to which the expansion of a rate is tried."""
+"""Maximum number of terms for which the expansion of a rate is tried."""
 BRACKET = 0.75 * LINE
-"""Maximum width (pt) of a sum that is multiplied by a rate."""
+"""Maximum width (pt) of a sum that multiplies a rate."""
 
 
 class Rates:
-    """Time derivatives of printed expressions, linear in the rates of coordinates and unknowns.
+    """Computes time derivatives of printed expressions.
 
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.
-        definitions: The definition of each symbol that is not a coordinate or an unknown.
-        inner: The rate symbol of each defined symbol whose rate has a name.
+        definitions: The definition of each other symbol.
+        inner: The rate symbols of defined symbols whose rates have names.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
-        """Names the known rates, which are the coordinate rates."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.inner: dict[sp.Symbol, sp.Symbol] = {}
@@ -42,7 +40,7 @@ class Rates:
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedLoopStep) -> list[tuple[PrintedRate, sp.Expr]]:
-        """Returns the rates of a step and their expressions, which later steps use."""
+        """Returns the rates of a step and their expressions for later steps."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
@@ -76,7 +74,6 @@ class Rates:
         return sp.Add(*(derivative(expression, symbol) * rate for symbol, rate in rates.items()))
 
     def _by_name(self, part: sp.Expr) -> sp.Expr:
-        """Returns the time derivative of a component; a named component has a dotted name."""
         if part not in self.definitions:
             return self.of(part)
         if part not in self.inner:
@@ -92,7 +89,6 @@ class Rates:
         return self._found[symbol]
 
     def _collected(self, total: sp.Expr) -> sp.Expr:
-        """Collects a sum into one term per rate, if the brackets then stay short."""
         rates = [*self.dotted.values(), *self.inner.values()]
         parts, expanded = [], sp.expand(total)
         for rate in rates:
@@ -107,7 +103,6 @@ class Rates:
 
 
 def _by_angles(part: sp.Expr) -> sp.Expr:
-    """Collects the terms of a sum by cosines and sines."""
     functions = sorted(part.atoms(sp.cos, sp.sin), key=str)
     if not functions:
         return part
@@ -115,7 +110,6 @@ def _by_angles(part: sp.Expr) -> sp.Expr:
 
 
 def _signed(addend: sp.Expr) -> sp.Expr:
-    """Moves the sign of a bracket to the front of its product."""
     for factor in addend.args if addend.is_Mul else ():
         if factor.is_Add and factor.could_extract_minus_sign():
             return sp.Mul(-1, -factor, addend / factor)
@@ -123,7 +117,7 @@ def _signed(addend: sp.Expr) -> sp.Expr:
 
 
 def rates(page: LoopPage) -> str:
-    """Prints rate equations from the actuators to the main chain and back, and the Jacobian."""
+    """Prints the rate equations in both directions and the Jacobian."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     blocks = []
     main = [joint.name for joint in page.hybrid.robot.moving]

@@ -1,4 +1,4 @@
-r"""Prints the closed-form loop solution: from the actuators, then from the main chain."""
+r"""Prints the closed-form solution of the loops."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -21,13 +21,13 @@ from .printed_steps import PrintedLoopStep
 
 SPACE = r"\,"
 MAX_ZEROS = 4
-"""Maximum number of dead points that are listed for a step."""
+"""Maximum number of listed dead points of a step."""
 MIN_PRINTED = 0.01
-"""A lower bound of a margin is printed only if it is at least this value."""
+"""Smallest lower bound of a margin that is printed."""
 
 
 def solution(page: LoopPage) -> str:
-    """Prints the solution of all joints from the actuators, then from the main chain."""
+    """Prints the solution from the actuators, then the solution from the main chain."""
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]
@@ -46,7 +46,6 @@ def solution(page: LoopPage) -> str:
 
 
 def _given(symbols: Sequence[str]) -> str:
-    """States the known coordinates."""
     return f"Given {'is' if len(symbols) == 1 else 'are'} {listed(symbols)}."
 
 
@@ -87,7 +86,6 @@ def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equati
 
 
 def _axes(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """Returns the phrase that names the body in whose axes a step is written."""
     axes = f"In the axes of {_body(page, printed.step.axes)}"
     turned = printed.step.turned
     if turned != 0 and printed.vectors:
@@ -101,8 +99,6 @@ def _body(page: LoopPage, name: str) -> str:
 
 
 def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
-    """Prints the loop equation; a wide equation becomes a sum equal to zero."""
-
     def terms(side: Sequence[tuple[sp.Expr, Complex]]) -> list[str]:
         found = page.printed_terms.printer.terms(_phasors(page.printed_terms, side))
         return [_tight(term) for term in found]
@@ -117,12 +113,10 @@ def _relation(page: LoopPage, printed: PrintedLoopStep) -> Equation:
 
 
 def _tight(term: str) -> str:
-    """Removes the space before an exponential that has no factor."""
     return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 
 def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
-    """Formats a sum of vectors, each with the exponential that rotates it."""
     i = terms.notation.symbol(r"\mathrm{i}", (OTHER, ("a",)))
     total = sp.S.Zero
     for k, (angle, (re, im)) in enumerate(vectors):
@@ -138,7 +132,6 @@ def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) ->
 
 
 def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
-    """Prints the margin and the configurations at which it is zero."""
     if printed.margin is None:
         return ""
     margin = rf"\mu_{{{printed.number}}}"
@@ -161,16 +154,14 @@ def _margin(page: LoopPage, printed: PrintedLoopStep) -> str:
 
 
 def _floor(value: float) -> str:
-    """Rounds a number down to two digits."""
     places = 1 - math.floor(math.log10(value))
     return f"{math.floor(value * 10**places) / 10**places:.{places}f}"
 
 
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
-    """Formats a quotient in a sentence on one line."""
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
-    # A single decimal number is easier to read than a fraction of two decimals.
+    # A decimal number is easier to read than a fraction of decimals.
     below = divisor / factor * below
     over = page.tex(above)
     if below == 1:
@@ -182,7 +173,6 @@ def _quotient(page: LoopPage, value: sp.Expr) -> str:
 
 
 def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:
-    """Prints joint values that are sums."""
     found: list[Equation] = []
     for name, symbol in page.joints.items():
         value = solved.values.get(name)
@@ -200,7 +190,6 @@ def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) ->
 
 
 def _overdetermined(page: LoopPage) -> str:
-    """Describes the actuators in excess of the degrees of freedom, if the robot has any."""
     hybrid = page.hybrid
     if not hybrid.is_overdetermined:
         return ""
@@ -212,7 +201,6 @@ def _overdetermined(page: LoopPage) -> str:
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
-    """Describes the joints that have no closed form."""
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
@@ -237,7 +225,6 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
 
 
 def _collapsed(page: LoopPage) -> list[str]:
-    """Describes the segments of the main chain that only translate."""
     hybrid = page.hybrid
     if hybrid.forward.open:
         return []

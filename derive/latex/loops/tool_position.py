@@ -17,14 +17,14 @@ _LETTER = r"\varrho"
 
 
 def tool_position(page: LoopPage) -> str:
-    """Returns the forward kinematics with the loop solution inserted for the main-chain joints.
+    """Returns the forward kinematics in terms of the actuated coordinates.
 
-    The LaTeX fragment is empty if an iteration solves the loops.
+    The result is empty if an iteration solves the loops.
     """
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The solution steps define the names of the angles in the position.
+    # The solution steps already name the angles in the position.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]
@@ -54,7 +54,7 @@ def tool_position(page: LoopPage) -> str:
 
 
 def without_guard(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """Removes the term that makes the sum NaN if a loop cannot be closed."""
+    """Removes the term that makes a result NaN if a loop is open."""
     definition = terms.definitions.get(entry, entry)
     kept = [part for part in sp.Add.make_args(definition) if not _is_guard(terms, part)]
     return entry if len(kept) == len(sp.Add.make_args(definition)) else sp.Add(*kept)
@@ -70,7 +70,6 @@ def _is_guard(terms: Terms, addend: sp.Expr) -> bool:
 def _named_factors(
     page: LoopPage, expression: sp.Expr, brackets: dict[sp.Expr, sp.Symbol]
 ) -> sp.Expr:
-    """Names the wide sums among the factors of each term of an expression."""
     notation = page.chain.equations.notation
     found = []
     for addend in sp.Add.make_args(expression):

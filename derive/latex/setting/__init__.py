@@ -1,1 +1,1 @@
-"""Typesetting: names, symbols, widths, and displays that fit the page."""
+"""Typesetting of names, symbols and displays."""

@@ -1,6 +1,6 @@
-r"""Sets displays that fit the page: aligned equations with breaks between terms, and matrices.
+r"""Sets equations and matrices that fit the page.
 
-All results need only amsmath and belong in text, not inside a formula.
+The results need only amsmath. They belong in text, not in a formula.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from .widths import LINE, width
 
 Row = Sequence[str]
 Equation = tuple[str, Sequence[str]]
-"""The left-hand side of an equation, and the signed terms of its right-hand side."""
+"""Left-hand side of an equation and signed terms of its right-hand side."""
 
 
 class Display(NamedTuple):
@@ -22,22 +22,22 @@ class Display(NamedTuple):
 
 
 INDENT = width(r"\quad\quad")
-"""Indentation of the continued lines of an equation (pt)."""
+"""Indentation of an equation's further lines (pt)."""
 COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
 """Maximum error of an estimated width (pt)."""
 BREAKS = r"\allowdisplaybreaks"
 NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
-"""Keeps a display on the same page as the text after it."""
+"""Keeps a display and the text after it on the same page."""
 SHORTEST_RUN = 4
-"""Minimum number of consecutive short equations that are set in two columns."""
+"""Minimum number of consecutive short equations in two columns."""
 
 
 def aligned(equations: Sequence[Equation], end: str = ".") -> str:
-    """Aligns equations, with short equations in pairs that are read from left to right.
+    """Aligns equations. Short equations are set in pairs.
 
-    Long right-hand sides continue on an indented line; the list may break across pages.
+    Long right-hand sides continue on an indented line. The list may break across pages.
     """
     runs = _runs(equations)
     displays = []
@@ -53,7 +53,7 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
 
 
 def read_down(equations: Sequence[Equation]) -> list[Equation]:
-    """Reorders equations so that two columns are read downwards, first the left column."""
+    """Reorders equations for two columns that are read downwards."""
     if not all(_is_short(equation) for equation in equations):
         return list(equations)
     half = -(-len(equations) // 2)
@@ -62,7 +62,6 @@ def read_down(equations: Sequence[Equation]) -> list[Equation]:
 
 
 def _runs(equations: Sequence[Equation]) -> list[tuple[bool, list[Equation]]]:
-    """Divides equations into runs of short equations, for two columns, and other runs."""
     runs: list[tuple[bool, list[Equation]]] = []
     for short, group in groupby(equations, key=_is_short):
         run = list(group)
@@ -96,13 +95,12 @@ def _single(equations: Sequence[Equation], end: str) -> str:
 
 
 def _display(environment: str, body: str, settings: str = BREAKS) -> str:
-    """Formats a display with local settings; the final % prevents a space after it."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
     return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
-    """Breaks signed terms into lines of at most a given width; continued lines are indented."""
+    """Breaks signed terms into lines of limited width."""
     lines: list[str] = []
     current, used, space = "", 0.0, room
     for term in terms:
@@ -116,7 +114,7 @@ def filled(terms: Sequence[str], room: float) -> list[str]:
 
 
 def matrix(rows: Sequence[Row]) -> str:
-    """Formats a matrix in square brackets, with any number of columns."""
+    """Formats a matrix in square brackets."""
     high = any("frac" in entry for row in rows for entry in row)
     newline = " \\\\[0.5ex]\n" if high else " \\\\\n"
     body = newline.join(" & ".join(row) for row in rows)
@@ -125,7 +123,7 @@ def matrix(rows: Sequence[Row]) -> str:
 
 
 def matrix_width(rows: Sequence[Row]) -> float:
-    """Estimates the width (pt) of a matrix that :func:`matrix` formats."""
+    """Estimates the width (pt) of a formatted matrix."""
     columns = [max(width(entry) for entry in column) for column in zip(*rows, strict=True)]
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
@@ -136,7 +134,7 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
 
 
 def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
-    """Sets displays side by side; if ``kept``, no page break separates them from the next text."""
+    """Sets displays side by side. ``kept`` keeps the next text on the same page."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
@@ -152,7 +150,6 @@ def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -
 
 
 def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
-    """Joins the rows of a display; no page break follows the first row or precedes the last row."""
     body = rows[0]
     for k, row in enumerate(rows[1:], 1):
         star = "*" if k in (1, len(rows) - 1) else ""
@@ -167,7 +164,7 @@ def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
 
 
 def broken(name: str, factors: Sequence[str]) -> Display:
-    """Formats an equation ``name = product`` as one display, on several lines if needed."""
+    """Formats an equation ``name = product`` on one or more lines."""
     first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))
     lines = [f"{name} &= {first}", *(rf"&\quad {line}" for line in rest)]
     body = " \\\\\n".join(lines)

@@ -1,4 +1,4 @@
-"""Converts names to LaTeX: user text is escaped, parameters and frames become mathematics."""
+"""Converts names to LaTeX."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ _LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
 _UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
 GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
-"""Minimum length of a word in a description that may be broken across lines."""
+"""Minimum length of a word that may be broken across lines."""
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -54,13 +54,13 @@ _BREAKS = "_/"
 """Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
-"""Accented letters that a T1 font contains."""
+"""Accented letters in a T1 font."""
 
 
 def escape(text: str) -> str:
-    """Escapes text for a paragraph; long words may be broken.
+    """Escapes text for a paragraph. Long words may be broken.
 
-    Letters that plain pdfLaTeX cannot set are printed as codes, such as ``[U+4E2D]``.
+    Letters that pdfLaTeX cannot set become codes, such as ``[U+4E2D]``.
     """
     words = text.split()
     return " ".join("".join(_escaped(word)) for word in words)
@@ -83,7 +83,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    r"""Formats a parameter name; for example, ``alpha_1`` becomes \alpha_{1}."""
+    r"""Formats a parameter name, for example ``alpha_1`` as \alpha_{1}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -99,9 +99,10 @@ def is_symbol(name: str) -> bool:
 
 
 def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
-    """Returns joint names as LaTeX if all of them are Greek angles or lower-case lengths.
+    """Returns the joint names as LaTeX symbols, if all names are suitable.
 
-    The result is empty if a joint has another kind of name, or if a symbol occurs twice.
+    Suitable names are Greek angles and lower-case lengths. The result is empty if a name is
+    unsuitable or a symbol occurs twice.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]
@@ -120,7 +121,7 @@ def _is_own_symbol(joint: Joint | Motor) -> bool:
 
 
 def in_words(words: str, symbols: Mapping[str, str]) -> str:
-    """Escapes text for a paragraph; symbols replace joint names."""
+    """Escapes text for a paragraph and replaces joint names by symbols."""
     shown = escape(words)
     for name in sorted(symbols, key=len, reverse=True):
         if is_symbol(name) and name not in _WORDS:
@@ -130,12 +131,12 @@ def in_words(words: str, symbols: Mapping[str, str]) -> str:
 
 
 def head(tex: str) -> str:
-    """Returns the letter of a symbol: the text before its index."""
+    """Returns the letter of a symbol without its index."""
     return tex.partition("_")[0]
 
 
 def frame(name: str) -> str:
-    """Formats a frame name as an index: digits and single letters stay, words are upright."""
+    """Formats a frame name as an index. Words are upright."""
     if len(name) == 1 or name.isdigit():
         return name
     return rf"\mathrm{{{_typed(name)}}}"
@@ -158,7 +159,7 @@ def _index(word: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> dict[str, str]:
-    """Returns the LaTeX of each parameter; names that would look alike are set verbatim."""
+    """Returns the LaTeX of each parameter. Names that would look alike are set verbatim."""
     found: dict[str, str] = {}
     for name in names:
         tex = parameter(name)

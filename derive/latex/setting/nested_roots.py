@@ -1,7 +1,7 @@
 r"""Prints numbers with nested roots as multiples of a sine or cosine: ``0.25 \sin 12^\circ``.
 
-SymPy evaluates the cosine and sine of many constant angles to nested roots, which a reader cannot
-recognize.
+SymPy evaluates the cosine and sine of many constant angles to nested roots. Readers cannot
+recognize these roots.
 """
 
 from collections.abc import Sequence
@@ -29,16 +29,15 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Formats an angle of whole arc minutes as a multiple of pi, or returns an empty text."""
+    """Formats an angle of whole arc minutes as a multiple of pi. Other angles give ""."""
     factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
     return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
 
 
 def as_trigonometric(value: sp.Expr) -> str:
-    """Formats a number as a multiple of a sine or cosine, or returns an empty text.
+    """Formats a number as a multiple of a sine or cosine. Other numbers give an empty text.
 
-    A number with nested roots is recognized if its factor is rational, or a rational multiple of
-    the root of 2 or 3.
+    The factor must be a rational multiple of 1, sqrt(2) or sqrt(3).
     """
     factor, function = value.as_coeff_Mul()
     if isinstance(function, sp.cos | sp.sin):
@@ -51,7 +50,6 @@ def as_trigonometric(value: sp.Expr) -> str:
 
 
 def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
-    """Formats a number as a multiple of the sine or cosine of an angle below 45 degrees."""
     digits = Fraction(str(sp.N(value, DIGITS)))
     found = []
     for (root, step, name), size in _sizes().items():
@@ -71,7 +69,6 @@ def _recognized(value: sp.Expr, roots: Sequence[int]) -> str:
 
 @cache
 def _sizes() -> dict[tuple[int, int, str], Fraction]:
-    """Returns the sine and cosine of each angle, times the root of 1, 2 or 3, to many digits."""
     return {
         (root, step, name): Fraction(
             str(sp.N(sp.sqrt(root) * _FUNCTIONS[name](step * sp.pi / (4 * STEPS)), DIGITS))

@@ -1,8 +1,8 @@
-r"""Defines short symbols, such as s_{23} for sin(q_2 + q_3), and named constants and shared terms.
+r"""Defines the short symbols, named constants and shared terms of an article.
 
-A short symbol is a SymPy symbol whose name is its LaTeX; braces distinguish it from parameters.
-:attr:`Notation.meanings` contains its meaning in coordinates and parameters, for the symbol table
-and for tests of printed equations.
+A short symbol is a SymPy symbol whose name is its LaTeX. Its braces distinguish it from a
+parameter. :attr:`Notation.meanings` contains the definition of each short symbol, for the symbol
+table and for tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -17,19 +17,18 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Position of a factor in a product: its class, then its rank within the class."""
+"""Class of a factor, and its rank in the class. Both determine the position in a product."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
-"""Maximum number of named constants in a number; such a number is printed as their sum or
-product."""
+"""Maximum number of named constants in a number. A longer sum or product is printed as such."""
 MAX_WRITTEN = 200
-"""Maximum number of symbols and numbers in a constant that is expressed only in parameters."""
+"""Maximum number of symbols and numbers in a constant that is defined by parameters only."""
 COMMAS_FROM = 10
-"""With more coordinates than this number, commas separate the indices of a sum."""
+"""Maximum number of coordinates for indices without commas."""
 LONG_RUN = 3
-"""Minimum number of consecutive indices that are printed as a range."""
+"""Minimum number of consecutive indices that form a range."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -39,7 +38,7 @@ LETTERS = {
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
-"""Letters for each kind of symbol in order of preference; letters of parameters are excluded."""
+"""Letters for each kind of symbol, best letter first. Letters of parameters are excluded."""
 
 
 class Notation:
@@ -48,15 +47,15 @@ class Notation:
     Attributes:
         terms: The terms and constants of the derivation.
         q: The coordinates.
-        called: LaTeX of the coordinates, or empty if their symbols are q_1 and so on.
+        called: LaTeX of the coordinates. Empty if they are called q_1 and so on.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each printed symbol in a product.
-        meanings: The definition of each short symbol in coordinates and parameters; a long constant
-            is defined by earlier short symbols.
-        angles: The angles of cosines and sines, each with accent and index, in order of first use.
+        meanings: Definitions of the short symbols. Long constants are defined by earlier short
+            symbols.
+        angles: Angles of cosines and sines with accent and index, in order of first use.
         constants: The named constants, in order of first use.
-        halves: Whether angles of 30 or 60 degrees cause roots of 3; 1/2 is then printed as a
-            fraction.
+        halves: Whether angles of 30 or 60 degrees cause square roots of 3. Fractions then replace
+            decimals such as 0.5.
     """
 
     def __init__(
@@ -67,15 +66,6 @@ class Notation:
         called: Sequence[str] = (),
         reserved: Collection[str] = (),
     ) -> None:
-        """Starts the notation of a chain, with the symbols of its coordinates and parameters.
-
-        Args:
-            robot: The chain.
-            terms: The terms and constants of the derivation.
-            q: The coordinates.
-            called: LaTeX of the coordinates, or empty if their symbols are q_1 and so on.
-            reserved: Letters that have another meaning in the article.
-        """
         self.terms, self.q = terms, tuple(q)
         self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
@@ -99,7 +89,7 @@ class Notation:
         self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
-        """Returns the short symbol, or its negative, for the cosine or sine of a coordinate sum."""
+        """Returns the signed short symbol for the cosine or sine of a coordinate sum."""
         (angle,) = expression.args
         angle = sp.expand(self.expanded(angle))
         lead = next((q for q in self.q if angle.has(q)), None)
@@ -116,9 +106,9 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression without coordinates in printed symbols, in full or as a name.
+        """Returns the printed form of an expression without coordinates.
 
-        Numbers of equal value share one name.
+        Equal numbers share a name.
         """
         if is_long_number(self.terms, expression):
             return self._numeric(self.terms.value(expression))
@@ -133,7 +123,7 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant expression with short symbols for functions and numeric products."""
+        """Returns a constant expression with short symbols."""
         return self._shortened(reduced(expression))
 
     def _shortened(self, expression: sp.Expr) -> sp.Expr:
@@ -150,7 +140,7 @@ class Notation:
         return expression.func(*map(self._shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression in coordinates and parameters; named terms are expanded."""
+        """Returns an expression of coordinates and parameters without named terms."""
         known: dict[sp.Symbol, sp.Expr] = {}
         for symbol in expression.free_symbols:
             definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
@@ -161,7 +151,7 @@ class Notation:
         return expression.xreplace(known)
 
     def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """Returns the value of the short symbol of each constant, at default parameters."""
+        """Returns the values of the named constants at default parameters."""
         found: dict[sp.Symbol, sp.Expr] = {}
         for symbol, meaning in self.meanings.items():
             if self.order[symbol][0] in (CONSTANT, CONSTANT_TRIGONOMETRY):
@@ -169,7 +159,7 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """Returns the symbol of the next shared term; the caller stores its definition."""
+        """Returns the symbol of the next shared term. The caller defines it."""
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
         return self.symbol(tex, (TERM, (self._terms,)))
@@ -181,7 +171,10 @@ class Notation:
         return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
-        """Returns the entry names of a pose (4, 4) in row-major order, or None in the last row."""
+        """Returns the names of the entries of a pose (4, 4) in row-major order.
+
+        The last row has no names.
+        """
         r, p = self.letters["rotation"], self.letters["position"]
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):
@@ -190,7 +183,7 @@ class Notation:
         return (*named, *(None,) * 4)
 
     def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
-        """Returns a symbol with the given LaTeX name."""
+        """Returns a symbol with the given LaTeX."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -198,7 +191,6 @@ class Notation:
         return symbol
 
     def _angle(self, angle: sp.Expr) -> tuple[str, str]:
-        """Returns the accent (a pattern for the letter) and the index of an angle's symbols."""
         if angle not in self.angles:
             index, plain = self._index(angle)
             used = sum(
@@ -235,7 +227,6 @@ class Notation:
         return self._named_sum(raw) if raw.is_Add else self.named(raw)
 
     def _named_sum(self, raw: sp.Expr) -> sp.Expr:
-        """Returns the name of a sum, or a multiple of a sum that has a name."""
         content, primitive = raw.primitive()
         if primitive.could_extract_minus_sign():
             content, primitive = -content, -primitive
@@ -244,7 +235,6 @@ class Notation:
         return content * self._sums[primitive]
 
     def _by_parts(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a long constant; the sum or product of named constants in it gets a name."""
         sign, symbol = expression.as_coeff_Mul()
         if symbol not in self.terms.constants:
             return self.named(self._in_names(expression))
@@ -254,12 +244,10 @@ class Notation:
         return sign * self._constants[symbol]
 
     def _in_names(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant, assembled from the printed forms of its subexpressions."""
         parts = sorted(expression.free_symbols & self.terms.constants.keys(), key=numbered)
         return expression.xreplace({part: self.constant(part) for part in parts})
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
-        """Returns the name of the absolute value of a number, with the sign of the number."""
         value = self.terms.value(raw)
         sign = -1 if value < 0 else 1
         key = sp.Float(sign * value, RELIABLE_DIGITS)
@@ -268,10 +256,9 @@ class Notation:
         return sign * self._constants[key]
 
     def named(self, raw: sp.Expr) -> sp.Symbol:
-        """Returns the next named constant, for an expression in parameters and short symbols.
+        """Returns the name of the next constant.
 
-        The constant is defined in terms of parameters, or of earlier short symbols if this
-        definition is long.
+        The constant is defined by parameters. A long definition uses earlier short symbols.
         """
         parts = size(raw, self._sizes)
         if parts <= MAX_WRITTEN:
@@ -301,17 +288,16 @@ def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
 
 
 def is_long(terms: Terms, expression: sp.Expr) -> bool:
-    """Whether a constant made of parameters is too long unless its parts have names."""
+    """Whether a constant made of parameters needs named parts."""
     return not terms.is_number(expression) and terms.size(expression) > MAX_WRITTEN
 
 
 def numbered(symbol: sp.Symbol) -> tuple[int, str]:
-    """Returns the key that sorts symbols by their number."""
+    """Returns the sort key of a numbered symbol."""
     return len(symbol.name), symbol.name
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:
-    """Formats the indices of a sum: bars for subtracted indices, ``1:14`` for a long run."""
     shown: list[str] = []
     k = 0
     while k < len(indices):
@@ -328,14 +314,13 @@ def _joined(indices: Sequence[int], *, commas: bool) -> str:
 
 
 def is_surd(expression: sp.Expr) -> bool:
-    """Whether a number is rational, or a rational multiple of pi or of a rational square root."""
+    """Whether a number is rational, or a rational multiple of pi or of a square root."""
     coefficient, rest = expression.as_coeff_Mul()
     root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
     return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))
 
 
 def _is_plain_sum(expression: sp.Expr) -> bool:
-    """Whether a sum is as short as d_3 + d_5."""
     return (
         expression.is_Add
         and len(expression.args) == 2  # noqa: PLR2004
@@ -344,7 +329,6 @@ def _is_plain_sum(expression: sp.Expr) -> bool:
 
 
 def _letters(taken: set[str]) -> dict[str, str]:
-    """Returns the letter for each kind of symbol; cosine and sine letters change together."""
     pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
     free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
     letters = {"cos": free[0][0], "sin": free[0][1]}
@@ -355,7 +339,6 @@ def _letters(taken: set[str]) -> dict[str, str]:
 
 
 def _has_thirds(robot: SerialRobot) -> bool:
-    """Whether a robot has angles that are odd multiples of 30 or 60 degrees."""
     sixths = (
         6 * motion.angle / sp.pi
         for placement in robot.placements
@@ -366,7 +349,6 @@ def _has_thirds(robot: SerialRobot) -> bool:
 
 
 def _places(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
-    """Orders coordinates and parameters by the first joint that they affect."""
     places: dict[sp.Symbol, tuple[object, ...]] = {}
     declared = [parameter.symbol for parameter in robot.parameters]
 

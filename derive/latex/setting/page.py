@@ -1,4 +1,4 @@
-"""Collects everything that the fragments of a chain print in the article."""
+"""Collects everything that an article prints about a chain."""
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -21,20 +21,19 @@ __all__ = ["Page", "listed", "named_matrix", "sentence", "text"]
 
 @dataclass(frozen=True)
 class Page:
-    """A serial chain, with all data that its article prints.
+    """A serial chain and the data of its article.
 
-    Short symbols are numbered in the order of first use. This class creates all expressions in
-    short symbols together, in the order of its attributes, so that no LaTeX fragment depends on the
-    others.
+    Short symbols are numbered in the order of first use. All expressions are created here in a
+    fixed order. No fragment therefore depends on another fragment.
 
     Attributes:
         robot: The chain.
-        equations: Forward kinematics and Jacobians, printed in short symbols.
-        links: The transforms between adjacent frames, printed in short symbols.
-        screws: Screw axes and home pose, printed in short symbols.
-        inverse: The inverse kinematics, expressed by the terms of the equations.
-        singular: The singular configurations, described in short symbols.
-        geometry: The functions whose geometry is an input, or None without parametric functions.
+        equations: Forward kinematics and Jacobians in short symbols.
+        links: Transforms between adjacent frames in short symbols.
+        screws: Screw axes and home pose in short symbols.
+        inverse: The inverse kinematics, in the terms of the equations.
+        singular: The singular configurations in short symbols.
+        geometry: The parametric functions, or None if none was derived.
     """
 
     robot: SerialRobot
@@ -58,10 +57,9 @@ class Page:
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of its coordinates; by default, its joint names if they are symbols,
-                otherwise q_1 and so on.
-            coordinates: The number of coordinates that move the main chain of a robot with loops.
-            methods: The inverse methods that the article may print.
+            called: LaTeX of the coordinates. By default, suitable joint names or q_1 and so on.
+            coordinates: Number of coordinates that move the main chain of a robot with loops.
+            methods: Methods of the inverse that may be printed.
             reserved: Letters that have another meaning in the article.
         """
         robot = derivation.robot
@@ -85,7 +83,7 @@ class Page:
         return self.equations.printer.tex(expression)
 
     def words(self, text: str) -> str:
-        """Formats a sentence; symbols replace joint names that are symbols."""
+        """Formats a sentence. Joint names become symbols where possible."""
         notation = self.equations.notation
         if not notation.called:
             return escape(text)
@@ -99,16 +97,16 @@ class Page:
         return transforms.transform(*map(frame, frames))
 
     def matrix(self, name: str, entries: sp.Matrix) -> Display:
-        """Formats an equation whose right-hand side is a matrix."""
+        """Formats an equation with a matrix on the right-hand side."""
         return named_matrix(name, [[self.tex(entry) for entry in row] for row in entries.tolist()])
 
     def column(self, name: str, entries: Iterable[sp.Expr]) -> Display:
-        """Formats an equation whose right-hand side is a column vector."""
+        """Formats an equation with a column vector on the right-hand side."""
         return named_matrix(name, [[self.tex(entry)] for entry in entries])
 
 
 def listed(formulas: Iterable[str]) -> str:
-    """Lists formulas in a sentence; a line may break between two formulas."""
+    """Lists formulas in a sentence. Lines may break between formulas."""
     return ", ".join(f"${tex}$" for tex in formulas)
 
 
@@ -118,5 +116,5 @@ def sentence(*blocks: str) -> str:
 
 
 def text(*paragraphs: str) -> str:
-    """Joins paragraphs into a LaTeX fragment, with empty lines between."""
+    """Joins paragraphs into a fragment."""
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph) + "\n"

@@ -1,4 +1,4 @@
-"""Converts the singular configurations of an arm to short symbols, and describes them in words."""
+"""Describes the singular configurations of an arm in symbols and words."""
 
 import math
 import re
@@ -19,20 +19,20 @@ from .notation import Notation
 MAX_ADDENDS = 12
 """Maximum number of terms in a printed factor."""
 CONFIGURATIONS = 4
-"""Number of singular configurations that are printed if the factors are longer."""
+"""Number of singular configurations to print if the factors are too long."""
 GENERIC = sp.Rational(271, 379)
-"""Value (radian or meter) of the first fixed coordinate when the axes are described."""
+"""Value (radian or meter) of the first fixed coordinate for the description of the axes."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
-"""Joint angles (degree) from which the search for a singularity starts, used cyclically."""
+"""Start angles (degree) of the search for a singularity, used cyclically."""
 
 
 @dataclass(frozen=True)
 class PrintedCondition:
-    """Factors that all vanish in certain singular configurations.
+    """Factors that vanish together in some singular configurations.
 
     Attributes:
         factors: The factors in short symbols.
-        words: Description of the axes in these configurations; empty if no description fits.
+        words: Description of the axes in these configurations, or an empty text.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -44,12 +44,12 @@ class PrintedSingularities:
     """The singular configurations of an arm.
 
     Attributes:
-        determinant: The constant of the determinant, and its factors with exponents; only for a
-            square Jacobian with short factors.
-        conditions: The conditions under which the arm is singular.
-        configurations: Singular configurations (radian, meter), if there are no short conditions.
-        fixed: The fixed coordinates, if the determinant is for the free joints only.
-        rank: The largest rank of the Jacobian, if it is rank deficient in every configuration.
+        determinant: The constant and the factors of the determinant, with exponents. None if the
+            Jacobian is not square or the factors are long.
+        conditions: The conditions for a singular arm.
+        configurations: Singular configurations (radian, meter). Empty if the conditions are short.
+        fixed: The fixed coordinates, if the determinant is for the free joints alone.
+        rank: The largest rank of the Jacobian, if every configuration is singular.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """
 
@@ -64,14 +64,13 @@ class PrintedSingularities:
 def printed_singularities(
     robot: SerialRobot, notation: Notation, given: Sequence[int] = ()
 ) -> PrintedSingularities:
-    """Returns the singular configurations of a robot, as conditions or as numeric configurations.
+    """Returns the singular configurations of a robot.
 
     Args:
         robot: A serial robot.
         notation: The short symbols of the robot.
-        given: Indices of the coordinates that the inverse has as fixed inputs. If the conditions of
-            the complete arm are long, the article also prints the conditions for the free joints
-            alone.
+        given: Indices of the fixed coordinates in the inverse. If the conditions of the complete
+            arm are long, the article also prints the conditions for the free joints.
     """
     minors = factored_minors(robot, notation.q)
     if minors == ():
@@ -98,7 +97,6 @@ def printed_singularities(
 def _singularities_with_fixed_joints(
     robot: SerialRobot, notation: Notation, given: Sequence[int]
 ) -> PrintedSingularities:
-    """Returns the Jacobian determinant of the free joints only."""
     if not given:
         return PrintedSingularities(None, ())
     values = {robot.moving[k].name: notation.q[k] for k in given}
@@ -106,8 +104,8 @@ def _singularities_with_fixed_joints(
         joint.fixed_at(joint.direction * values[joint.name]) if joint.name in values else joint
         for joint in robot.joints
     ]
-    # The determinant may depend on the fixed values, so they stay symbols. The axes are described
-    # at generic values.
+    # The determinant may depend on the fixed values, so they remain symbols. The description of the
+    # axes holds for generic values.
     some = [Parameter(str(q), k * GENERIC) for k, q in enumerate(values.values(), 1)]
     q = [symbol for k, symbol in enumerate(notation.q) if k not in given]
     rest = replace(robot, joints=tuple(joints), parameters=(*robot.parameters, *some))
@@ -124,12 +122,6 @@ def _singularities_with_fixed_joints(
 
 
 def _counted(condition: PrintedCondition, numbers: Sequence[int]) -> PrintedCondition:
-    """Returns a condition whose axis numbers are those of the complete arm.
-
-    Args:
-        condition: A condition that numbers the moving axes only.
-        numbers: The number of each moving axis in the complete arm.
-    """
     counted = re.sub(r"\d+", lambda found: str(numbers[int(found[0]) - 1]), condition.words)
     return replace(condition, words=counted)
 

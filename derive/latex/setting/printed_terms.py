@@ -1,4 +1,4 @@
-"""Converts terms to printed symbols: a named term by its name, any other term in full."""
+"""Converts terms to printed symbols."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,32 +11,30 @@ from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
 NARROW = 0.2 * LINE
-"""Maximum width (pt) of a constant that is written in full."""
+"""Maximum width (pt) of a constant without a name."""
 BRACKET = 0.36 * LINE
-"""Maximum width (pt) of a sum that is written as a factor or is squared."""
+"""Maximum width (pt) of a sum in a product or a square."""
 WRITTEN = 0.5 * LINE
-"""Maximum width (pt) of a sum that is written with all its constants."""
+"""Maximum width (pt) of a sum with all its constants."""
 
 
 class PrintedTerms:
-    """The names of the terms in a solution, and expressions in these names.
+    """The names of the terms of a solution.
 
     Attributes:
-        known: The printed symbol, or its negative, of each named term and coordinate; :meth:`call`
-            adds symbols.
+        known: The signed symbol of each named term and coordinate. :meth:`call` adds symbols.
     """
 
     def __init__(
         self, terms: Terms, notation: Notation, known: Mapping[sp.Symbol, sp.Expr]
     ) -> None:
-        """Creates the names; at first, only coordinates have names."""
         self.terms, self.notation, self.known = terms, notation, dict(known)
         self._long: dict[sp.Expr, sp.Symbol] = {}
         self._written: dict[sp.Symbol, sp.Expr] = {}
         self.printer = FractionPrinter.of(notation)
 
     def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
-        """Assigns a printed symbol, or its negative, to a term."""
+        """Assigns a signed symbol to a term."""
         self.known[term] = shown
         self._written.clear()
 
@@ -49,23 +47,23 @@ class PrintedTerms:
         ordered = sorted(expression.free_symbols, key=numbered)
         known = {symbol: self._symbol(symbol) for symbol in ordered}
         for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
-            # Cosines and sines of moving angles are terms; other cosines and sines occur only in
-            # the description.
+            # Cosines and sines of moving angles are terms. Other cosines and sines come from the
+            # description.
             if function.free_symbols <= self.terms.parameters.keys():
                 known[function] = self.notation.constant(function)
         return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
-        """Returns the definition of a term, converted to printed symbols."""
+        """Returns the definition of a term in printed symbols."""
         definition = self.terms.definitions[term]
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an unnamed sum of constants and lengths, converted to printed symbols.
+        """Returns an unnamed sum of constants and lengths in printed symbols.
 
-        If the sum is long, each length has a single constant as its factor.
+        In a long sum, each length has a single constant factor.
         """
         number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
         shown = self.constant(number) if number != 0 else number
@@ -73,7 +71,6 @@ class PrintedTerms:
         return written if width(self.tex(written)) <= WRITTEN else self._gathered(expression)
 
     def _gathered(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a sum in which each product of moving lengths has a single constant factor."""
         moving = {s for s in expression.free_symbols if not self.terms.is_constant(s)}
         factors: dict[sp.Expr, list[sp.Expr]] = {}
         for addend in sp.Add.make_args(sp.expand(expression)):
@@ -89,7 +86,7 @@ class PrintedTerms:
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:
-        """Returns a printed expression in which long bracketed sums have names, and the new names.
+        """Returns an expression whose long bracketed sums have names, and the new names.
 
         Args:
             expression: In printed symbols.
@@ -113,14 +110,14 @@ class PrintedTerms:
         return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
-        """Returns a sum of moving and constant angles, converted to printed symbols."""
+        """Returns a sum of angles in printed symbols."""
         moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
         constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
         shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant
         return shown + self.of(rest)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Returns a constant: in full if it is short, otherwise its name."""
+        """Returns a short constant, or the name of a long constant."""
         if is_long_number(self.terms, expression):
             return self.notation.constant(self.terms.value(expression))
         if is_long(self.terms, expression):
@@ -135,7 +132,6 @@ class PrintedTerms:
         return self.notation.constant(raw)
 
     def _symbol(self, symbol: sp.Symbol) -> sp.Expr:
-        """Returns the printed form of a symbol; it is cached, because terms share symbols."""
         if symbol in self.known:
             return self.known[symbol]
         if symbol not in self._written:
@@ -151,7 +147,6 @@ class PrintedTerms:
         return self.meaning(symbol) if symbol in self.terms.definitions else symbol
 
     def _turned(self, symbol: sp.Symbol) -> sp.Expr | None:
-        """Returns the cosine or sine of solved angles, written with their names."""
         if symbol not in self.terms.turning:
             return None
         angle, _ = self.terms.turning[symbol]

@@ -1,7 +1,6 @@
-r"""Prints expressions with lengths first, indices in ascending order, and no leading minus sign.
+r"""Prints expressions with lengths first and without a leading minus sign where possible.
 
-A sum is a list of signed terms in the order of the chain; a long sum can be broken between its
-terms.
+A sum is a list of signed terms, so that long sums can be broken.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,21 +16,20 @@ from .notation import ENTRY, LENGTH, OTHER, TERM, Notation, Order
 from .shorter import gathered
 
 SMALL = sp.Rational(1, 10**5)
-"""Decimals below this magnitude are printed with a power of ten."""
+"""Magnitude below which decimals are printed with a power of ten."""
 _BINARY = (2, 4, 8)
-"""Denominators of fractions that also have a short decimal form."""
+"""Denominators of fractions with a short decimal form."""
 _EXTREMES = {sp.Max: r"\max", sp.Min: r"\min"}
 _FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
 
 
 class Printer:
-    """Prints expressions that are written in the symbols of a notation.
+    """Prints expressions in the symbols of a notation.
 
     Args:
         tex: LaTeX text of each symbol.
         order: Position of each symbol in a product.
-        halves: Whether 1/2 and 3/4 are printed as fractions (next to roots of 3) instead of
-            decimals.
+        halves: Whether to print fractions such as 1/2 and 3/4 instead of decimals.
     """
 
     def __init__(
@@ -46,7 +44,7 @@ class Printer:
 
     @classmethod
     def of(cls, notation: Notation) -> Self:
-        """Returns the printer for the symbols of a notation."""
+        """Returns the printer of a notation."""
         return cls(notation.tex, notation.order, halves=notation.halves)
 
     def tex(self, expression: sp.Expr) -> str:
@@ -54,7 +52,7 @@ class Printer:
         return " ".join(self.terms(expression))
 
     def terms(self, expression: sp.Expr) -> list[str]:
-        """Returns the terms of a sum with their signs; if possible, a positive term comes first."""
+        """Returns the signed terms of a sum, with a positive term first if possible."""
         if expression not in self._printed:
             self._printed[expression] = self._terms(gathered(expression))
         return self._printed[expression]
@@ -68,11 +66,10 @@ class Printer:
         return [head] + [("- " if negative else "+ ") + tex for negative, tex in signed[1:]]
 
     def _product(self, addend: sp.Expr) -> str:
-        """Formats a term without its sign."""
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
-        # After the argument of a cosine, another factor would look like a part of the argument.
+        # A factor after a cosine would look like a part of its argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)
@@ -111,7 +108,6 @@ class Printer:
         return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
-        """Returns a sort key: terms with lengths, then terms with brackets, then others."""
         _, rest = addend.as_coeff_Mul()
         keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
         lengths = tuple(place for kind, place in keys if kind == LENGTH)
@@ -128,25 +124,22 @@ class Printer:
 
 
 def _ends_in_argument(factor: sp.Expr) -> bool:
-    """Whether a factor is printed as a function whose argument has no brackets."""
     base: sp.Expr = factor.base if factor.is_Pow else factor
     return base.func in _FUNCTIONS and bool(base.args[0].is_Symbol)
 
 
 def _has_root(product: sp.Expr) -> bool:
-    """Whether a factor of a product is the square root of a number."""
     return any(f.is_Pow and f.base.is_Rational for f in sp.Mul.make_args(product))
 
 
 def _comparable(part: object) -> tuple[object, ...]:
-    """Makes numbers, words and nested keys in a sort key comparable."""
     if isinstance(part, tuple):
         return 2, tuple(map(_comparable, part))
     return (1 if isinstance(part, str) else 0), part
 
 
 class FractionPrinter(Printer):
-    """Prints quotients and halves as fractions, and functions with several arguments."""
+    """Prints quotients as fractions, and functions of several arguments."""
 
     def _product(self, addend: sp.Expr) -> str:
         positive = -addend if _is_negative(addend) else addend
@@ -171,7 +164,7 @@ class FractionPrinter(Printer):
 
 
 def number(value: sp.Expr) -> str:
-    """Formats an exact number: a finite decimal, or fractions, roots and multiples of pi."""
+    """Formats an exact number as a decimal, or with fractions, roots and multiples of pi."""
     if value.is_Float:
         return cut(value, PRINTED_DIGITS)
     if value.is_Rational:
@@ -187,7 +180,6 @@ def number(value: sp.Expr) -> str:
 
 
 def _is_given(value: sp.Rational) -> bool:
-    """Whether a fraction has so few digits that it comes from a file and not from a computation."""
     places = decimal_places(value)
     digits = max(abs(value.p), value.q) if places is None else abs(value.p) * 10**places // value.q
     return bool(digits < 10**GIVEN_DIGITS)
@@ -206,7 +198,7 @@ def _rational(value: sp.Rational) -> str:
 
 
 def decimal(value: sp.Expr) -> str:
-    """Formats a number rounded to a few digits."""
+    """Formats a number with a few digits."""
     if 0 < abs(value) < SMALL:
         return _with_power(decimal, value)
     text = _plain(value, PRINTED_DIGITS)
@@ -214,8 +206,8 @@ def decimal(value: sp.Expr) -> str:
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """Formats the first digits of a number; dots replace omitted digits."""
-    # SymPy may not recognize that a sum of roots is zero, and then cannot evaluate the sum.
+    """Formats the first digits of a number. Dots replace the rest."""
+    # SymPy may not recognize a zero sum of roots and then cannot evaluate it.
     if is_zero(value):
         return "0"
     if abs(value) < SMALL:
@@ -233,7 +225,6 @@ def _with_power(show: Callable[[sp.Expr], str], value: sp.Expr) -> str:
 
 
 def _plain(value: sp.Expr, digits: int) -> str:
-    """Formats a number with a certain number of digits, without an exponent."""
     return format(Decimal(str(sp.N(value, digits))), "f")
 
 

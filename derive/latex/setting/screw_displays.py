@@ -1,4 +1,4 @@
-r"""Typesets the screw axes and the home pose; entries are exact, decimal or named numbers."""
+r"""Typesets the screw axes and the home pose."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -18,8 +18,7 @@ from .sharing import BRACKET, PrintedEquations
 from .widths import LINE, width
 
 MAX_TILTS = 3
-"""Maximum number of constant angles, except right angles, whose cosines and sines are printed as
-roots."""
+"""Maximum number of general angles whose cosines and sines are printed as roots."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +26,8 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms of the entries; each term is expressed in earlier terms.
-        S: Screw axes as a matrix (6, number of moving joints).
+        definitions: Shared terms. Each depends only on earlier terms.
+        S: Screw axes as the columns of a matrix (6, moving joints).
         M: Home pose (4, 4).
     """
 
@@ -38,26 +37,24 @@ class Screws:
 
 
 class _Decimal(Rotation):
-    """A rotation by a decimal angle, which the description of a robot must not contain."""
-
     def __post_init__(self) -> None:
         """Keeps the decimal angle, which a :class:`Rotation` would convert to an exact angle."""
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a constant entry; wider numbers become decimals, and wider sums get a
-name."""
+"""Maximum width (pt) of a constant entry. Wider numbers become decimals, and wider sums get
+names."""
 
 
 @dataclass(frozen=True)
 class ScrewDisplays:
-    """The product of exponentials of a robot, prepared for typesetting.
+    """The product of exponentials of a robot, ready to be printed.
 
     Attributes:
-        terms: Shared terms of the entries; each term is expressed in earlier terms.
-        columns: One display for each screw axis.
+        terms: Shared terms. Each depends only on earlier terms.
+        columns: One display per screw axis.
         home: The home pose.
-        named: Entries that are too wide for the home pose or for a screw axis, keyed by their name.
+        named: Wide entries of the screw axes and the home pose, keyed by name.
     """
 
     terms: tuple[Equation, ...]
@@ -67,7 +64,7 @@ class ScrewDisplays:
 
 
 def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisplays:
-    """Returns the screw axes and the home pose of a robot in the short symbols of its equations."""
+    """Returns the screw axes and the home pose for printing."""
     found = printed_screws(robot, equations.notation)
     constants = _Constants(equations)
     columns = tuple(constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1]))
@@ -78,29 +75,21 @@ def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisp
 
 
 def home_name(robot: SerialRobot) -> str:
-    """Returns the name for the home pose of the tool in the base frame."""
+    """Returns the symbol of the home pose."""
     return rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
 
 
 class _Constants:
-    """Formats constant vectors and matrices; an entry that is too wide gets a name.
-
-    Attributes:
-        named: The terms of the entries in each named vector or matrix, keyed by name.
-    """
-
     def __init__(self, equations: PrintedEquations) -> None:
         self.notation, self.printer = equations.notation, equations.printer
         self.named: list[Equation] = []
 
     def screw(self, number: int, entries: Iterable[sp.Expr]) -> Display:
-        """Formats a screw axis as a column vector."""
         names = [rf"{part}_{{{number},{axis}}}" for part in ("v", r"\omega") for axis in "xyz"]
         rows = [[self._entry(*pair, WIDEST)] for pair in zip(names, entries, strict=True)]
         return named_matrix(rf"\mathcal{{S}}_{{{number}}}", rows)
 
     def pose(self, name: str, M: sp.Matrix) -> Display:
-        """Formats a pose as a 4 x 4 matrix."""
         exact = named_matrix(name, [[self.printer.tex(e) for e in row] for row in M.tolist()])
         if exact.width <= LINE - MARGIN:
             return exact
@@ -113,7 +102,6 @@ class _Constants:
         return named_matrix(name, rows)
 
     def _entry(self, name: str, entry: sp.Expr, room: float) -> str:
-        """Returns an entry that fits the width: exact, as a decimal, or as its name."""
         exact = self.printer.tex(entry)
         if width(exact) <= room:
             return exact
@@ -130,7 +118,6 @@ class _Constants:
         return self.printer.terms(self._bracketed(entry))
 
     def _bracketed(self, entry: sp.Expr) -> sp.Expr:
-        """Returns the sum after replacing each bracket that is too wide by its name."""
         addends = []
         for addend in sp.Add.make_args(entry):
             factors = [
@@ -149,11 +136,11 @@ class _Constants:
 
 
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
-    """Returns screw axes and home pose in short symbols: exact if short, else as decimals.
+    """Returns the screw axes and the home pose in short symbols.
 
-    With general angles, every joint adds terms to the product. If the cosine or sine of a numeric
-    angle is not a short root, a decimal with 40 digits replaces it before the multiplication.
-    Angles that are parameters add shared terms.
+    With general angles, each joint adds terms to the product. Some numeric angles have no cosine or
+    sine with short roots. Their values become decimals with 40 digits before the multiplication.
+    Angles that are parameters become shared terms.
     """
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
@@ -174,7 +161,6 @@ def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
 
 
 def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
-    """Returns an expression in short symbols; integers replace decimals of equal value."""
     rounded = {}
     for number in expression.atoms(sp.Float):
         nearest = sp.Integer(round(number))
@@ -184,7 +170,6 @@ def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
 
 
 def _varies(robot: SerialRobot) -> bool:
-    """Whether some of the angles depend on parameters."""
     return any(turn.angle.free_symbols for turn in _turns(robot))
 
 
@@ -193,7 +178,6 @@ def _turns(robot: SerialRobot) -> list[Rotation]:
 
 
 def _with_decimals(robot: SerialRobot) -> SerialRobot:
-    """Returns the robot with decimals for angles whose cosine or sine is not a short root."""
     tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
     many = len(tilted) > MAX_TILTS
 

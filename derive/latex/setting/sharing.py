@@ -1,9 +1,8 @@
-"""Converts functions to printed SymPy objects: shared terms in definition order, then entries.
+"""Converts functions to printed equations with shared terms.
 
-A derivation names every intermediate result. Printed equations have fewer names, because products
-and sums that occur only once are written in full. A sum that occurs repeatedly, or is too long for
-a bracket, becomes a shared term. The functions of a robot share their terms: the Jacobians extend
-the terms of forward kinematics.
+A derivation names every intermediate result. Printed equations have fewer names. Products and sums
+that occur once are written out. Sums that are long or occur repeatedly become shared terms. The
+functions share their terms. For example, the Jacobians use terms of the forward kinematics.
 """
 
 from collections import Counter
@@ -24,24 +23,23 @@ Definition = tuple[sp.Symbol, sp.Expr]
 PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
 """The printed functions."""
 BRACKET = 0.36 * LINE
-"""Maximum width (pt) of a bracketed sum that is written as a factor."""
+"""Maximum width (pt) of a sum in brackets."""
 DEEPEST = 2
 """Maximum depth of nested brackets."""
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
 MAX_FACTORS = 5
-"""Maximum number of factors of a product that is always written in full."""
+"""Maximum number of factors in a product without a name."""
 
 
 @dataclass(frozen=True)
 class Printed:
-    """One function of a robot, written in short symbols.
+    """A function in short symbols.
 
     Attributes:
-        definitions: Shared terms that no earlier function defines; each term is expressed in
-            earlier terms.
-        entries: The entries of the function in row-major order.
-        names: The name of each entry, or None for an entry without a name.
+        definitions: New shared terms of the function. Each depends only on earlier terms.
+        entries: The entries in row-major order.
+        names: The name of each entry. None for an entry without a name.
     """
 
     definitions: tuple[Definition, ...]
@@ -51,7 +49,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class PrintedEquations:
-    """The printed functions of a robot, and the derived forward kinematics."""
+    """The printed functions of a robot and the derived forward kinematics."""
 
     notation: Notation
     printer: Printer
@@ -64,13 +62,13 @@ class PrintedEquations:
 def equations(
     derivation: Derivation, called: Sequence[str] = (), reserved: Collection[str] = ()
 ) -> PrintedEquations:
-    """Returns forward kinematics and Jacobians in short symbols and shared terms.
+    """Returns the forward kinematics and the Jacobians in short symbols.
 
-    If the derivation lacks forward kinematics or a Jacobian, these functions are derived again.
+    Functions that the derivation lacks are derived here.
 
     Args:
         derivation: A serial robot with its functions.
-        called: LaTeX of the coordinates; if empty, q_1 and so on.
+        called: LaTeX of the coordinates. Empty for q_1 and so on.
         reserved: Letters that have another meaning in the article.
     """
     robot = derivation.robot
@@ -92,14 +90,14 @@ def equations(
 
 
 class TermNames:
-    """The names of terms whose sums are too wide for brackets.
+    """Names of the terms in printed equations.
 
     Attributes:
         notation: The robot's short symbols.
         printer: The printer for expressions in short symbols.
-        known: The printed symbol, or its negative, of each named term.
-        inlined: The values of the terms that are written in full.
-        definitions: The definitions of the terms that have a name.
+        known: The signed symbol of each named term.
+        inlined: The values of the terms without names.
+        definitions: The definitions of the named terms.
     """
 
     notation: Notation
@@ -109,7 +107,7 @@ class TermNames:
     definitions: list[Definition]
 
     def name_long_factors(self, expression: sp.Expr) -> None:
-        """Names terms in a factor of an expression if the factor is too wide for brackets."""
+        """Names the terms of a factor that is too wide for brackets."""
         for addend in sp.Add.make_args(expression):
             factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
             for factor in factors:
@@ -123,7 +121,7 @@ class TermNames:
             self.name(term, value)
 
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Defines the next shared term; its sign is the sign of its first printed term."""
+        """Defines the next shared term. Its first printed term gives its sign."""
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
         self.definitions.append((name, sign * value))
@@ -132,8 +130,6 @@ class TermNames:
 
 
 class _Sharing(TermNames):
-    """Decides which terms of a function get a name."""
-
     def __init__(self, notation: Notation, printer: Printer) -> None:
         self.notation, self.printer = notation, printer
         self.terms = notation.terms
@@ -142,7 +138,6 @@ class _Sharing(TermNames):
     def printed(
         self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
     ) -> Printed:
-        """Prints the entries of one function; later functions may use the names of the entries."""
         self.inlined, self.definitions = {}, []
         open_terms = self._open(entries)
         own = self._nameable(open_terms, entries) if names else set()
@@ -156,13 +151,11 @@ class _Sharing(TermNames):
         return Printed(tuple(self.definitions), tuple(shown), tuple(names))
 
     def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-        """Returns the unnamed terms on which entries depend, in definition order."""
         return open_terms(self.terms, self.known, entries, self.terms.definitions.__getitem__)
 
     def _nameable(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> set[sp.Symbol]:
-        """Returns sums that occur only as entries; such a sum has the name of the entry."""
         inside = {
             symbol for term in open_terms for symbol in self.terms.definitions[term].free_symbols
         }
@@ -176,7 +169,6 @@ class _Sharing(TermNames):
     def _uses(
         self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
     ) -> Counter[sp.Symbol]:
-        """Counts how often each term occurs if products are written in full."""
         uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
         for term in reversed(open_terms):
             expression = self.terms.definitions[term]
@@ -187,7 +179,6 @@ class _Sharing(TermNames):
         return uses
 
     def _settle(self, term: sp.Symbol, uses: int) -> None:
-        """Names a term, or stores the term in full."""
         expression = self.terms.definitions[term]
         if is_trigonometric(expression):
             self.known[term] = self.notation.trigonometric(expression)
@@ -200,10 +191,9 @@ class _Sharing(TermNames):
             self.inlined[term] = value
 
     def _value(self, expression: sp.Expr) -> sp.Expr:
-        """Returns an expression of named terms, converted to printed symbols."""
         self.name_long_factors(expression)
         known = {}
-        # A new name gets the next index, so the order of naming must not depend on a set.
+        # Each new name gets the next index. The order must therefore not depend on a set.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -217,7 +207,6 @@ class _Sharing(TermNames):
         names: Sequence[sp.Symbol | None],
         own: set[sp.Symbol],
     ) -> list[sp.Expr]:
-        """Returns the values of the entries; later expressions use the name of an equal entry."""
         shown = []
         for entry, name in zip(entries, names, strict=True):
             shown.append(self._value(entry))
@@ -235,7 +224,6 @@ class _Sharing(TermNames):
         return value
 
     def _is_plain(self, value: sp.Expr) -> bool:
-        """Whether a sum is as short as d_3 + q_3."""
         plain = {*self.notation.q, *self.terms.parameters}
         return len(value.args) == 2 and all(  # noqa: PLR2004
             addend.is_Rational or addend.as_coeff_Mul()[1] in plain for addend in value.args
@@ -248,14 +236,14 @@ def open_terms(
     entries: Iterable[sp.Expr],
     definition: Callable[[sp.Symbol], sp.Expr],
 ) -> list[sp.Symbol]:
-    """Returns the terms on which entries depend and that have no printed name, in definition order.
+    """Returns the unnamed terms of entries in definition order.
 
     Args:
         terms: The terms.
-        known: The terms that have a printed name.
+        known: The named terms.
         entries: Expressions in terms.
-        definition: The printed definition of a term. Cosines and sines have their own names, so the
-            search does not enter their arguments.
+        definition: The printed definition of a term. Cosines and sines have names. The search skips
+            their arguments.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]

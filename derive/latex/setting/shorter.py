@@ -1,4 +1,4 @@
-"""Finds shorter forms of expressions: expanded sums, and common factors before a bracket."""
+"""Shortens expressions."""
 
 import sympy as sp
 from sympy.simplify.fu import TR10i
@@ -6,16 +6,16 @@ from sympy.simplify.fu import TR10i
 from ...model.sizes import addends, size
 
 MAX_MULTIPLIED = 60
-"""Maximum number of addends up to which the expansion of a product of sums is tried."""
+"""Maximum number of terms for which the expansion of a product of sums is tried."""
 MAX_ADDED = 400
-"""Maximum number of operations up to which angle addition is tried in an expression, because SymPy
-compares all pairs of angles."""
+"""Maximum number of operations for which angle addition is tried. SymPy compares all pairs of
+angles."""
 MAX_GATHERED = 4
-"""Maximum number of terms of a sum that is printed with its common root in front."""
+"""Maximum number of terms in a sum with a common root in front."""
 
 
 def reduced(constant: sp.Expr) -> sp.Expr:
-    """Shortens a constant made of parameters by expansion and angle addition, if possible."""
+    """Shortens a constant made of parameters."""
     if constant.is_Atom or addends(constant) > MAX_MULTIPLIED:
         return constant
     forms = [constant, sp.expand(constant)]
@@ -26,7 +26,7 @@ def reduced(constant: sp.Expr) -> sp.Expr:
 
 
 def gathered(expression: sp.Expr) -> sp.Expr:
-    """Moves a root that all terms have in common in front of a short sum."""
+    """Moves a common root in front of a short sum."""
     if not any(power.base.is_Rational for power in expression.atoms(sp.Pow)):
         return expression
     if expression.is_Mul:
@@ -42,5 +42,4 @@ def gathered(expression: sp.Expr) -> sp.Expr:
 
 
 def _number(term: sp.Expr) -> sp.Expr:
-    """Returns the numeric factor of a term."""
     return sp.Mul(*(factor for factor in sp.Mul.make_args(term) if factor.is_number))

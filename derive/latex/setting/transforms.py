@@ -1,4 +1,4 @@
-"""Prints link transforms as factors (the placements of a joint and its motion) and as a matrix."""
+"""Prints link transforms as elementary motions and as matrices."""
 
 from collections.abc import Sequence
 
@@ -14,10 +14,10 @@ PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
 def labels(robot: SerialRobot) -> list[str]:
-    """Returns the indices of the frames: the base, the links, and the tool if it is different.
+    """Returns the indices of the frames from the base to the tool.
 
     Frame 0 is the first frame of the chain. Without a base placement, frame 0 is the base frame.
-    Without a tool placement, the last link's frame is the tool frame.
+    Without a tool placement, the last link frame is the tool frame.
     """
     base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
     first = first_number(robot)
@@ -31,19 +31,19 @@ def labels(robot: SerialRobot) -> list[str]:
 
 
 def first_number(robot: SerialRobot) -> int:
-    """Returns the index of the first joint: 0 for a fixed joint before moving joints, else 1."""
+    """Returns the index of the first joint. A fixed joint before moving joints has index 0."""
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
     return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1
 
 
 def transform(start: str, end: str) -> str:
-    """Returns the name for the pose of a frame in another frame."""
+    """Returns the symbol of a frame's pose in another frame."""
     return f"{{}}^{{{start}}}T_{{{end}}}"
 
 
 def motions(joint: Joint, value: sp.Expr) -> Placement:
-    """Returns the pose of a joint's link in its parent link, at a joint value."""
+    """Returns the pose of a link relative to its parent link."""
     motion: Placement = ()
     if joint.kind in ("revolute", "helical"):
         motion += (Rotation("z", value),)
@@ -54,7 +54,7 @@ def motions(joint: Joint, value: sp.Expr) -> Placement:
 
 
 def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
-    """Returns the poses between adjacent frames of :func:`labels`, at coordinates q."""
+    """Returns the poses between adjacent frames at coordinates q."""
     found = [robot.base] if robot.base else []
     values = iter(robot.joint_values(q))
     for joint in robot.joints:
@@ -65,7 +65,7 @@ def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
 
 
 def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
-    """Returns a placement as a matrix (4, 4); cosines and sines are short symbols."""
+    """Returns a placement as a matrix (4, 4) in short symbols."""
     T = sp.eye(4)
     for motion in placement:
         T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
@@ -78,7 +78,7 @@ def factors(placement: Placement, printer: Printer) -> list[str]:
 
 
 def symbolic_factors(transform: Placement) -> list[str]:
-    """Formats the link transform of a convention as elementary motions in its field names."""
+    """Formats the link transform of a convention as elementary motions."""
     used = symbols_of(transform)
     return factors(transform, Printer({s: names.parameter(s.name) for s in used}, {}))
 
@@ -93,7 +93,6 @@ def _factor(motion: Rotation | Translation, printer: Printer) -> str:
 
 
 def _merged(placement: Placement) -> Placement:
-    """Merges rotations about one axis in a placement, even across translations along it."""
     merged: list[Rotation | Translation] = []
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -109,7 +108,7 @@ def _merged(placement: Placement) -> Placement:
 
 
 def turned_back(placement: Placement) -> Placement:
-    """Removes quarter turns that only rotate a translation, as in R(a) T R(b) = R(a + b) T'."""
+    """Removes quarter turns that only rotate a translation."""
     motions = list(placement)
     k = 0
     while k + 2 < len(motions):
@@ -127,7 +126,6 @@ def turned_back(placement: Placement) -> Placement:
 
 
 def _shift_seen_from(turn: Rotation, shift: Translation) -> Translation:
-    """Returns a translation in the axes of a rotated frame."""
     j, k = PLANES[turn.axis]
     c, s = sp.cos(turn.angle), sp.sin(turn.angle)
     vector = list(shift.vector)
@@ -152,7 +150,6 @@ def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
 
 
 def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
-    """Returns a cosine, a sine (with its sign) or a constant in short symbols."""
     sign, function = value.as_coeff_Mul()
     if function.func in (sp.cos, sp.sin):
         return sign * notation.trigonometric(function)

@@ -1,7 +1,6 @@
-r"""Estimates the width of a formula, so that lines can be broken.
+r"""Estimates the width of a formula for line breaks.
 
-The widths belong to the font Computer Modern at 10 pt. A line of the article class is 345 pt wide;
-the lines also fit classes with a wider column.
+The widths are for Computer Modern at 10 pt. Lines are 345 pt wide, as in the article class.
 """
 
 import re
@@ -10,7 +9,7 @@ from string import ascii_lowercase, ascii_uppercase
 LINE = 345.0
 """Width of a line (pt)."""
 SCRIPT = 0.72
-"""Size of an index relative to the size of the letter."""
+"""Size of an index relative to its letter."""
 _LOWER = "5.3 4.3 4.4 5.6 4.7 4.9 5.0 5.8 3.4 4.1 5.3 3.0 8.8 6.0 5.0 5.6 5.3 4.6 4.7 3.9 5.7 5.3 7.2 5.7 5.3 4.7"  # noqa: E501
 _UPPER = "7.5 7.6 7.2 8.3 7.4 6.5 7.9 8.9 4.7 6.1 8.8 6.8 10.8 8.9 7.8 7.2 7.9 7.7 6.4 7.2 7.5 7.5 10.8 8.5 7.5 7.2"  # noqa: E501
 _LETTERS = {
@@ -20,7 +19,7 @@ _LETTERS = {
 }
 _SIGNS = {"+": 12.3, "-": 12.3, "=": 13.4, ",": 4.5, ".": 2.8, " ": 0.0, "(": 3.9, ")": 3.9}
 _MINUS = 7.8
-"""Width of a leading minus sign; a minus sign between terms has space around it."""
+"""Width of a leading minus sign, which has no space around it."""
 _OTHER = 5.2
 _COMMANDS = {
     "quad": 10.0, "qquad": 20.0, "cos": 17.3, "sin": 15.7, "tan": 17.7, "arctan": 31.0,
@@ -35,18 +34,15 @@ _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
 
 
 def width(tex: str) -> float:
-    """Estimates the width (pt) of a formula that is printed on one line."""
+    """Estimates the width (pt) of a formula on one line."""
     return _Measure(_TOKEN.findall(tex)).group(1.0)
 
 
 class _Measure:
-    """Reads one formula token by token."""
-
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position = tokens, 0
 
     def group(self, scale: float) -> float:
-        """Returns the text up to the closing brace of the group."""
         total = 0.0
         while self.position < len(self.tokens) and self.tokens[self.position] != "}":
             total += self._item(scale)

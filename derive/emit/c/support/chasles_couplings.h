@@ -1,32 +1,30 @@
 /* Selects the solution nearest to a seed for a robot whose motors move several joints.
  * This file is part of chasles and is the same for every robot.
  *
- * A full turn of a joint moves several coordinates, often by fractions of a turn, and the limits of
- * coordinates and joints form a polytope. For each revolute joint, the search covers the number of
- * full turns within its limits that is nearest to the seed, and the adjacent numbers. If no
- * solution is within the limits, the search covers four numbers on each side of the nearest number.
- */
+ * A full turn of a joint may move several coordinates by fractions of a turn. The limits of
+ * coordinates and joints form a polytope. For each revolute joint, the search tries the number of
+ * full turns nearest to the seed within the limits, and the adjacent numbers. If no solution is
+ * within the limits, the search tries four numbers on each side. */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
 #include "chasles_nearest.h"
 
-#define CHASLES_MAX_WINDINGS 4 /* full turns on each side of the value nearest to the seed */
+#define CHASLES_MAX_WINDINGS 4 /* full turns on each side of the nearest value */
 
-/* The couplings of n coordinates q and some joints theta. The independent joints phi determine q.
- */
+/* The couplings of n coordinates q and the joints theta. The independent joints phi determine q. */
 typedef struct {
     int n, joints;
     const double *measure; /* phi = measure q + constants (n, n) */
     const double *step;    /* motion of q for a full turn of each phi (n, n), or 0 if impossible */
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
-    const int *only;     /* the only phi on which each joint depends, or -1 (joints) */
-    const double *ratio; /* motion of each joint per unit of its phi */
-    const int *alone;    /* the only coordinate that full turns of each phi move, or -1 (n) */
+    const int *only;     /* the only phi that moves each joint, or -1 (joints) */
+    const double *ratio; /* motion of each joint per unit of this phi */
+    const int *alone;    /* the only coordinate that each phi moves by full turns, or -1 (n) */
 } chasles_couplings;
 
-/* Returns the sum of products of two rows; skips zeros, because limits may be infinite. */
+/* Returns the scalar product of two rows. Zeros are skipped, because limits may be infinite. */
 static inline double chasles_row(int n, const double *row, const double *q)
 {
     double sum = 0;
@@ -36,8 +34,7 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the range of an independent joint that the limits of coordinates and joints allow. The
- * range is measured without the constants of phi. */
+/* Writes the allowed range of an independent joint. The range excludes the constants of phi. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {
@@ -59,8 +56,8 @@ static inline void chasles_range(const chasles_couplings *c, const chasles_moves
     }
 }
 
-/* Returns the distance of coordinates from the seed, or INFINITY outside the limits of coordinates
- * or joints. A coordinate that violates a limit only by rounding is set to the limit. */
+/* Returns the distance of coordinates from the seed, or INFINITY if a limit is violated. A
+ * coordinate that violates a limit only by rounding is set to the limit. */
 static inline double chasles_distance_within(const chasles_couplings *c, const chasles_moves *moves,
                                              const double *q_seed, double *q)
 {
@@ -83,9 +80,9 @@ static inline double chasles_distance_within(const chasles_couplings *c, const c
     return distance;
 }
 
-/* Writes the first and the last number of full turns that the search covers for an independent
- * joint, with `width` turns on each side of the nearest value. Returns 0 if the joint limits allow
- * no number of turns, or if the seed is not finite. */
+/* Writes the first and the last number of full turns to try for an independent joint. There are
+ * `width` turns on each side of the nearest value. Returns 0 if no number of turns is within the
+ * limits or the seed is not finite. */
 static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
                                 const double *slot, const double *q_seed, int j, int width,
                                 double *first, double *last)
@@ -105,8 +102,8 @@ static inline int chasles_turns(const chasles_couplings *c, const chasles_moves 
     return 1;
 }
 
-/* Returns whether the search rotates an independent joint by full turns. A period of 0 in `moves`
- * prevents full turns of a coordinate, for example of a fixed coordinate. */
+/* Returns whether an independent joint may make full turns. A coordinate with period 0 in `moves`
+ * must not make full turns, for example a fixed coordinate. */
 static inline int chasles_can_turn(const chasles_couplings *c, const chasles_moves *moves, int j)
 {
     const double *step = c->step + j * c->n;
@@ -118,9 +115,9 @@ static inline int chasles_can_turn(const chasles_couplings *c, const chasles_mov
     return 0;
 }
 
-/* Writes the solution after the full turns that bring it nearest to the seed. Returns the distance
- * from the seed, or INFINITY if no number of turns is within the limits. Among equal distances, the
- * smallest sum of displacements decides. */
+/* Shifts a solution by the full turns that bring it nearest to the seed. Returns the distance from
+ * the seed, or INFINITY if no number of turns is within the limits. For equal distances, the sum of
+ * the displacements decides. */
 static inline double chasles_wound(const chasles_couplings *c, const chasles_moves *moves,
                                    const double *slot, const double *q_seed, int width, double *q)
 {
@@ -164,7 +161,7 @@ static inline double chasles_wound(const chasles_couplings *c, const chasles_mov
     return nearest;
 }
 
-/* Computes chasles_nearest for a robot with couplings. The limits in `moves` are the limits of the
+/* Computes chasles_nearest for a robot with couplings. `moves` contains the limits of the
  * coordinates, followed by the limits of the joints. */
 static inline int chasles_nearest_coupled(const chasles_couplings *c, const chasles_slots *of,
                                           const chasles_moves *moves, const double *q_seed,
