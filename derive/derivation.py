@@ -15,6 +15,7 @@ from .chain.parametric import PARAMETRIC, Parametric
 from .chain.parametric import ROLES as PARAMETRIC_ROLES
 from .chain.rigid_bodies import RigidBodies
 from .chain.transmissions import transmissions
+from .inverse.arms import arm_step
 from .inverse.chosen_joints import hybrid_inverses_for_fixed, inverses_for_fixed
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
@@ -198,6 +199,7 @@ def _of_mechanism(
     # Each derivation step uses only the results and folders of earlier steps.
     model = loop_model(mechanism)
     loops = solved_loops(model)
+    loops = arm_step.with_arms(loops)
     makers = _LoopMakers.of(loops)
     is_varied = parametric or not set(PARAMETRIC).isdisjoint(functions or ())
     varied = ParametricLoops(loops) if is_varied else None
@@ -256,7 +258,8 @@ class _LoopMakers:
 
     @classmethod
     def of(cls, loops: SolvedLoops) -> "_LoopMakers":
-        closed = maps.makers(loops) | constraint_functions.makers(loops) | platforms.makers(loops)
+        closed = maps.makers(loops) | arm_step.makers(loops)
+        closed |= constraint_functions.makers(loops) | platforms.makers(loops)
         closure = loop_closure(loops) if loops.forward.open else None
         iteration = _iteration(closure)
         iterated = iterated_makers(iteration, closed) if iteration else {}

@@ -61,8 +61,8 @@ LOOP_STAGES = (
 )
 """Folders of derive/loops; each imports only from itself and from earlier folders."""
 PLAN = (
-    *("loops.closing", "loops.solve", "loops.functions", "loops.modes", "loops.iterated"),
-    *("loops.parametric", "inverse"),
+    *("loops.closing", "loops.solve", "inverse.arms", "loops.functions", "loops.modes"),
+    *("loops.iterated", "loops.parametric", "inverse"),
 )
 """Folders of the steps that derive a mechanism, in order."""
 FORWARDS = {"__init__", "__main__"}
@@ -224,7 +224,7 @@ def test_steps_of_a_mechanism_follow_the_plan():
         alias.name: folder
         for node in imported
         for alias in node.names
-        for folder in PLAN
+        for folder in reversed(PLAN)
         if f"{node.module}.{alias.name}".startswith(f"{folder}.")
     }
     entered = dict.fromkeys(folder_of[name] for name in names_read(tree) if name in folder_of)

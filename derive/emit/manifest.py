@@ -34,6 +34,7 @@ from chasles.contract import (
 from ..chain.body_shapes import Skeleton
 from ..chain.rigid_bodies import TreeBody, pose_rows
 from ..derivation import Derivation
+from ..inverse.arms.arm_step import from_chain_with_arms
 from ..inverse.explanation import notes
 from ..inverse.mechanisms.backward_inverse import missing
 from ..loops.checks.closable import doubts_of, limits_of
@@ -140,7 +141,8 @@ def _kind(hybrid: SolvedLoops | None) -> str:
     if not hybrid.forward.open:
         return "hybrid"
     actuated = {coordinate.moves for coordinate in hybrid.mechanism.coordinates}
-    return "platform" if actuated.isdisjoint(hybrid.backward.open) else "iterated"
+    backward = (from_chain_with_arms(hybrid) or hybrid).backward
+    return "platform" if actuated.isdisjoint(backward.open) else "iterated"
 
 
 def _cleaning(cleaning: Cleaning) -> contract.Cleaning:

@@ -19,6 +19,7 @@ from ..model.plural import counted
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
+from .arms.arm_step import from_chain_with_arms, with_arms
 from .chosen_joints import hybrid_inverses_for_fixed, inverses_for_fixed
 from .classify import Attempt, Classification
 from .coupled_chain import CoupledChain
@@ -162,7 +163,7 @@ def explain(
         return explanation(
             description, inverses_for_fixed(description, terms, families, fixed), None
         )
-    hybrid = solved_loops(loop_model(description))
+    hybrid = with_arms(solved_loops(loop_model(description)))
     found = None
     if hybrid.may_have_inverse:
         iterated = (
@@ -415,9 +416,10 @@ def _ways(h: SolvedLoops) -> list[str]:
         lines.append(f"  no joint: {len(h.q)} actuators for {h.freedoms} freedoms")
     elif h.forward.open:
         lines.append(f"  {', '.join(h.forward.open)}: by Newton's iteration at run time")
-    lines += ["Joints from the main chain:", *_steps(h, h.backward)]
-    if h.backward.open:
-        lines.append(f"  {', '.join(h.backward.open)}: no closed form")
+    backward = (from_chain_with_arms(h) or h).backward
+    lines += ["Joints from the main chain:", *_steps(h, backward)]
+    if backward.open:
+        lines.append(f"  {', '.join(backward.open)}: no closed form")
     return lines
 
 

@@ -55,8 +55,11 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A term of a loop equation may be the cosine or sine of the unknown angle.
-        if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
+        # A term of a loop equation may be the cosine or sine of the unknown angle, or of an angle
+        # of another solution.
+        parts = angle.free_symbols
+        is_known = parts & self.terms.solved.keys() <= self.loops.keys()
+        if angle != 0 and is_known and self._solving.isdisjoint(parts):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)
         return ZERO if definition is None else self.of(definition)

@@ -32,6 +32,7 @@ from ...model.tolerances import EXACT_STRUCTURE
 from ...terms.symbolic_function import Argument, SymbolicFunction, Tables
 from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, cross, dot, subtracted
+from ..arms.loop_arm import structure_of
 from ..chain_solution import solve_chain
 from ..classify import Attempt
 from ..steps.rotations import last_turn, three_turns, two_turns
@@ -41,7 +42,6 @@ from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
 from ..structure.words import listed
 from ..tasks.slots import POSE_SYMBOLS, values_of
 from .differences import FloatArray
-from .leg_chains import structure_of
 
 SOLVER = "carried_wrist"
 PLATFORM = Argument(

@@ -85,7 +85,7 @@ def moving_chain(
         h: The robot.
         families: The families of axis structures to try, in order.
     """
-    locked = _locked(h)
+    locked = locked_joints(h)
     robot = _with_locked_joints(h.robot, locked)
     numbers = [k for k in range(len(h.robot.moving)) if k not in locked]
     axes = axes_of(robot, h.terms)
@@ -112,7 +112,8 @@ def _choices(h: SolvedLoops, numbers: Sequence[int], surplus: int) -> Iterator[t
     yield from (give[::-1] for give in combinations(places[::-1], surplus))
 
 
-def _locked(h: SolvedLoops) -> dict[int, sp.Expr]:
+def locked_joints(h: SolvedLoops) -> dict[int, sp.Expr]:
+    """Returns the constant values of the locked joints (radian or meter), keyed by joint number."""
     found = {}
     for k, joint in enumerate(h.robot.moving):
         if joint.kind in ("revolute", "prismatic") and _is_still(h, joint):

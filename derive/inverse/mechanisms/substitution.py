@@ -28,6 +28,13 @@ def substituted(
     return tuple(terms.let(_replaced(terms, entry, known)) for entry in entries)
 
 
+def symbols_behind(terms: Terms, entries: Sequence[sp.Expr]) -> set[sp.Symbol]:
+    """Returns the symbols on which expressions depend, directly or through terms."""
+    found = [*entries, *(terms.definitions[symbol] for symbol in terms.needed(entries))]
+    found += [part for s in terms.needed(entries) if s in terms.solved for part in terms.solved[s]]
+    return {symbol for entry in found for symbol in entry.free_symbols}
+
+
 def _again(
     terms: Terms, symbol: sp.Symbol, definition: sp.Expr, known: Mapping[sp.Symbol, sp.Expr]
 ) -> sp.Expr:

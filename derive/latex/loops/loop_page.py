@@ -128,7 +128,8 @@ class LoopPage:
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
         """Returns the dead points of the steps from the actuators, keyed by step number."""
-        with_margin = [step.number for step in self.forward_steps if step.margin is not None]
+        steps = self.forward_steps
+        with_margin = [printed.number for printed in steps if printed.step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)
         return {number: values for number, values in found if values is not None}
 

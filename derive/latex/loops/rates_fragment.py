@@ -9,7 +9,7 @@ from ...model.sizes import addends
 from ...terms.terms import derivative
 from ..setting.layout import Equation, aligned
 from ..setting.notation import OTHER
-from ..setting.page import sentence, text
+from ..setting.page import listed, sentence, text
 from ..setting.widths import LINE, width
 from .loop_page import LoopPage
 from .members import dotted
@@ -156,23 +156,41 @@ def _rates(
     for step in steps:
         for rate, total in found.equations(step):
             unknowns.append((found.left(rate), page.printed_terms.printer.terms(total)))
-    joints = []
+    # A step without equations, such as a serial arm, gives no rates.
+    without = {
+        symbol
+        for step in steps
+        if step.step.reason
+        for value in step.step.equations().unknowns.values()
+        for symbol in value.free_symbols
+    }
+    joints, others = [], []
     for name in wanted:
         symbol = page.joints[name]
         if symbol in moving or name not in solved.values:
+            continue
+        if solved.values[name].free_symbols & without:
+            others.append(dotted(page.tex(symbol)))
             continue
         value = found.of(page.printed_terms.sum(solved.values[name]))
         if symbol in found.dotted and value == found.dotted[symbol]:
             continue
         joints.append((dotted(page.tex(symbol)), page.printed_terms.printer.terms(value)))
     words = f"From {given}"
+    rest = (
+        rf"{listed(others)} {'follows' if len(others) == 1 else 'follow'} from"
+        r" $\frac{\partial c}{\partial z}\,\dot{z} = 0$."
+        if others
+        else ""
+    )
     if not unknowns:
-        return sentence(words, aligned(joints)) if joints else ""
+        return sentence(words, aligned(joints), rest) if joints else sentence(rest) if rest else ""
     return sentence(
         words,
         aligned(unknowns, end="," if joints else "."),
         sentence("and with these", aligned(joints)) if joints else "",
         "Dots denote rates of intermediate results, by the chain rule." if found.inner else "",
+        rest,
     )
 
 

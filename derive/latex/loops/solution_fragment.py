@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
+from ...inverse.arms.arm_step import from_chain_with_arms
 from ...loops.functions.tool import tool_groups
 from ...loops.model.phasors import ZERO, Complex
 from ...loops.solve.collapse import collapsed
@@ -41,7 +42,7 @@ def solution(page: LoopPage) -> str:
         rf"\paragraph{{From the main chain.}} {_given(page.members.theta)}",
         *[_step(page, step) for step in page.backward_steps],
         _results(page, backward, "All other joints follow as", known=set(main)),
-        _open(page, backward, [*actuated]),
+        _by_arms(page) or _open(page, backward, [*actuated]),
     )
 
 
@@ -198,6 +199,16 @@ def _overdetermined(page: LoopPage) -> str:
         " freedom: the loops close only for some of their values, so that no joint follows from"
         " them."
     )
+
+
+def _by_arms(page: LoopPage) -> str:
+    """Describes the actuators that follow from the main chain as joints of serial arms."""
+    if from_chain_with_arms(page.hybrid) is None:
+        return ""
+    open_ = page.hybrid.backward.open
+    moved = [c.moves for c in page.mechanism.coordinates if c.moves in open_]
+    names = listed(page.tex(page.joints[name]) for name in moved)
+    return f"In closed form, {names} follow as joints of serial arms between known bodies."
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:

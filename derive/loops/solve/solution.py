@@ -19,7 +19,7 @@ from ..model.planes import Linkage, Loop, WeldEdge, linkages
 from ..planar.assembly import Assembly, assemble, assemblies
 from ..planar.loop_step import LoopStep
 from ..planar.reference import AtReference, Branch, FreeSides, every_branch
-from ..spatial.legs import assemble_in_space
+from ..spatial.legs import LastStep, assemble_in_space
 from ..spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
@@ -66,11 +66,13 @@ class Loops:
         mechanism: The description.
         planar: Linkages whose joints move in one plane.
         spatial: The loops that are not planar.
+        last_step: The step to try on each spatial loop if no step of this package applies.
     """
 
     mechanism: Mechanism
     planar: tuple[Linkage, ...]
     spatial: tuple[Loop, ...]
+    last_step: LastStep | None = None
 
 
 def sorted_loops(mechanism: Mechanism) -> Loops:
@@ -79,13 +81,20 @@ def sorted_loops(mechanism: Mechanism) -> Loops:
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
 
-def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Solution:
+def from_actuators(
+    loops: Loops,
+    terms: Terms,
+    q: Sequence[sp.Symbol],
+    *,
+    closed: Mapping[str, float] | None = None,
+) -> Solution:
     """Returns all joints as functions of the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
         terms: Receives the terms.
         q: The actuated coordinates (radian or meter).
+        closed: The known joint values at the reference configuration.
 
     Raises:
         DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
@@ -96,7 +105,7 @@ def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Soluti
         s: _value_of(loops.mechanism, c.name, c.moves, c.ratio)
         for c, s in zip(coordinates, q, strict=True)
     }
-    return _solved(loops, _begun(loops, terms, known, at, {}))
+    return _solved(loops, _begun(loops, terms, known, at, closed or {}))
 
 
 def from_chain(
@@ -105,6 +114,7 @@ def from_chain(
     theta: Sequence[sp.Symbol],
     *,
     closed: Mapping[str, float],
+    locked: Mapping[str, sp.Expr] | None = None,
 ) -> Solution:
     """Returns all joints and actuators as functions of the main chain.
 
@@ -113,6 +123,7 @@ def from_chain(
         terms: Receives the terms.
         theta: The main-chain joints (radian or meter).
         closed: The joint values at the reference.
+        locked: The constant values of joints that the loops lock, keyed by name.
 
     Raises:
         DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
@@ -121,7 +132,7 @@ def from_chain(
     known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
     near = _given(loops.mechanism) | dict(closed)
     at = {symbol: near.get(name, 0.0) for name, symbol in known.items()}
-    return _solved(loops, _begun(loops, terms, known, at, closed))
+    return _solved(loops, _begun(loops, terms, known | dict(locked or {}), at, closed))
 
 
 def _begun(
@@ -270,7 +281,9 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
     """Adds the joints of the spatial loops to a solution."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
-    assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)
+    assemble_in_space(
+        *(terms, loops.mechanism, loops.spatial, known, reference, branch, loops.last_step)
+    )
     return _with_open(
         replace(solution, values=known.values, loops=known.loops, steps=tuple(known.steps))
     )

@@ -13,7 +13,7 @@ Source:
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ...model.mechanism import Mechanism, Strut
 from ...model.tolerances import CLEAR_LEG, NEARLY_DEAD
@@ -32,6 +32,8 @@ from .universal_leg import UniversalJoint
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The kinds of steps, in the order in which they are tried."""
+LastStep = Callable[[Legs, Loop], bool]
+"""Solves for the unknown joints of a loop, or returns False if it does not apply."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind
@@ -45,6 +47,7 @@ def assemble_in_space(
     known: Known,
     reference: AtReference,
     branch: Branch | None = None,
+    last_step: LastStep | None = None,
 ) -> None:
     """Adds the joint values that the spatial loops determine.
 
@@ -56,6 +59,7 @@ def assemble_in_space(
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The branch. By default, the branch of the reference.
+        last_step: The step to try on each loop if no other step applies.
 
     Raises:
         DescriptionError: A loop does not close at the reference.
@@ -75,7 +79,9 @@ def assemble_in_space(
         for strut in left:
             if is_clearest(legs, strut, left):
                 _use(legs, (strut,))
-        if len(known.values) == solved and not (left and _use(legs, left)):
+        if len(known.values) > solved or (left and _use(legs, left)):
+            continue
+        if last_step is None or not any(last_step(legs, loop) for loop in loops):
             return
 
 

@@ -1,0 +1,1 @@
+"""Parts of loops that are solved as serial arms between known bodies."""

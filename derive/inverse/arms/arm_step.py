@@ -1,0 +1,317 @@
+"""A loop step that solves the unknown joints of a loop as a serial arm between known bodies.
+
+The step extends the steps of ``derive/loops/spatial/``. The branch of an arm is the branch of the
+reference configuration.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import ClassVar
+
+import sympy as sp
+
+from ...loops.functions.maps import Maker, actuator_margin, backward_makers
+from ...loops.functions.maps import from_chain as from_chain_joints
+from ...loops.model.planes import Loop
+from ...loops.planar.loop_step import LoopStep, StepEquations, quantity
+from ...loops.planar.reference import AtReference, wrapped
+from ...loops.solve.solution import from_actuators, from_chain
+from ...loops.solve.solved_loops import SolvedLoops
+from ...loops.spatial.struts import SIGNS, Legs
+from ...model.tolerances import LOOPS_AGREE, RECOVERED
+from ...terms.role import side_of
+from ...terms.symbolic_function import SymbolicFunction
+from ...terms.tangents import Tangent
+from ...terms.terms import Terms
+from ..mechanisms.moving_chain import locked_joints
+from ..mechanisms.substitution import substituted, symbols_behind
+from ..steps.work import InverseStep, Work
+from .loop_arm import LoopArm, loop_arm
+
+WHOLE = 6
+"""Number of joints of an arm that reaches all poses near a regular configuration."""
+Signs = Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmStep(LoopStep):
+    """Joints of a serial arm between known bodies, with up to two solutions.
+
+    Attributes:
+        found: The values of all joints that the arm determines; empty for later steps of an arm.
+    """
+
+    found: tuple[sp.Expr, ...] = ()
+
+    title: ClassVar[str] = "serial arm between known bodies"
+    branches: ClassVar[Mapping[int, str]] = {sign: side_of(sign) for sign in SIGNS}
+    reason: ClassVar[str] = (
+        "Both ends of these joints are known, so that the joints follow as in the inverse"
+        " kinematics of a serial arm."
+    )
+
+    @classmethod
+    def use(cls, legs: Legs, loop: Loop) -> bool:
+        """Solves for the unknown joints of a loop, or returns False if no structure fits them."""
+        terms, known = legs.terms, legs.known
+        either = _arm(legs, loop)
+        signs = None if either is None else either.signs(legs)
+        if either is None or signs is None:
+            return False
+        values, steps = either.on(signs, legs.reference.size)
+        known.values.update(values)
+        known.steps.extend(replace(step, axes=loop.meeting) for step in steps)
+        for symbol in terms.needed(values.values()):
+            if symbol in terms.solved:
+                known.loops.setdefault(symbol, partial(_rate, *terms.solved[symbol]))
+        return True
+
+    def equations(self) -> StepEquations:
+        """Returns only the unknowns, because the inverse of a serial arm has several steps."""
+        return StepEquations(
+            unknowns={quantity(f"s{k}"): value for k, value in enumerate(self.found)}
+        )
+
+
+class _SymbolicWork(Work):
+    """State of the derivation of an arm whose branch signs are symbols."""
+
+    def sign(self) -> sp.Expr:
+        """Returns a new symbol that selects one of two solutions."""
+        self.signs.append(sp.Symbol(f"_side{len(self.signs) + 1}", real=True))
+        return self.signs[-1]
+
+
+@dataclass(frozen=True)
+class _EitherBranch:
+    """The solution of an arm, in which symbols select the branch.
+
+    Attributes:
+        arm: The arm.
+        work: The solution steps.
+        sides: The symbols of the branches that differ.
+        values: Values of the unknown joints, keyed by name.
+        residual: The squared pose error (m^2 and rad^2).
+    """
+
+    arm: LoopArm
+    work: _SymbolicWork
+    sides: tuple[sp.Symbol, ...]
+    values: dict[str, sp.Expr]
+    residual: sp.Expr
+
+    @classmethod
+    def of(cls, terms: Terms, arm: LoopArm, entries: Sequence[sp.Expr]) -> "_EitherBranch | None":
+        """Returns the solution of an arm, or None if its branches have no smooth formulas."""
+        work = _SymbolicWork(terms)
+        values, residual = arm.solved(work, entries)
+        used = symbols_behind(terms, [*values.values()])
+        sides = tuple(symbol for symbol in work.signs if symbol in used)
+        solved = tuple(step.found.sign for step in work.steps if step.found.sign in used)
+        if solved != sides or not _is_smooth(terms, values.values()):
+            return None
+        return cls(arm, work, sides, values, residual)
+
+    def signs(self, legs: Legs) -> Signs | None:
+        """Returns the requested branch signs, or the signs at the reference.
+
+        The result is None if no branch or several branches contain the reference.
+        """
+        keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
+        if legs.branch is not None:
+            return [legs.branch.side(key) for key in keys]
+        choices = [*product(SIGNS, repeat=len(keys))]
+        near = [signs for signs in choices if self._distance(legs.reference, signs) < RECOVERED]
+        if len(near) != 1:
+            return None
+        legs.reference.sides.update(zip(keys, near[0], strict=True))
+        return [sp.Integer(sign) for sign in near[0]]
+
+    def _distance(self, reference: AtReference, signs: Sequence[int]) -> float:
+        """Returns the distance of a branch from the reference (radian, or relative to the size)."""
+        at = _with_signs(reference, self.values, dict(zip(self.sides, signs, strict=True)))
+        near = reference.assumed | reference.given
+        apart = [
+            (at.of(self.values[joint.name]) - near[joint.name]) / reference.size
+            if joint.kind == "prismatic"
+            else wrapped(at.of(self.values[joint.name]) - near[joint.name])
+            for joint in self.arm.unknown
+        ]
+        return math.hypot(*apart)
+
+    def on(self, signs: Signs, size: float) -> tuple[dict[str, sp.Expr], list[ArmStep]]:
+        """Returns the joint values and the steps on a branch.
+
+        Args:
+            signs: The branch signs.
+            size: The longest length of the mechanism (meter).
+        """
+        terms = self.work.terms
+        at = dict.fromkeys(self.work.signs, sp.S.One) | dict(zip(self.sides, signs, strict=True))
+        found = substituted(terms, [*self.values.values()], at)
+        values = dict(zip(self.values, found, strict=True))
+        first, *others = [
+            self._step(step, at) for step in self.work.steps if self._fails(step)
+        ] or [ArmStep(joints=(self.arm.closure,), axes="")]
+        margins = [step.margin for step in (first, *others) if step.margin is not None]
+        if len(self.arm.robot.moving) < WHOLE:
+            (residual,) = substituted(terms, [self.residual], at)
+            tolerance = LOOPS_AGREE * min(size, 1.0)
+            agree = terms.let(1 - residual / sp.Float(tolerance**2))
+            least = agree if first.margin is None else _least(terms, [first.margin, agree])
+            first, margins = replace(first, margin=least), [*margins, agree]
+        first = replace(
+            first,
+            joints=tuple(dict.fromkeys((*first.joints, *values))),
+            root=terms.let(sp.sqrt(_least(terms, margins))) if margins else sp.S.Zero,
+            found=found,
+        )
+        return values, [first, *others]
+
+    def _fails(self, step: InverseStep) -> bool:
+        """Whether a step has two solutions, or poses without a solution."""
+        return step.found.margin is not None or step.found.sign in self.sides
+
+    def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
+        """Returns a step of the arm on a branch; the closure of the loop is its first joint."""
+        margin, sign = step.found.margin, step.found.sign
+        if margin is not None:
+            (margin,) = substituted(self.work.terms, [margin], at)
+        names = [name for name in step.joints if name in self.values] or [self.arm.closure]
+        return ArmStep(
+            joints=(self.arm.closure, *names),
+            axes="",
+            margin=margin,
+            sign=at[sign] if sign in self.sides else 0,
+        )
+
+
+def _arm(legs: Legs, loop: Loop) -> _EitherBranch | None:
+    """Returns the unknown joints of a loop as a solved arm, or None."""
+    terms, mechanism, values = legs.terms, legs.mechanism, legs.known.values
+    open_ = frozenset(joint.name for joint in loop.joints if joint.name not in values)
+    if not open_:
+        return None
+    arm = terms.memoize(
+        ("arm of a loop", mechanism, loop.loop_joint.name, open_),
+        lambda: loop_arm(mechanism, terms, loop, open_),
+    )
+    if arm is None:
+        return None
+    entries = arm.wanted(mechanism, terms, values)
+    return terms.memoize(
+        ("arm on either branch", mechanism, arm.closure, open_, *entries),
+        lambda: _EitherBranch.of(terms, arm, entries),
+    )
+
+
+def _with_signs(
+    reference: AtReference, values: dict[str, sp.Expr], signs: dict[sp.Symbol, int]
+) -> AtReference:
+    """Returns the reference configuration with values of the branch signs."""
+    terms, moved = reference.terms, set(signs)
+    used = {symbol for value in values.values() for symbol in value.free_symbols}
+    for symbol in terms.needed(values.values()):
+        behind = terms.definitions[symbol].free_symbols
+        if behind & moved:
+            moved.add(symbol)
+            used |= behind
+    known = {symbol: reference.of(symbol) for symbol in used - moved}
+    return AtReference(terms, known | {s: float(v) for s, v in signs.items()}, {})
+
+
+def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
+    """Whether no value is the larger or smaller of two expressions, such as a sorted root."""
+    waiting, seen = [*values], set[sp.Symbol]()
+    while waiting:
+        entry = waiting.pop()
+        if isinstance(entry, sp.Min | sp.Max):
+            return False
+        if isinstance(entry, sp.Piecewise):
+            waiting += [value for value, _ in entry.args]
+        elif entry in terms.definitions and entry not in seen:
+            seen.add(entry)
+            waiting.append(terms.definitions[entry])
+        else:
+            waiting += entry.args
+    return True
+
+
+def _rate(c: sp.Expr, s: sp.Expr, tangent: Tangent) -> sp.Expr:
+    """Returns the rate of an angle from its cosine and sine."""
+    return tangent.terms.let(c * tangent.of(s) - s * tangent.of(c))
+
+
+def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
+    """Returns the smallest of several margins."""
+    least = margins[0]
+    for margin in margins[1:]:
+        least = terms.let(sp.Min(least, margin, evaluate=False))
+    return least
+
+
+def with_arms(h: SolvedLoops) -> SolvedLoops:
+    """Returns the loops with steps for serial arms if these steps complete the closed form.
+
+    The result is the unchanged argument if some joints do not follow from the actuators.
+    """
+    if not h.forward.open or h.is_overdetermined or h.least_squares_closure is not None:
+        return h
+    loops = replace(h.loops, last_step=ArmStep.use)
+    forward = from_actuators(loops, h.terms, h.q, closed=h.at_reference)
+    if forward.open:
+        return h
+    backward = from_chain(loops, h.terms, h.theta, closed=h.at_reference)
+    return replace(h, loops=loops, forward=forward, backward=backward)
+
+
+def makers(h: SolvedLoops) -> dict[str, Maker]:
+    """Returns the builders of the maps from the main chain that need steps for serial arms."""
+    arms = from_chain_with_arms(h)
+    if arms is None:
+        return {}
+    found = {**backward_makers(from_chain_joints(arms)), "actuator_margin": actuator_margin}
+    return {name: partial(_with, arms, maker) for name, maker in found.items()}
+
+
+def _with(arms: SolvedLoops, maker: Maker, _: SolvedLoops) -> SymbolicFunction:
+    return maker(arms)
+
+
+def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
+    """Returns the loops solved from the main chain with steps for serial arms.
+
+    The result is None if the steps of the loops suffice for the actuators, or if arms do not.
+    """
+    actuated = {coordinate.moves for coordinate in h.mechanism.coordinates}
+    if actuated.isdisjoint(h.backward.open) or h.least_squares_closure is not None:
+        return None
+    loops = replace(h.loops, last_step=ArmStep.use)
+    moving = h.robot.moving
+    locked = {k: moving[k].direction * value for k, value in locked_joints(h).items()}
+    known = {moving[k].name: value for k, value in locked.items()}
+    backward = h.terms.memoize(
+        ("arms from the chain", h),
+        lambda: from_chain(loops, h.terms, h.theta, closed=h.at_reference, locked=known),
+    )
+    if not actuated.isdisjoint(backward.open):
+        return None
+    steps = (*([_at_rest(h, locked)] if locked else []), *backward.steps)
+    return replace(h, loops=loops, backward=replace(backward, steps=steps))
+
+
+def _at_rest(h: SolvedLoops, locked: Mapping[int, sp.Expr]) -> ArmStep:
+    """Returns the condition that locked joints have their constant values."""
+    terms, joints = h.terms, [h.robot.moving[k] for k in locked]
+    units = [h.numbers.size if joint.kind == "prismatic" else 1.0 for joint in joints]
+    apart = [
+        (h.theta[k] - value) / sp.Float(LOOPS_AGREE * unit)
+        for (k, value), unit in zip(locked.items(), units, strict=True)
+    ]
+    margin = terms.let(1 - sum((terms.let(x) ** 2 for x in apart), sp.S.Zero))
+    names = tuple(joint.name for joint in joints)
+    root = terms.let(sp.sqrt(margin))
+    return ArmStep(joints=names, axes=h.mechanism.base_frame, margin=margin, root=root)

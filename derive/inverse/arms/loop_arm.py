@@ -1,0 +1,173 @@
+"""A part of a loop as a serial arm between two known bodies.
+
+The unknown joints of a loop, with the freedom of its closure, form a serial arm if all other joints
+of the loop are known. The last link of this arm has a known pose, so that a family of closed-form
+inverses solves the arm. Examples are the legs of a tripteron (one prismatic joint and three
+parallel axes), of an Exechon and of a 3-UPU, and a shaft between universal joints.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ...chain.forward import Pose
+from ...description.chain_between import inverted
+from ...loops.model.body_frames import pose_along
+from ...loops.model.planes import Loop
+from ...model.mechanism import Closure, Frame, Mechanism
+from ...model.placements import inverse
+from ...model.robot import Joint, Placement, SerialRobot
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, dot, subtracted
+from ..chain_solution import solve_chain
+from ..classify import Attempt, classify
+from ..families import FAMILIES, LEG_FAMILIES
+from ..steps.target import of_pose
+from ..steps.work import Work
+from ..structure.lines import Lines, home_of
+from ..tasks.slots import pose_errors, squares, tool_of, values_of
+from ..tool_axis import with_still_axis
+
+Values = Mapping[str, sp.Expr]
+FREEDOMS: Mapping[str, tuple[Joint, ...]] = {
+    "pin": (Joint("closure", "revolute"),),
+    "slider": (Joint("closure", "prismatic"),),
+    "weld": (),
+}
+"""The joints that replace the closure of a loop, keyed by the closure kind."""
+
+
+@dataclass(frozen=True)
+class LoopArm:
+    """The unknown joints of a loop as a serial arm between two known bodies.
+
+    Attributes:
+        closure: Name of the closure.
+        known: The known joints from the common body of the loop to the base of the arm.
+        unknown: The moving joints of the arm, except the freedom of the closure.
+        back: The known joints from the common body of the loop to the other known body.
+        end: The placement on the other known body of the frame that the arm reaches.
+        robot: The serial robot that consists of the joints and the freedom of the closure.
+        lines: The axes of the arm.
+        found: The structure that solves the arm.
+    """
+
+    closure: str
+    known: tuple[Joint, ...]
+    unknown: tuple[Joint, ...]
+    back: tuple[Joint, ...]
+    end: Placement
+    robot: SerialRobot
+    lines: Lines
+    found: Attempt
+
+    def wanted(self, mechanism: Mechanism, terms: Terms, values: Values) -> list[sp.Expr]:
+        """Returns the sixteen entries of the pose that the arm reaches, seen from its base.
+
+        Args:
+            mechanism: The description that contains the joints.
+            terms: Names of all terms.
+            values: Values of the known joints by name.
+        """
+        start = pose_along(mechanism, terms, self.known, (), values)
+        (x, y, z), p = pose_along(mechanism, terms, self.back, self.end, values)
+        columns = [*(_seen(terms, start, v) for v in (x, y, z))]
+        columns.append(_seen(terms, start, subtracted(terms, p, start[1])))
+        rows = [[column[i] for column in columns] for i in range(3)]
+        last = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
+        return [entry for row in (*rows, last) for entry in row]
+
+    def solved(self, work: Work, entries: Sequence[sp.Expr]) -> tuple[dict[str, sp.Expr], sp.Expr]:
+        """Returns the values of the unknown joints, and the squared pose error (m^2 and rad^2).
+
+        Args:
+            work: State of the derivation; receives the signs and the solution steps.
+            entries: The entries of the pose that the arm reaches.
+        """
+        terms, robot = work.terms, self.robot
+        solve_chain(
+            work, self.lines, self.found, of_pose(terms, entries, home_of(robot, terms)), {}
+        )
+        values = values_of(work, robot, {})
+        moved, turned = pose_errors(tool_of(terms, robot, values), entries)
+        joints = zip(robot.moving, values, strict=True)
+        found = {joint.name: joint.direction * value for joint, value in joints}
+        names = [joint.name for joint in self.unknown]
+        residual = terms.let(squares(terms, moved) + squares(terms, turned) / 2)
+        return {name: found[name] for name in names}, residual
+
+
+def loop_arm(
+    mechanism: Mechanism, terms: Terms, loop: Loop, open_: Collection[str]
+) -> LoopArm | None:
+    """Returns the unknown joints of a loop as an arm, or None if no closed form solves this arm.
+
+    Args:
+        mechanism: The description.
+        terms: Names of all terms.
+        loop: The loop.
+        open_: Names of the unknown joints.
+    """
+    closure = loop.loop_joint
+    if not isinstance(closure, Closure) or closure.kind not in FREEDOMS:
+        return None
+    sides = [(*_split(loop.to_a, open_), closure.a), (*_split(loop.to_b, open_), closure.b)]
+    if not sides[0][1]:
+        sides.reverse()
+    (known, near, at), (back, far, end) = sides
+    unknown = tuple(joint for joint in (*near, *far) if joint.kind != "fixed")
+    if not unknown or any(joint.name not in open_ for joint in unknown):
+        return None
+    robot, placement = _robot(mechanism, closure, (near, at), (far, end))
+    structure = structure_of(robot, terms)
+    if structure is None:
+        return None
+    return LoopArm(closure.name, known, unknown, back, placement, robot, *structure)
+
+
+def _split(
+    path: tuple[Joint, ...], open_: Collection[str]
+) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
+    """Returns the joints before the first unknown joint of a path, and the other joints."""
+    first = next((k for k, joint in enumerate(path) if joint.name in open_), len(path))
+    return path[:first], path[first:]
+
+
+def _robot(
+    mechanism: Mechanism,
+    closure: Closure,
+    near: tuple[tuple[Joint, ...], Frame],
+    far: tuple[tuple[Joint, ...], Frame],
+) -> tuple[SerialRobot, Placement]:
+    """Returns the arm, and the placement on its last body of the frame that the arm reaches."""
+    (joints, at), (others, end) = near, far
+    parts, after, freedom = [*joints], at.placement, FREEDOMS[closure.kind]
+    if freedom:
+        parts.append(replace(freedom[0], before=after))
+        after = ()
+    placement = end.placement
+    if others:
+        first, *rest = (inverted(joint) for joint in reversed(others))
+        parts += [replace(first, before=(*after, *inverse(placement), *first.before)), *rest]
+        after = placement = ()
+    chain = tuple(replace(joint, parent="") for joint in parts)
+    return SerialRobot(
+        mechanism.name, chain, tool=after, parameters=mechanism.parameters
+    ), placement
+
+
+def structure_of(robot: SerialRobot, terms: Terms) -> tuple[Lines, Attempt] | None:
+    """Returns the axes and the structure of an arm, or None if no structure fits."""
+    classification = classify(robot, terms, families=LEG_FAMILIES)
+    found = classification.found
+    if found is None:
+        return with_still_axis(robot, classification, FAMILIES)
+    fits = classification.method == "exact" and not found.given and not found.family.inputs
+    return (classification.lines, found) if fits else None
+
+
+def _seen(terms: Terms, frame: Pose, vector: Vector) -> Vector:
+    """Returns a vector in the axes of a frame."""
+    x, y, z = (dot(terms, axis, vector) for axis in frame[0])
+    return x, y, z
