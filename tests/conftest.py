@@ -1,4 +1,4 @@
-"""Settings of all tests: the garbage collector, and reports of missing programs."""
+"""Settings of all tests, and reports of missing programs."""
 
 import gc
 

@@ -62,7 +62,6 @@ class Verdict:
 
 
 def verdict(robot, draw: Simulated) -> Verdict:
-    """Returns the verdict of an identification on simulated measurements."""
     try:
         found = identify(
             robot, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

@@ -28,13 +28,10 @@ class Link:
 
 @dataclass(frozen=True)
 class Chain:
-    """A random chain with its links and tool origin."""
-
     links: tuple[Link, ...]
     tool: Link
 
     def robot(self) -> SerialRobot:
-        """Returns the chain for the compiler."""
         joints = []
         for k, link in enumerate(self.links):
             before, after = urdf(link.kind, xyz=link.xyz, rpy=link.rpy, axis=link.axis)

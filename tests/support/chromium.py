@@ -69,7 +69,6 @@ class Chromium:
         self._process.wait(SECONDS)
 
     def open(self, address: str) -> None:
-        """Opens a page and waits until it is loaded."""
         self.run("window.isOld = true")
         self._ask("Page.navigate", url=address)
         until(lambda: self.run("document.readyState === 'complete' && !window.isOld"))
@@ -117,7 +116,6 @@ class Chromium:
             self._mouse(kind, point)
 
     def write(self, text: str) -> None:
-        """Types text into the focused element and presses Enter."""
         self._ask("Input.insertText", text=text)
         key = {"key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r"}
         self._ask("Input.dispatchKeyEvent", type="keyDown", **key)
@@ -130,7 +128,6 @@ class Chromium:
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     def picture(self, file: Path) -> None:
-        """Saves a screenshot of the page as PNG."""
         data = self._ask("Page.captureScreenshot", format="png")["data"]
         file.write_bytes(base64.b64decode(data))
 

@@ -13,8 +13,6 @@ WIDTH = "200"
 
 @dataclass(frozen=True)
 class Done:
-    """The exit status and the printed text of a command."""
-
     exit_code: int
     stdout: str
     stderr: str

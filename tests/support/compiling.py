@@ -55,7 +55,7 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
 
 @contextmanager
 def own_robots_compiled_quickly() -> Iterator[None]:
-    """Context in which robots that are not shipped are compiled as in `compiled_quickly`."""
+    """Context like `compiled_quickly`, for robots that are not shipped."""
     make_recipe = cache_module.make_recipe
 
     def make(manifest: Manifest) -> Recipe:
@@ -71,11 +71,10 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 
 @contextmanager
 def deriving_only(*functions: str) -> Iterator[None]:
-    """Context in which `chasles.load` derives only a few functions, without a further process.
+    """Context in which `chasles.load` derives few functions in this process.
 
-    Robots with `parametric=True` get the functions `IDENTIFICATION`; a derivation of all functions
-    of a six-axis arm takes 8 s. Robot files, and robots that are derived on first use, get
-    `functions`, by default all.
+    Robots with `parametric=True` get only the functions `IDENTIFICATION`, because all functions of
+    a six-axis arm take 8 s. Other robots get the functions `functions`, by default all.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()
@@ -134,7 +133,7 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
 
 @cache
 def _compiler_digest() -> str:
-    """Returns the SHA-256 of the compiler sources; a changed hash forces new derivations."""
+    """Returns the SHA-256 of the compiler sources. A new hash forces new derivations."""
     root = Path(chasles.derive.__file__).parent
     files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

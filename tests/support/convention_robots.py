@@ -60,7 +60,6 @@ def motion_matrix(convention, variable, kind="revolute", **given):
 
 
 def drawn_chain(convention, random, kinds):
-    """Returns a chain in a convention with random numbers."""
     joints = []
     for k, kind in enumerate(kinds):
         given = {}

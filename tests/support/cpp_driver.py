@@ -1,4 +1,4 @@
-"""C++ programs that evaluate the exported header of a robot for rows of inputs, and the inputs."""
+"""C++ programs that evaluate the exported header of a robot."""
 
 import numpy as np
 
@@ -57,8 +57,8 @@ def driver(name):
 def inputs_of(robot, info, rng, count):
     """Returns random inputs of a function.
 
-    Inputs of a robot with loops are near its reference; the loops close at these inputs. The
-    redundancy parameter of an inverse is the last joint, as for panda.
+    If the robot has loops, the inputs are near its reference, so that the loops close. The last
+    joint is the redundancy parameter of an inverse, as for panda.
     """
     middle, spread = (np.array(robot.reference.q), 0.1) if robot.reference else (0.0, np.pi)
     q = middle + rng.uniform(-spread, spread, (count, robot.n))

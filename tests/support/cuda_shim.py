@@ -1,4 +1,4 @@
-"""CUDA kernels, compiled by a C++ compiler for the processor and compared with the compiled C."""
+"""Compiles CUDA kernels for the processor, and compares their results with the compiled C."""
 
 import ctypes
 import re
@@ -45,7 +45,6 @@ class Shim:
         self.library = ctypes.CDLL(str(folder / "kernels.so"))
 
     def __call__(self, name, kind, inputs):
-        """Returns the results of a kernel for rows of inputs."""
         info = self.functions[name]
         shapes = [tuple(item.shape) for item in info.outputs]
         return self._called(f"{name}_{kind}", KINDS[kind], inputs, shapes)
@@ -58,7 +57,10 @@ class Shim:
         return *found[:3], found[3].view(np.int32)[: len(T)]
 
     def bounds(self, kind, name):
-        """Returns the error bounds of a function's results, which the header prints for float."""
+        """Returns the error bounds of a function's results.
+
+        The header states the bounds for float.
+        """
         text = (self.folder / f"{self.robot.name}.cuh").read_text()
         comment = text.split(f"void {name}(")[0].rsplit("/*", 1)[1]
         printed = [float(bound) for bound in re.findall(r", error (\S+)$", comment, re.MULTILINE)]
@@ -90,14 +92,13 @@ class Shim:
 
 
 def columns(rows):
-    """Returns the transposed array, in which the entries of each input row form a column."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 
 def differing(shim, kind, q):
-    """Returns a line for each function whose results at configurations differ from the C.
+    """Lists the functions whose results differ from the C.
 
-    Solutions of the inverse are compared away from singularities.
+    Solutions of the inverse are compared only away from singularities.
     """
     lines = []
     for name, info in shim.functions.items():
@@ -116,7 +117,7 @@ def differing(shim, kind, q):
 
 
 def incomplete(shim, kind, q):
-    """Returns a line for each kind of difference between solutions of the kernel and of the C."""
+    """Lists the differences between the solutions of the kernel and of the C."""
     robot, info, lines = shim.robot, inverse_of(shim.robot), []
     inputs = inputs_of(robot, info, q)
     exact = expected(robot, info, inputs)

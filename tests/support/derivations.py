@@ -45,13 +45,11 @@ def description(name: str) -> Path:
 
 @cache
 def robot_of(name: str) -> Described:
-    """Reads the description of a shipped robot."""
     return read(description(name))
 
 
 @cache
 def derivation(name: str) -> Derivation:
-    """Derives all functions of a shipped robot."""
     return derive(robot_of(name))
 
 
@@ -85,11 +83,10 @@ def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
 
 @cache
 def made(name: str) -> Programs:
-    """Returns the programs of the functions of a shipped robot."""
     return programs(derivation(name).functions, name)
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:
-    """Returns the only output of a CasADi function, in a specified shape."""
+    """Returns the single output of a CasADi function in its described shape."""
     (result,) = derivation(name).function(function).outputs
     return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

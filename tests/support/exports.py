@@ -1,4 +1,4 @@
-"""Inputs of exported functions, and the results of the compiled C for comparison."""
+"""Inputs of exported functions, and the expected results from the compiled C."""
 
 import numpy as np
 
@@ -27,13 +27,15 @@ def expected(robot, info, inputs):
 
 
 def inverse_of(robot):
-    """Returns the description of ``ik``."""
     (info,) = (info for info in robot.manifest.functions if info.name == "ik")
     return info
 
 
 def configurations(robot, count):
-    """Returns random configurations; for a robot with loops, they are near its reference."""
+    """Returns random configurations.
+
+    If the robot has loops, the configurations are near its reference.
+    """
     rng = np.random.default_rng(7)
     if robot.reference:
         return np.array(robot.reference.q) + rng.uniform(-0.05, 0.05, (count, robot.n))
@@ -46,13 +48,13 @@ def right_angles(robot, count):
 
 
 def apart(x, y):
-    """Returns the distances of coordinates up to full turns."""
+    """Returns the differences of angles modulo whole turns."""
     difference = x - y
     return np.abs(difference - 2 * np.pi * np.round(difference / (2 * np.pi)))
 
 
 def regular_slots(robot, info, q, residual, regular=1e-3):
-    """Returns which solution slots hold solutions away from singularities."""
+    """Returns a mask of the valid solutions away from singularities."""
     valid = residual <= 1e-9
     kept = [k for k in range(robot.n) if k not in info.role.fixed]
     J = robot.jacobian_mixed(q[valid])[..., kept]

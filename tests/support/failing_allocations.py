@@ -69,7 +69,6 @@ def ends(call: Callable[[], object]) -> Counter[str]:
 
 
 def allocations(call: Callable[[], object]) -> int:
-    """Returns the number of counted allocations of a call."""
     chasles.release_memory()
     LIBRARY.fail_allocation(OWN, -1)
     call()
@@ -77,7 +76,7 @@ def allocations(call: Callable[[], object]) -> int:
 
 
 def end(call: Callable[[], object], k: int, expected: object) -> str:
-    """Returns "MemoryError", or a description of any other result of a failed allocation."""
+    """Lets allocation k of a call fail. Returns how the call ends, such as "MemoryError"."""
     LIBRARY.fail_allocation(OWN, k)
     try:
         result = call()

@@ -130,9 +130,8 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
     """Checks that each fault leaves the former files, and that a second write succeeds.
 
-    The simulated faults are each file operation in turn, and a full disk at the start and before
-    the end. If several files are written, the first file may be moved before the move of a later
-    file fails. Each file then has its former or its new content.
+    Each file operation fails in turn. The disk is also full at the start and before the end. After
+    a fault among several files, each file has its former or its new content.
 
     Args:
         write: Writes several files into a folder.

@@ -9,12 +9,12 @@ import chasles
 
 
 def fixed_values(robot: chasles.Robot, values: Sequence[Any]) -> dict[str, Any]:
-    """Return the values of the redundancy parameters, keyed by name; {} without such parameters."""
+    """Return the values of the redundancy parameters, keyed by name."""
     return dict(zip((item.name for item in robot.redundancy), values, strict=True))
 
 
 def fixed_at(robot: chasles.Robot, q: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the redundancy parameters of configurations (..., n)."""
+    """Return the values of the redundancy parameters at configurations (..., n)."""
     joints = [joint.name for joint in robot.chain_joints]
     values = []
     for item in robot.redundancy:

@@ -17,7 +17,6 @@ def numbers(dice, low=-1.0, high=1.0, digits=3):
 
 
 def orientation(dice):
-    """Returns a random orientation in one of the MJCF formats."""
     right = " ".join(str(dice.choice(RIGHT)) for _ in range(3))
     return dice.choice(
         (
@@ -151,8 +150,8 @@ def random_linkage(dice):
 
 
 def random_spatial_loop(dice):
-    """Returns a spatial loop of hinges: four hinges closed by a connect equality, or seven hinges
-    closed by a weld equality."""
+    """Returns a loop of four hinges with a connect equality, or of seven hinges with a weld
+    equality."""
     is_weld = dice.random() < 0.5
     count = 7 if is_weld else 4
     split = dice.randint(2, count - 1)
@@ -212,7 +211,7 @@ def random_delta(dice):
 
 
 def rod_pair_delta(*, is_free):
-    """Returns a delta with rod pairs, whose platform hangs on a rod or has a free joint."""
+    """Returns a delta with rod pairs."""
     radius, arm, rod, edge, aside = 0.2, 0.2, 0.5, 0.05, 0.04
     across = edge - radius - arm
     drop = (rod**2 - across**2) ** 0.5

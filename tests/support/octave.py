@@ -18,14 +18,13 @@ POSE_ERROR = 1e-9
 
 
 def exported(robot, folder: Path) -> Path:
-    """Exports the folder of a robot for MATLAB."""
     functions = sorted(FUNCTIONS & set(robot.functions))
     write(robot_of(robot.name), folder / robot.name, functions=functions, languages=["mex"])
     return folder / robot.name
 
 
 def octave(script: str, folder: Path) -> str:
-    """Runs a script in a folder, and returns the printed text; a script error fails the test."""
+    """Runs a script in a folder, and returns the printed text."""
     command = ["octave-cli", "--no-history", "--quiet", "--norc", "--eval", script]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -38,7 +37,7 @@ def make(name: str) -> str:
 
 
 def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
-    """Writes inputs in the order of MATLAB, and returns the statements that call a function."""
+    """Writes inputs for MATLAB, and returns the statements that call a function."""
     stem, statements, arguments = f"{info.name}{suffix}", [], []
     for k, (item, values) in enumerate(zip(info.inputs, inputs, strict=True)):
         sizes = [*(item.shape or (1,)), len(values)]
@@ -54,7 +53,7 @@ def call(name: str, info, inputs, folder: Path, suffix: str = "") -> str:
 
 
 def results(info, count: int, folder: Path, suffix: str = "") -> list[np.ndarray]:
-    """Returns the outputs of a call in the layout of the robot, for an inverse with ``valid``."""
+    """Returns the outputs of a call in the layout of the robot."""
     shapes = [item.shape or (1,) for item in info.outputs]
     if info.role.is_inverse:
         shapes.insert(1, shapes[1])
@@ -75,8 +74,8 @@ def _count(info) -> int:
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
     """Compares all solutions with the C, away from singularities.
 
-    Returns the largest difference and the number of compared solutions. The difference is infinite
-    if different solution slots are valid, or if a solution misses its pose.
+    Returns (largest difference, number of compared solutions). The difference is infinite if a slot
+    is valid on only one side, or if a solution misses its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)
@@ -92,8 +91,8 @@ def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
 def missing_solutions(robot, inputs, found) -> int:
     """Counts the solutions of the C that are missing, and the poses without a solution.
 
-    Singular solutions do not count: rounding selects a solution of a continuous family. A solution
-    that does not reach its pose counts as missing.
+    Singular solutions do not count, because rounding selects one solution of a continuous family. A
+    solution that does not reach its pose counts as missing.
     """
     q, valid = found[0], found[1] == 1
     exact, residual, _ = robot.functions["ik"].ufunc(*inputs)

@@ -13,7 +13,6 @@ class OptionalPackage:
     """
 
     def __init__(self, name: str) -> None:
-        """Stores the import name of the package, which may differ from its pip name."""
         self._name = name
 
     def __getattr__(self, attribute: str):

@@ -11,7 +11,6 @@ _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def text(page: str) -> str:
-    """Returns the text of a page; "../README.md" is the repository README."""
     return (DOCS / page).read_text(encoding="utf-8")
 
 
@@ -21,7 +20,6 @@ def prose(page: str) -> str:
 
 
 def examples(page: str, language: str = "python") -> list[str]:
-    """Returns the code blocks of a language on a page, in order."""
     return [block for name, block in _BLOCK.findall(text(page)) if name == language]
 
 

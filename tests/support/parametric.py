@@ -73,7 +73,6 @@ def check(derived, functions):
 
 
 def drawn(convention, seed):
-    """Returns three joints of a convention with random values; the second is prismatic."""
     random = np.random.default_rng(seed)
     joints = []
     for k, kind in enumerate(("revolute", "prismatic", "helical")):

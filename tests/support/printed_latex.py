@@ -77,7 +77,6 @@ class Formula:
         return base
 
     def group(self):
-        """Evaluates a braced group or a single factor."""
         if self.peek() != "{":
             return self.factor()
         self.take("{")
@@ -153,7 +152,6 @@ class Formula:
         return f(self.symbol()) ** power
 
     def symbol(self):
-        """Evaluates a letter with accent and index."""
         name = self.letter()
         if self.peek() == "'":
             name += self.take()
@@ -171,7 +169,6 @@ class Formula:
         return token
 
     def index(self):
-        """Returns the text of a braced index."""
         depth, parts = 0, []
         while True:
             token = self.take()
@@ -265,7 +262,6 @@ class PrintedInverse:
             self.sums[spelled(total)] = spelled(name)
 
     def constants(self):
-        """Returns the parameter values."""
         known = {}
         table = self.parameters.partition("parameter & value")[2]
         for row in re.findall(r"^(\$.*?) \\\\$", table, re.MULTILINE):

@@ -17,7 +17,6 @@ BY_NAME = {convention.name: convention for convention in CONVENTIONS}
 
 
 def joint(name, convention, kind="revolute", *, pitch=0, direction=1, **given):
-    """Returns a joint in a convention; unspecified fields are zero."""
     convention = BY_NAME[convention]
     fields = {f.name: sp.sympify(given.get(f.name, 0)) for f in convention.fields}
     before, after = convention(kind, **fields)

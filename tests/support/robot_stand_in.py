@@ -11,5 +11,4 @@ class RobotStandIn(SimpleNamespace):
 
     @property
     def __class__(self) -> Any:
-        """The class that `isinstance` reads."""
         return Robot

@@ -25,7 +25,6 @@ def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
 
 
 def opened(browser, folder, robot):
-    """Opens the page of a robot; returns the HTML file."""
     file = folder / f"{robot.name}.html"
     write_html(robot, file)
     browser.open(file.as_uri())

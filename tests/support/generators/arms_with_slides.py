@@ -16,7 +16,7 @@ HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" 
 def robot(
     kinds: str, directions: Sequence[Sequence[float]], seed: int, *, meeting: bool = False
 ) -> SerialRobot:
-    """Returns a robot with revolute (R) and prismatic (P) joints; adjacent axes may intersect."""
+    """Returns a robot with revolute (R) and prismatic (P) joints."""
     draw = random.Random(seed)
 
     def point() -> list[float]:
@@ -38,9 +38,9 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 
     Args:
         kinds: The joint types.
-        seed: seed 1 generates axes along the base axes and round lengths. Larger seeds generate
-            revolute axes in any direction; odd seeds generate round lengths.
-        meeting: Whether adjacent revolute axes intersect; prismatic axes are along the base axes.
+        seed: Seed 1 generates axes along the base axes. Larger seeds generate revolute axes in any
+            direction. Odd seeds generate round lengths.
+        meeting: Whether adjacent revolute axes intersect.
     """
     draw = random.Random(f"{kinds}{seed}")
     turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
@@ -54,8 +54,8 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 def planar(kinds: str, seed: int) -> SerialRobot:
     """Returns an arm with parallel revolute axes (R).
 
-    In the text of the structure, T denotes a prismatic joint normal to the revolute axes, and L a
-    prismatic joint parallel to them.
+    In ``kinds``, T is a prismatic joint normal to the revolute axes. L is a prismatic joint
+    parallel to the revolute axes.
     """
     draw = random.Random(seed)
     directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]

@@ -69,8 +69,9 @@ Value = Callable[[sp.Expr], sp.Expr]
 
 
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """Yields a mechanism with each single error and the name of the error, and finally the
-    mechanism with all errors.
+    """Yields (error name, mechanism) for each single error.
+
+    The last mechanism has all errors.
 
     Each nonzero placement length or rod length is 0.2 mm longer, and each joint axis is rotated by
     0.1 degrees.
@@ -97,14 +98,12 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
 
 
 def _longer(off: dict[int, sp.Rational]) -> Value:
-    """Adds errors to lengths; each key of the errors is the index of a length among all lengths."""
     met = iter(range(10_000))
     return lambda value: value + off.get(next(met), 0)
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism with transformed placement and rod lengths; each length is transformed
-    once."""
+    """Returns a mechanism with transformed lengths. Each length is transformed once."""
     return replace(
         mechanism,
         joints=tuple(
@@ -125,7 +124,6 @@ def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
 
 
 def _moved(placement: Placement, of: Value) -> Placement:
-    """Returns a placement with transformed lengths."""
     return tuple(
         replace(part, vector=tuple(map(of, part.vector))) if isinstance(part, Translation) else part
         for part in placement
@@ -133,12 +131,10 @@ def _moved(placement: Placement, of: Value) -> Placement:
 
 
 def _end(frame: Frame, of: Value) -> Frame:
-    """Returns a body-fixed frame whose lengths are transformed."""
     return replace(frame, placement=_moved(frame.placement, of))
 
 
 def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Returns a mechanism with tilted axes of some joints."""
     return replace(
         mechanism,
         joints=tuple(
@@ -151,8 +147,7 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
     """Returns a mechanism with pinned links in place of its rods.
 
-    The geometry is unchanged, but each rod becomes a body with two pins, which also constrain
-    directions.
+    The geometry is unchanged. Each rod becomes a body with two pins.
 
     Args:
         mechanism: The robot; its rod frames are parallel to the base frame.
@@ -191,8 +186,9 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns a mechanism with displaced joints and closures; its loops close in the
-    least-squares sense.
+    """Returns a mechanism with displaced joints.
+
+    Its loops close only in the least-squares sense.
 
     Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
     """

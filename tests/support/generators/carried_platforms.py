@@ -1,8 +1,7 @@
 """Random platforms with joints before and behind them: a rail, a turntable, axes and a wrist.
 
-Platforms are rotary deltas, which hold the orientation of the platform, and hexapods. With axes
-behind a delta, the tool has as many degrees of freedom as actuators. All other joints that this
-module adds to a platform are redundant.
+The platforms are rotary deltas and hexapods. Axes behind a delta add degrees of freedom to the
+tool. All other added joints are redundant.
 """
 
 import numpy as np
@@ -85,7 +84,6 @@ axis = {axis}
 
 
 def _delta(rng, base):
-    """Returns legs, names and reference of a rotary delta with parallel rods."""
     R, r, arm = (round(float(x), 3) for x in rng.uniform((0.2, 0.04, 0.2), (0.3, 0.08, 0.3)))
     rod, half = round(float(rng.uniform(0.6, 0.9)), 3), round(float(rng.uniform(0.02, 0.05)), 3)
     text, names = "", [f"leg_{k}" for k in range(3)]
@@ -115,7 +113,6 @@ b = {{ body = "platform", xyz = ["{r}*{c} - ({y})*{s}", "{r}*{s} + ({y})*{c}", 0
 
 
 def _hexapod(rng, base):
-    """Returns legs, names and reference of a platform on six cylinders."""
     text, names = "", [f"leg_{k}" for k in range(6)]
     lines = []
     for k, name in enumerate(names):

@@ -1,4 +1,4 @@
-"""Random serial arms for conversions: helical, coupled and reversed joints, geometric errors."""
+"""Random serial arms for tests of conversions."""
 
 from dataclasses import replace
 from random import Random
@@ -16,8 +16,10 @@ number is the fraction of arms with a differential or a four-bar linkage among t
 
 
 def convertible_arm(seed: int) -> SerialRobot:
-    """Returns the arm for a seed; two of three arms have errors of a random size between 1e-6 and
-    0.1 (meter, radian)."""
+    """Returns the arm for a seed.
+
+    Two of three arms have errors between 1e-6 and 0.1 (meter, radian).
+    """
     draw = Random(seed)
     arm = random_arm(seed)
     if draw.random() < 2 / 3:
@@ -39,7 +41,6 @@ def convertible_arm(seed: int) -> SerialRobot:
 
 
 def _driven(joints: list[Joint], draw: Random) -> tuple[Coupling, ...]:
-    """Returns the couplings of two joints with motors, in the order of the chain."""
     a, b, c = (sp.Rational(draw.choice((-1, 1)), draw.randint(1, 60)) for _ in range(3))
     first = (a, sp.S.Zero) if draw.random() < 1 / 2 else (a, b)
     second = (c, b) if first[1] == 0 else (c, -b * c / a)

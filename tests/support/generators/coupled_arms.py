@@ -24,12 +24,11 @@ MAX_JOINTS, MAX_CONDITION = 7, 200.0
 
 @dataclass(frozen=True)
 class CoupledArm:
-    """An arm with motors, the same arm without motors, and the map theta = C q + c from motors q to
-    joints theta.
+    """An arm whose motors q move the joints theta = C q + c.
 
     Attributes:
         robot: The coupled arm.
-        plain: The arm without motors, with its joints as coordinates.
+        plain: The same arm without motors.
         C: The ratios C (n, n) of the couplings.
         c: The offsets (n,).
     """

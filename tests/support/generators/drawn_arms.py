@@ -54,14 +54,14 @@ DIRECTIONS = (
 
 @dataclass(frozen=True)
 class Drawn:
-    """The convention of an arm, and the type and fields of each joint."""
+    """A random arm in one convention."""
 
     convention: Convention
     joints: tuple[tuple[JointKind, dict[str, Value]], ...]
 
 
 def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
-    """Returns the arm for a seed; ``oblique`` is the fraction of oblique angles."""
+    """Returns the arm for a seed, with a fraction ``oblique`` of oblique angles."""
     draw = random.Random(seed)
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
@@ -74,7 +74,6 @@ def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
 
 
 def random_arm(seed: int) -> SerialRobot:
-    """Returns the arm for a seed."""
     arm = drawn(seed)
     joints = tuple(
         Joint(f"j{k}", kind, *arm.convention(kind, **fields))
@@ -102,10 +101,9 @@ def _angle(draw: random.Random, oblique: float) -> sp.Expr:
 
 
 class PoseAndJacobian:
-    """Pose and Jacobian of a chain in NumPy, with the interface of a robot function."""
+    """Computes pose and Jacobian in NumPy, with the interface of a robot function."""
 
     def __init__(self, screws: Screws) -> None:
-        """Stores the chain."""
         self.screws = screws
         self.inputs = (SimpleNamespace(shape=(len(screws.axes),)),)
 
@@ -159,7 +157,7 @@ class Derived(Case):
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """Refines the unsolved poses, like a loaded robot, and returns the results."""
+        """Returns the solutions after refinement of the unsolved poses, as in a loaded robot."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role
@@ -197,8 +195,8 @@ class Derived(Case):
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
     """Returns the inverses of a serial robot for random sets of fixed joints.
 
-    The number of fixed joints is the degree of redundancy, or 1 if the robot is not redundant. The
-    sets include inner revolute joints.
+    A non-redundant robot has one fixed joint. A redundant robot has as many fixed joints as
+    redundant degrees of freedom.
     """
     lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
     count = max(len(lines.axes) - rank.of_chain(lines), 1)
@@ -218,8 +216,9 @@ def _terms(robot: SerialRobot) -> Terms:
 
 
 def cases_of(robot: SerialRobot, found: Inverses | None = None) -> list[Derived]:
-    """Returns one case per closed-form inverse of a serial robot. An arm that is only close to a
-    closed-form family is not a case, because its nominal inverse is refined in compiled C.
+    """Returns one case per closed-form inverse of a serial robot.
+
+    Refined inverses are excluded, because the refinement runs in compiled C.
 
     Args:
         robot: The robot.

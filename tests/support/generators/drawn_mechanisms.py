@@ -1,7 +1,7 @@
 """Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimeters, for some mechanisms scaled by 1000 or 1/1000. The reference is a
-closed configuration found by ``tests/support/oracles/multi_start.py``, rounded to three digits.
+Lengths are whole millimeters. Some mechanisms are then scaled by 1000 or 1/1000. The oracle
+``tests/support/oracles/multi_start.py`` finds the reference, which is rounded to three digits.
 Each seed determines one mechanism.
 """
 
@@ -45,11 +45,9 @@ class Sketch:
     tools: list[str] = field(default_factory=list)
 
     def length(self, low: int, high: int) -> sp.Expr:
-        """Returns a random length in meter that is a whole number of millimeters."""
         return sp.Rational(self.draw.randint(low, high), 1000)
 
     def point(self, reach: int = 300) -> Point:
-        """Returns a random point of a body."""
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
@@ -109,7 +107,6 @@ def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str
 
 
 def four_bar(s: Sketch) -> None:
-    """A four-bar with the tool on the coupler or rocker."""
     crank, s.tools = _four_bar(s)
     if s.draw.random() < 0.2:
         s.tools = [crank]
@@ -239,7 +236,7 @@ def series(s: Sketch) -> None:
 
 
 def nested(s: Sketch) -> None:
-    """A four-bar with a crank that a cylinder moves, and an optional dyad (two links on pins)."""
+    """A four-bar whose crank is moved by a cylinder. A dyad (two links on pins) is optional."""
     crank, links = _four_bar(s)
     s.actuated = []
     s.rod("ram", BASE, s.point(250), crank, s.point(150))
@@ -268,8 +265,7 @@ def _rssr(s: Sketch, name: str, on: str) -> str:
 
 
 def rssr(s: Sketch) -> None:
-    """Two cranks about skew axes and a rod with ball joints, sometimes two of these loops in
-    series."""
+    """One or two loops of two cranks about skew axes and a rod with ball joints."""
     rocker = _rssr(s, "a", BASE)
     if s.draw.random() < 0.25:
         rocker = _rssr(s, "b", rocker)
@@ -394,7 +390,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """Returns the mechanism with the rounded values of a mode as its reference."""
+    """Returns the mechanism with the rounded joint values ``mode`` as its reference."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

@@ -64,7 +64,7 @@ def _rocker(s: Sketch, body: str, on: str, at: Point) -> None:
 
 
 def _foot(s: Sketch, body: str, on: str, at: Point) -> None:
-    """Adds a crank coaxial with the preceding joint, and a rod parallel to the preceding link."""
+    """Adds a crank on the preceding joint axis, and a rod parallel to the preceding link."""
     foot = next(joint for joint in s.joints if joint.link == on)
     arm = s.length(60, 150)
     crank = f"{body}_crank"
@@ -81,7 +81,6 @@ def _joint_of(body: str) -> str:
 
 
 def _nearby(s: Sketch, at: Point) -> Point:
-    """Returns a random point a few decimeters away from a pin."""
     x, y = s.point(250)
     return at[0] + x, at[1] + y
 
@@ -123,10 +122,10 @@ def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
 
 
 def built_arm(seed: int) -> Mechanism:
-    """Returns the as-built arm for a seed, with its design as the nominal mechanism.
+    """Returns the as-built arm for a seed.
 
-    The reference is not near a dead point, because length errors may prevent the loops from closing
-    there.
+    References near dead points are avoided, because length errors may prevent the loops from
+    closing there.
     """
     for attempt in range(ATTEMPTS):
         design = drawn_arm(seed + ATTEMPTS_APART * attempt)
@@ -142,7 +141,7 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """Returns an as-built arm with errors of all lengths, and of the axes outside loops.
+    """Returns an arm with errors of all lengths, and of the axes outside loops.
 
     Args:
         design: The arm.

@@ -1,7 +1,7 @@
 """Real arms: the geometry of 72 arms from the ssik package, and a factory calibration.
 
-Each arm becomes a URDF with the original numbers, including noise, and is derived like a user file.
-Test poses are computed from the same numbers in NumPy.
+Each arm becomes a URDF with its original, noisy numbers. NumPy computes test poses from the same
+numbers.
 """
 
 import importlib
@@ -86,7 +86,6 @@ class FieldCase(Case):
 
     @cached_property
     def robot(self) -> chasles.Robot:
-        """The loaded robot."""
         return chasles.load(self.folder)
 
     @property
@@ -100,7 +99,7 @@ class FieldCase(Case):
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
-        """Whether a configuration determines the value of an input of the inverse."""
+        """Whether a configuration determines this input of the inverse."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
 
@@ -112,7 +111,6 @@ def arms() -> Iterator[FieldArm]:
 
 
 def prebuilt() -> dict[str, ModuleType]:
-    """Returns the arm modules of ssik, keyed by arm name; empty if ssik is not installed."""
     if importlib.util.find_spec("ssik") is None:
         return {}
     package = importlib.import_module("ssik.prebuilt")
@@ -126,7 +124,6 @@ def prebuilt() -> dict[str, ModuleType]:
 
 
 def from_ssik(module: ModuleType) -> FieldArm:
-    """Returns the arm of an ssik module."""
     maker, model = module.__name__.split(".")[-2:]
     return FieldArm(
         f"{maker}_{model.removesuffix('_ik')}",

@@ -1,4 +1,4 @@
-"""Arms that are solved for a fixed value of one joint, with the fixed joint F in a list of axes."""
+"""Arms whose inverse has the value of one joint as an input."""
 
 from collections.abc import Sequence
 
@@ -18,13 +18,12 @@ FIXED = ("F", (1, 0, 0))
 def solved_with_fixed(
     joints: Sequence[tuple[str, Vector]], seed: int, meeting: int | None = None
 ) -> Derived:
-    """Returns the pose inverse of an arm for a value of its fixed joint as input.
+    """Returns the pose inverse of an arm with one fixed joint.
 
     Args:
         joints: Type (R, P, or F for the fixed joint) and axis direction of each joint.
         seed: Seed of the random lengths.
-        meeting: Index of the first axis from which all axes meet in one point; by default, no axes
-        meet.
+        meeting: The axes from this index on meet in one point. By default, no axes meet.
     """
     rng = np.random.default_rng(seed)
     text = ['name = "r"', 'convention = "urdf"', 'units = { length = "m", angle = "rad" }']

@@ -40,7 +40,6 @@ def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
 
 
 def _numbers(robot: SerialRobot, placement: Placement) -> Placement:
-    """Replaces the parameters of a placement by their values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return tuple(
         replace(motion, angle=motion.angle.xreplace(values))

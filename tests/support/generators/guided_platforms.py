@@ -1,7 +1,6 @@
 """Random platforms on UPS legs, with a passive chain between base and platform.
 
-The chain has as many degrees of freedom as there are legs. The kind 3-UPS/UP has three legs and the
-chain UP, for example.
+The chain has one degree of freedom per leg. For example, 3-UPS/UP has three legs and the chain UP.
 """
 
 from functools import partial
@@ -28,7 +27,7 @@ SLIDES = {"up": Z, "ahead": X}
 
 
 def _guide(joints):
-    """Returns the text of the chain, the name of its last link, and its reference values."""
+    """Returns (text, last link, reference values) of the chain."""
     # Without a vertical prismatic joint, the first joint is at the height of the platform.
     start = ORIGIN if "up" in joints else (0, 0, HEIGHT)
     listed = [

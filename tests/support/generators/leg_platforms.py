@@ -32,8 +32,7 @@ def drawn_legs(kind, seed):
 def drawn_as(kind, seed):
     """Returns a platform of a kind: a value of ``LEG_KINDS`` or a similar function.
 
-    The tool has a random position on the body ``"tool"`` of the reference; the default body is the
-    platform.
+    The tool has a random position on the body ``reference["tool"]``, or else on the platform.
     """
     rng = np.random.default_rng(seed)
     actuated, text, reference = kind(rng)
@@ -85,8 +84,6 @@ def chain(joints, parent="0"):
 
 
 def _tripteron(rng):
-    """Returns three orthogonal PRRR legs, with the last pins placed so that the loops close at the
-    reference."""
     text, reference = "", {}
     pins = {"x": (90, 0, 90), "y": (-90, 0, 0), "z": (0, 0, 0)}
     for k, letter in enumerate("xyz"):
@@ -187,10 +184,10 @@ def _universal(rng):
 
 
 def _elbows(rng):
-    """Returns three URU legs like the legs of a 3-UPU, with a driven elbow instead of each
-    prismatic joint.
+    """Returns three URU legs.
 
-    The axis of the elbow is parallel to the inner axes.
+    Compared with a 3-UPU, a driven elbow replaces each prismatic joint. The elbow axis is parallel
+    to the inner axes.
     """
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     upper, lower = rng.integers(360, 420, 2)

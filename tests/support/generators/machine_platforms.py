@@ -46,14 +46,13 @@ def _directions(heading):
 
 
 def _height(lengths, heading, end):
-    """Returns the height of the horizontal arms above a rod end on the platform."""
     base, arm, rod, _ = lengths
     gap = (base + arm) * _directions(heading)[0] - end
     return np.sqrt(rod**2 - gap @ gap)
 
 
 def _par4(rng):
-    """Returns a Par4: pairs of arms carry two parts of the platform, and two bars connect them."""
+    """Returns a Par4. Its platform consists of two parts and two bars."""
     lengths = [int(n) for n in rng.integers((180, 240, 620, 30), (240, 300, 760, 45))]
     wide, deep = (int(n) for n in rng.integers((50, 40), (70, 60)))
     text = FREE + chain(
@@ -105,7 +104,10 @@ def _delta_with_shaft(rng):
 
 
 def _pentapod(rng):
-    """Returns five legs with ball joints on the base; the axes of their rings meet the spindle."""
+    """Returns five legs with ball joints on the base.
+
+    The axis of each leg's ring meets the spindle.
+    """
     base, top, height = rng.integers(380, 450), rng.integers(60, 90), 700
     rings = rng.permutation([-80, -40, 0, 40, 80])
     text, reference, names = FREE, {"z": -height}, []

@@ -77,7 +77,6 @@ def mutated_json(value: Any, dice: random.Random) -> Any:
 
 
 def _places(value: Any) -> list[tuple[Any, Any]]:
-    """Returns all pairs of a nested container in a value and a key of this container."""
     keys = value.keys() if isinstance(value, dict) else range(len(value))
     found = [(value, key) for key in keys]
     inner = [value[key] for key in keys if isinstance(value[key], dict | list)]
@@ -100,8 +99,7 @@ def _change(container: Any, key: Any, dice: random.Random) -> None:
 
 
 def mutated_json_text(text: bytes, dice: random.Random) -> bytes:
-    """Returns JSON text with mutated values, and rarely with brackets that are nested beyond any
-    depth limit."""
+    """Returns JSON text with mutated values, or rarely with extremely deep nesting."""
     if dice.random() < 0.001:
         return b"[" * NESTED
     return json.dumps(mutated_json(json.loads(text), dice)).encode()

@@ -1,5 +1,7 @@
-"""Robot files with random mutations. Most mutated files are invalid, but some are robots with
-unusual numbers."""
+"""Robot files with random mutations.
+
+Most mutated files are invalid, but some are robots with unusual numbers.
+"""
 
 import random
 import re
@@ -21,7 +23,6 @@ Tokens = list[str]
 
 
 def mutated(text: str, dice: random.Random) -> str:
-    """Returns a text with one to three mutations."""
     for _ in range(dice.randint(1, 3)):
         wounds = NUMBERS_CHANGED if dice.random() < GENTLE else WOUNDS
         text = dice.choice(wounds)(text, dice) or text
@@ -47,8 +48,6 @@ def _on_lines(change: Callable[[Tokens, int, random.Random], None]) -> "Wound":
 
 
 def _replaced(pattern: re.Pattern[str], new: Callable[[str, random.Random], str]) -> "Wound":
-    """Returns a mutation that replaces one match of a pattern."""
-
     def wound(text: str, dice: random.Random) -> str:
         found = list(pattern.finditer(text))
         if not found:

@@ -1,8 +1,7 @@
-"""URDF variants of one arm with different digits, frames and names, like files from different
-exporters.
+"""URDF variants of one arm, like files from different exporters.
 
-A mutation changes the number format or the frames of a chain. The joint axes do not move, except
-for truncated digits or added noise.
+A mutation changes the number format, the frames or the names. The joint axes move only by rounding
+or added noise.
 """
 
 import random
@@ -46,7 +45,6 @@ class UrdfJoint:
         return T
 
     def placed(self, T: np.ndarray) -> "UrdfJoint":
-        """Returns the joint with a specified origin (4, 4), in double precision."""
         return replace(self, xyz=texts(T[:3, 3]), rpy=texts(rpy_of(T[:3, :3])))
 
 
@@ -66,12 +64,10 @@ class Mutant:
 
     @property
     def tip(self) -> str:
-        """The last link."""
         return f"l{len(self.joints)}"
 
     @property
     def text(self) -> str:
-        """The URDF text."""
         parts = [f"<robot name={quoteattr(self.arm)}>", '<link name="l0"/>']
         for k, joint in enumerate(self.joints, 1):
             limits = ""
@@ -161,8 +157,7 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Inserts fixed joints that have no displacement, or that take over the translation of a
-    joint."""
+    """Inserts fixed joints. A fixed joint may take over the translation of a joint."""
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MAX_INSERTED)):
         k = dice.randrange(len(joints))
@@ -175,8 +170,6 @@ def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Reverses some axes."""
-
     def turned(joint: UrdfJoint) -> UrdfJoint:
         if dice.random() < 0.5:
             return joint
@@ -205,7 +198,7 @@ def noise(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
-    """Rounds numbers to single precision, and writes them with the digits of doubles."""
+    """Rounds numbers to single precision, but writes all digits of a double."""
     return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
 
 
@@ -228,8 +221,6 @@ MUTATIONS: dict[str, Callable[[Mutant, random.Random], Mutant]] = {
 
 
 def rewritten(mutant: Mutant, change: Callable[[str], str]) -> Mutant:
-    """Returns the chain with every origin and axis number changed."""
-
     def each(vector: Texts) -> Texts:
         x, y, z = map(change, vector)
         return x, y, z
@@ -262,17 +253,14 @@ def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
 
 
 def texts(vector: np.ndarray) -> Texts:
-    """Formats three numbers in double precision."""
     x, y, z = (repr(float(number)) for number in vector)
     return x, y, z
 
 
 def three(text: str) -> Texts:
-    """Splits a text at spaces into three words."""
     x, y, z = text.split()
     return x, y, z
 
 
 def negative(text: str) -> str:
-    """Returns a number text with the opposite sign."""
     return text[1:] if text.startswith("-") else f"-{text}"

@@ -1,8 +1,8 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
-A leg has three joints. One joint is actuated. One joint (the closure) is outside the joint tree:
-the base carries the joints before the closure, and the platform carries the joints after it. Legs
-with two passive prismatic joints are excluded, because they constrain only the platform angle.
+A leg has three joints. One joint is actuated, and one joint is the closure. The base carries the
+joints before the closure. The platform carries the joints after the closure. Legs with two passive
+prismatic joints are excluded, because such a leg constrains only the platform angle.
 """
 
 from dataclasses import dataclass
@@ -66,10 +66,8 @@ class DrawnLeg:
         kinds: Joint types (R or P) of a leg from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
-        front: Frames from the base to the closure: the frame before each joint, up to the closure
-            joint.
-        back: Frames from the platform to the closure: the frame before each joint, back to the
-            closure joint.
+        front: The frames before the joints from base to closure.
+        back: The frames before the joints from platform to closure.
         values: Values of the joints near the reference (radian or meter).
     """
 
@@ -108,7 +106,6 @@ class DrawnPlatform:
         return np.array([leg.values[leg.actuated] for leg in self.legs])
 
     def text(self, name: str) -> str:
-        """Returns the robot file."""
         reference = dict(zip(("x", "y", "phi"), self.pose, strict=True))
         parts = [HEAD.format(name=name)]
         for k, leg in enumerate(self.legs, 1):
@@ -211,7 +208,6 @@ def _rounded(place: np.ndarray) -> Place:
 
 
 def _frames(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Returns planar poses (..., 3, 3)."""
     x, y, angle = np.broadcast_arrays(x, y, angle)
     c, s, one = np.cos(angle), np.sin(angle), np.ones(x.shape)
     rows = [[c, -s, x], [s, c, y], [0 * one, 0 * one, one]]
@@ -219,13 +215,11 @@ def _frames(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _moved(kind: str, value: np.ndarray) -> np.ndarray:
-    """Returns displacements (..., 3, 3) of a joint."""
     return _frames(0, 0, value) if kind == "R" else _frames(value, 0, 0)
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:
-    """Returns the inverse of poses. Poses with complex entries are transposed without
-    conjugation."""
+    """Returns the inverse of poses, which may be complex."""
     found = np.zeros_like(T)
     found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
     found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]

@@ -1,8 +1,7 @@
 """Robots, tasks and coordinate sets for tests of inverses; every target is reachable.
 
-The sets contain random coordinates, and coordinates with poses that are difficult for solvers:
-multiples of 90 degrees, singularities, and points close to these. Singularities of any robot are
-found by bisection of a Jacobian determinant along a joint.
+A set contains random coordinates, multiples of 90 degrees, singularities, or coordinates near
+these. Bisection of a Jacobian determinant along a joint finds the singularities of any robot.
 """
 
 from collections.abc import Iterator
@@ -27,7 +26,7 @@ STROKE = 1.0
 
 @dataclass(frozen=True)
 class Singularity:
-    """A type of singularity: a Jacobian determinant becomes zero at some values of one joint.
+    """A type of singularity, at which one joint makes a Jacobian determinant zero.
 
     Attributes:
         joint: Index of the joint that moves to the singularity.
@@ -60,17 +59,14 @@ class Case:
 
     @cached_property
     def robot(self) -> chasles.Robot:
-        """The loaded robot."""
         return chasles.load(self.name)
 
     @cached_property
     def screws(self) -> Screws:
-        """Screws of the main-chain joints."""
         return screws(self.name)
 
     @property
     def task(self) -> Task:
-        """The task solved by the inverse."""
         return TASKS[self.function]
 
     @cached_property
@@ -93,7 +89,7 @@ class Case:
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Returns the additional inputs of the inverse for which q (..., n) is a solution."""
+        """Returns the values of the additional inputs at q (..., n)."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -105,9 +101,9 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """Returns the index of a coordinate from its name or from a symbol such as q7.
+        """Returns the index of a coordinate from its name or its symbol, such as q7.
 
-        The index is None for a main-chain joint that loops move.
+        Returns None for a main-chain joint that loops move.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -132,14 +128,13 @@ class Case:
         return self.task.jacobian(self.robot.fk(q), self.robot.jacobian_mixed(q))
 
     def square(self, singularity: Singularity, q: np.ndarray) -> np.ndarray:
-        """Returns the square submatrix of the task Jacobian that is singular at a singularity."""
+        """Returns the square part of the task Jacobian that becomes singular."""
         J = self.jacobian(q)
         rows = list(singularity.rows) or list(range(J.shape[-2]))
         return J[..., rows, :][..., list(singularity.columns or self.solved)]
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Returns random coordinates (count, n): within a turn, or within limits with closed
-        loops."""
+        """Returns random coordinates (count, n) at which all loops close."""
         found = np.empty((0, self.robot.n))
         while len(found) < count:
             q = rng.uniform(*self.range, (count, self.robot.n))
@@ -149,7 +144,7 @@ class Case:
 
     @property
     def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper sampling bounds of the coordinates, as two arrays (n,)."""
+        """The sampling range: lower bounds (n,) and upper bounds (n,)."""
         whole = np.where(self.turns, np.pi, STROKE)
         limited = ~self.turns | bool(self.robot.loops)
         lower, upper = self.robot.lower, self.robot.upper
@@ -176,8 +171,7 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of coordinates in the random set, in each singular set and in the grid of right
-    angles."""
+    """Sizes of the sets of coordinates."""
 
     random: int
     singular: int
@@ -231,7 +225,7 @@ def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
 
 
 def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
-    """Returns every q whose angles are -90, 0, 90 or 180 degrees; prismatic values are random."""
+    """Returns q at all combinations of the angles -90, 0, 90 and 180 degrees."""
     quarters = np.arange(-1, 3) * (np.pi / 2)
     moving = [k for k in range(case.robot.n) if case.turns[k] and k not in case.free]
     angles = np.array(list(product(quarters, repeat=len(moving))))
@@ -242,7 +236,7 @@ def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
 
 
 def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
-    """Returns coordinates with about half of the angles displaced by random powers of ten."""
+    """Displaces about half of the coordinates by random powers of ten."""
     steps = rng.choice([*DECADES, *(-step for step in DECADES)], q.shape)
     solved = case.turns & ~np.isin(np.arange(q.shape[1]), case.free)
     return q + steps * solved * rng.integers(0, 2, q.shape)

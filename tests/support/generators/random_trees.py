@@ -105,8 +105,7 @@ class PinocchioTree:
 
 
 def pose_gap(tree: RandomTree, path, base: str, tip: str, seed: int, poses: int = 2) -> float:
-    """Returns the largest difference between the link poses of a chain and Pinocchio's link poses
-    (m and 1)."""
+    """Returns the largest difference of link poses from Pinocchio's link poses (m and 1)."""
     from chasles.derive import derive, read
     from chasles.derive.terms.casadi_graph import lower
 

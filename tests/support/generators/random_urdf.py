@@ -60,8 +60,7 @@ def compare(path: Path, seed: int) -> dict[str, int]:
         seed: The seed of the robot.
 
     Returns:
-        Numbers of joints of each type, of mimic joints, and of mimic joints that follow mimic
-        joints.
+        Number of joints per type, number of mimic joints, number of nested mimic joints.
     """
     import pinocchio as pin
 
@@ -113,8 +112,10 @@ def followed(text, values):
 
 
 def pinocchio_coordinates(model, values):
-    """Returns all joint coordinates for the Pinocchio model, which represents continuous joints by
-    cosine and sine."""
+    """Returns all joint coordinates for Pinocchio.
+
+    Pinocchio represents a continuous joint by cosine and sine.
+    """
     full = np.zeros(model.nq)
     for name, joint in zip(model.names, model.joints, strict=True):
         if name in values:

@@ -7,7 +7,7 @@ OBLIQUE = 0.5
 
 
 def round_arm(seed: int) -> str:
-    """Returns the text of a robot file, determined by the seed."""
+    """Returns the robot file for a seed."""
     arm = drawn(seed, OBLIQUE)
     lines = [f'name = "arm{seed}"', f'convention = "{arm.convention.name}"']
     for kind, fields in arm.joints:

@@ -1,7 +1,7 @@
 """Robots with loops, rounded to decimals on an arbitrarily rotated base.
 
-Other programs write each frame as a position and roll, pitch, yaw with a fixed number of decimal
-places. This module rounds all numbers of a mechanism to decimal places, and may rotate the base.
+Other programs write frames with a fixed number of decimal places. This module rounds a mechanism
+likewise, and may rotate the base.
 """
 
 from dataclasses import replace

@@ -1,8 +1,7 @@
 """Simulated measurements of random robots by several devices.
 
-Measurements are few or many, exact or noisy, correct or wrong. A seed determines the robot errors,
-the device, the number of configurations, the noise and the identified parameters. Wrong
-measurements are correct measurements with an added mistake.
+The seed determines the robot errors, the device, the number of configurations, the noise and the
+identified parameters. Wrong measurements are correct measurements with an added mistake.
 """
 
 from collections.abc import Mapping
@@ -62,7 +61,6 @@ class Simulated:
     p: np.ndarray
 
     def __str__(self) -> str:
-        """Returns a description for error messages of tests."""
         how = "exact" if self.noise == 0 else "noisy"
         known = " with tolerances" if self.parameter_std else ""
         return f"{len(self.q)} {how} rows, {self.device}, vary {'+'.join(self.vary)}{known}"
@@ -119,7 +117,6 @@ def _model(robot, rng: np.random.Generator) -> tuple[tuple[str, ...], Mapping[st
 
 
 def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndarray:
-    """Returns a geometry with errors of the identified parameters."""
     parts = {"axis", "loop"} if "geometry" in vary else {"offset"}
     p = np.array([item.value for item in robot.geometry])
     off = np.array([item.part in parts for item in robot.geometry])
@@ -128,8 +125,8 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length parameter whose error cannot be replaced by errors of the base, the tool or
-    the zero offsets."""
+    """Returns a length parameter whose error is distinguishable from errors of the base, the tool
+    and the zero offsets."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])
@@ -150,7 +147,6 @@ def _link(robot, rng: np.random.Generator) -> int:
 
 
 def _span(robot) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the sampled coordinate ranges, which are narrow for robots with loops."""
     low, high = np.maximum(robot.lower, -REACH), np.minimum(robot.upper, REACH)
     if robot.kind == "serial":
         return low, high
@@ -200,7 +196,7 @@ def _contacts(
     noise: float,
     rng: np.random.Generator,
 ) -> tuple[Measurements, np.ndarray]:
-    """Returns configurations in which a target touches a surface in the middle of the workspace."""
+    """Returns configurations in which a target touches a surface."""
 
     def placed(q):
         T = robot.fk_p(q, p)

@@ -12,9 +12,8 @@ A text describes the axes and the relations between adjacent axes, from the base
     `/`:  Skew axes.
     `L`:  Skew axes at right angles.
 
-A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All values that
-the text does not determine are random. Test poses are computed from the screws with NumPy,
-independently of the compiler.
+For example, a Puma is "R+R=R/RxrxR". All values that the text does not determine are random. NumPy
+computes test poses from the screws, independently of the compiler.
 """
 
 from dataclasses import dataclass
@@ -51,7 +50,7 @@ class Row:
 
 
 def rows_of(chain: str, *, right: bool, seed: int = 0) -> tuple[Row, ...]:
-    """Returns a random chain with a specified structure; skew axes have right or random angles."""
+    """Returns a random chain with a specified structure."""
     of_chain = crc32(chain.encode()) + right
     rng = np.random.default_rng([of_chain, seed] if seed else of_chain)
     axes, between = chain[::2], chain[1::2] + "/"
@@ -73,7 +72,6 @@ def rows_of(chain: str, *, right: bool, seed: int = 0) -> tuple[Row, ...]:
 
 
 def described(rows: tuple[Row, ...]) -> str:
-    """Returns the rows as a robot file."""
     lines = ['name = "arm"', 'convention = "dh"', 'units = { length = "m", angle = "deg" }']
     kinds = {"R": "revolute", "P": "prismatic"}
     for k, row in enumerate(rows):
@@ -84,7 +82,6 @@ def described(rows: tuple[Row, ...]) -> str:
 
 
 def screws_of(rows: tuple[Row, ...]) -> Screws:
-    """Returns the screws of the rows, computed with NumPy."""
     T, frames = np.eye(4), []
     for row in rows:
         frames.append(T)
@@ -125,12 +122,11 @@ class Function:
     """A derived function, evaluated on arrays with CasADi."""
 
     def __init__(self, function: SymbolicFunction) -> None:
-        """Compiles the function to CasADi with its signs as inputs."""
         self.inputs, self.outputs, self.signs = function.inputs, function.outputs, function.signs
         self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
-        """Returns solution slots, or the values if the function has a single output."""
+        """Returns solution slots for an inverse. Other functions return their values."""
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
         columns = [
@@ -174,8 +170,7 @@ def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
-    """Returns a random chain with a specified structure; each seed selects other lengths and
-    angles."""
+    """Returns a random chain with a specified structure."""
     robot = read_text(described(rows_of(chain, right=right, seed=seed)))
     assert isinstance(robot, SerialRobot)
     return robot
@@ -183,7 +178,9 @@ def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
 
 @dataclass(frozen=True)
 class Arm(Case):
-    """A random chain as a benchmark case; the name of the case is the structure.
+    """A random chain as a benchmark case.
+
+    The case name is the structure.
 
     Attributes:
         right: Whether the angles between skew axes are right angles.
@@ -193,13 +190,11 @@ class Arm(Case):
 
     @cached_property
     def inverses(self) -> Inverses:
-        """The structure and the derived inverses of the chain."""
         robot = robot_of(self.name, right=self.right)
         return inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
     @cached_property
     def screws(self) -> Screws:
-        """Screws of the chain."""
         return screws_of(rows_of(self.name, right=self.right))
 
     @cached_property

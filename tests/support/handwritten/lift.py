@@ -145,7 +145,6 @@ def manifest():
 
 
 def write(folder: Path, content=None):
-    """Writes the lift to disk."""
     content = content or manifest()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "lift.c").write_text(SOURCE)

@@ -1,5 +1,4 @@
-"""Returns the mean direction of both crank solutions of a leg, the angle between the mean and each
-solution, and the margin."""
+"""Handwritten planar platform on three legs, each with a crank and a rod."""
 
 import json
 from functools import cache
@@ -31,7 +30,7 @@ def _exact(degrees):
 
 
 def _inverse(terms, theta, cs, crank, direction, pin, rod):
-    """Returns the mean crank direction, the offset to both solutions, and the margin of a leg."""
+    """Returns (direction, offset, margin) of a leg. The crank angles are direction +- offset."""
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))
     dx = terms.let(x + c * pin[0] - s * pin[1] - base * direction[0])

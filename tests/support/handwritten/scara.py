@@ -87,7 +87,6 @@ COORDINATES = [
 
 
 def fk(q, a1=A1):
-    """Returns the tool pose for joint values; q (..., 4) -> (..., 4, 4)."""
     q = np.asarray(q, dtype=float)
     T = np.zeros((*q.shape[:-1], 4, 4))
     a, phi = q[..., 0] + q[..., 1], q[..., 0] + q[..., 1] + q[..., 3]
@@ -139,8 +138,7 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Writes the arm to a folder. The inverse always uses the nominal length A1 instead of the true
-    length."""
+    """Writes the arm to a folder. The inverse always uses the nominal length A1."""
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

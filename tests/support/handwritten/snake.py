@@ -44,7 +44,7 @@ void snake_jacobian_mixed(const double q[{n}], double J[{m}])
 
 
 def write(path, n, limit=None):
-    """Writes a snake of n joints to a folder, each within +-limit."""
+    """Writes a snake of n joints within +-limit to a folder."""
     q, T = tiny.argument("q", [n], "rad"), tiny.argument("T", [4, 4])
     J = tiny.argument("J", [6, n])
     both = tiny.function("fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, J])

@@ -50,22 +50,18 @@ void tiny_wide(const double W[1600], double V[1600])
 
 
 def fk(q):
-    """Returns the values of the function tiny_fk for one pose."""
     return (np.sin(q[0]) + np.arange(12) * q[1]).reshape(3, 4)
 
 
 def blend(q, a):
-    """Returns the values of the function tiny_blend for one pose."""
     return a[:, :2] @ q + a[:, 2]
 
 
 def argument(name, shape, unit="1"):
-    """Returns an input or output in manifest format."""
     return {"name": name, "shape": list(shape), "unit": unit, "meaning": f"The {name}."}
 
 
 def function(name, summary, inputs, outputs):
-    """Returns a function in manifest format."""
     operations = {"multiply": 4, "add": 3, "negate": 0, "trig": 1, "other": 0, "total": 8}
     return {
         "name": name,
@@ -112,7 +108,6 @@ def manifest():
 
 
 def sha256(text):
-    """Returns the SHA-256 of a text in manifest format."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""Numeric assembly modes of loops: continuation from the reference, and closure at a pose."""
+"""Finds closed configurations of loops numerically."""
 
 import numpy as np
 
@@ -22,8 +22,7 @@ def followed(model, q):
     """Returns configurations (N, n_z) at q (N, n) by continuation from the reference.
 
     Returns:
-        The configurations, and whether (N,) the whole path stays on its branch, away from
-        singularities.
+        The configurations, and an array (N,) that is false if the path meets a singularity.
     """
     z = np.repeat(reference(model), len(q), 0)
     start, regular = z[:, model.actuated], np.ones(len(q), dtype=bool)
@@ -45,8 +44,7 @@ def _smallest(model, z):
 
 
 def closes_at(model, theta, q, seed=0):
-    """Tests whether the loops close for main-chain joints theta (n_theta,) and actuators q (n,)
-    together.
+    """Tests whether the loops close at both theta (n_theta,) and q (n,).
 
     The passive joints are solved from random start values, with the equations of the description.
     """

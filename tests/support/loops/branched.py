@@ -30,7 +30,7 @@ def pose(name="T"):
 
 
 def guarded(value, size):
-    """Returns the quotient value / size, or 0 for a zero size."""
+    """Returns value / size, or 0 if the size is 0."""
     return sp.Piecewise((value / size, size > sp.Rational(1, 10**9)), (0, True))
 
 
@@ -146,7 +146,7 @@ def files(functions, robot):
 
 
 def programs_of(functions, prefix):
-    """Returns the programs of functions, without terms that several functions share."""
+    """Returns the programs of functions that share no terms."""
     made = [programs([function], prefix) for function in functions]
     return Programs(
         {name: program for each in made for name, program in each.whole.items()},

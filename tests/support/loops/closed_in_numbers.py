@@ -14,7 +14,6 @@ HELD = 0.02
 
 
 def pose(placement, values):
-    """Returns a placement as a matrix, from its elementary motions."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)
@@ -125,12 +124,11 @@ class Model:
         raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
 
     def held(self, q, u):
-        """Returns the smallest singular value of the loop Jacobian; it is 0 at a dead point."""
+        """Returns the smallest singular value of the loop Jacobian, which is 0 at a dead point."""
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):
-        """Returns the unknown joints on the reference branch, and the minimum of the monitored
-        values."""
+        """Returns the unknown joints on the reference branch, and the minimum of ``held``."""
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):
             at = self.q + part * (np.asarray(q) - self.q)

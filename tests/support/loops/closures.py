@@ -1,4 +1,4 @@
-"""NumPy model of mechanisms: body poses and closure errors from placements.
+"""Computes body poses and closure errors in NumPy.
 
 The model uses only the description, so it verifies derived functions independently. All functions
 accept many configurations, including complex ones for complex-step derivatives.
@@ -21,9 +21,9 @@ ROUNDING = 1e-13
 class Model:
     """A numeric mechanism.
 
-    A configuration z (N, n_z) starts with all moving joints in the order of the description. The
-    coordinates of struts follow the coordinates of joints: the coordinate of a cylinder, and the
-    swing angle of a strut on pins.
+    A configuration z (N, n_z) contains all moving joints in the order of the description, and then
+    the strut coordinates. A strut coordinate is a cylinder length or the swing angle of a strut on
+    pins.
     """
 
     def __init__(self, mechanism):
@@ -204,7 +204,6 @@ def _closure_gap(kind, A, B):
 
 @cache
 def model(name):
-    """Returns the numeric model of a shipped robot."""
     return Model(read(description(name)))
 
 

@@ -1,4 +1,4 @@
-"""Closed configurations of a mechanism, continued from the reference to other coordinates."""
+"""Continues closed configurations from the reference to other coordinates."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ HALVINGS = 12
 def closed_configuration(mechanism, q=None):
     """Returns the full configuration z, keyed by name, at which all loops close.
 
-    Newton's method solves the equations at the reference with the actuated coordinates fixed. With
-    q, the solution is continued along the straight line from the reference, on the same branch.
+    Without q, the configuration is at the reference. With q, the solution is continued along the
+    straight line from the reference to q.
     """
     loops = ClosedLoops(mechanism)
     w = loops.closed(loops.reference, loops.passive)
@@ -47,7 +47,7 @@ def _continued(loops, w, goal):
 
 
 def _check_branch(loops, moved, asked):
-    """The function rejects passive joints that move much farther than the actuated joints."""
+    """Rejects a step in which passive joints move much farther than actuated joints."""
     scales = np.where(loops.is_length, loops.size, 1.0)
     if np.abs(moved / scales).max() > 2 * np.abs(asked / scales).max() + SAMPLED_RANGE:
         raise DescriptionError("the loops change their branch on the way")

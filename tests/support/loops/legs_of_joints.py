@@ -49,10 +49,10 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """Returns a leg of a platform: text, name of the driven joint, and reference values.
+    """Returns (text, name of the driven joint, reference values) of a leg.
 
-    Planar legs lie in the x-z plane of their foot; joints of spatial legs have random positions. A
-    leg of the kind "C" is a cylinder between two ball joints.
+    Planar legs lie in the x-z plane of their foot. A leg of the kind "C" is a cylinder between two
+    ball joints.
     """
 
     def drawn(*share):
@@ -99,7 +99,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 
 def cylinder(rng, k, foot):
-    """Returns a cylinder between two ball joints: text, its name, and its reference length."""
+    """Returns (text, name, length at the reference) of a cylinder between two ball joints."""
     ball = np.round(foot + rng.uniform(-0.15, 0.15, 3) + [0, 0, 0.6], 3)
     text = f"""
 [[cylinders]]
@@ -180,8 +180,10 @@ axis = {axis}
 
 
 def driven_by_a_leg():
-    """Returns a 3-RPS platform whose main chain is one leg; in this leg, three joints represent the
-    ball joint."""
+    """Returns a 3-RPS platform whose main chain is one leg.
+
+    Three joints represent the ball joint of this leg.
+    """
     text = DRIVEN_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]
     for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0])):

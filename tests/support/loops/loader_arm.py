@@ -1,8 +1,4 @@
-"""A loader arm on two links, whose main chain has more joints than the robot has degrees of
-freedom.
-
-An iteration closes the loop of the links for a specified cylinder length.
-"""
+"""A loader arm on two links. Its main chain has more joints than degrees of freedom."""
 
 LOADER = """
 name = "loader"

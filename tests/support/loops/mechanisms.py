@@ -15,7 +15,6 @@ BASE = "0"
 
 
 def at(x=0, y=0, z=0, *turns):
-    """Returns a placement: a translation, then rotations as (axis, angle)."""
     return (Translation((x, y, z)), *(Rotation(axis, angle) for axis, angle in turns))
 
 
@@ -29,7 +28,6 @@ def slider(name, parent, link, *before, **more):
 
 
 def near(*values):
-    """Returns a reference configuration with exact numbers."""
     return tuple((name, exact(value)) for name, value in values)
 
 
@@ -53,7 +51,6 @@ def body_poses(mechanism, z):
 
 
 def matrix(placement, given):
-    """Returns a placement (4, 4) at parameter values."""
     return np.array(placement_matrix(placement).subs(given).evalf(), dtype=float)
 
 
@@ -166,8 +163,7 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """A mechanism with a bar on several equal cranks. Two cranks determine the motion of the bar;
-    every additional crank is redundant."""
+    """A bar on several equal cranks. All cranks after the second crank are redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -183,8 +179,7 @@ def parallelogram(cranks=3):
 
 
 def trammel():
-    """Mechanism with two perpendicular sliders and a rod between them; the tree has no revolute
-    joint."""
+    """Two perpendicular sliders with a rod between them."""
     return Mechanism(
         "trammel",
         (
@@ -272,8 +267,10 @@ def rsur():
 
 
 def bennett(kind="pin"):
-    """Bennett linkage: four skew pins with one degree of freedom, although Kutzbach's formula gives
-    -2."""
+    """Bennett linkage of four skew pins.
+
+    It has one degree of freedom, although Kutzbach's formula gives -2.
+    """
     a, b, alpha = 1, 2, sp.pi / 6
     beta = sp.asin(sp.sin(alpha) * b / a)
     turn = lambda angle: ("x", angle)  # noqa: E731
@@ -415,8 +412,7 @@ def planar_3rrr():
 
 
 def sarrus():
-    """Sarrus linkage: two hinge pairs in crossed planes, and a plate that can only move up and
-    down."""
+    """Sarrus linkage, whose plate can only move up and down."""
     quarter = ("z", sp.pi / 2)
     level = ("x", -sp.pi / 2)
     hinges = (

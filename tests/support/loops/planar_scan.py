@@ -1,4 +1,4 @@
-"""Assembly modes of planar three-rod platforms: closure errors, and a count by scanning."""
+"""Counts the assembly modes of planar three-rod platforms by scanning."""
 
 import numpy as np
 
@@ -6,8 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random crank angles. Half of the returned crank angles belong to reachable poses, on
-    random branches."""
+    """Returns random crank angles. Half of the rows reach a pose."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -15,16 +14,17 @@ def random_q(rng, n, rod):
 
 
 def errors(q, modes, rod):
-    """Returns the rod length errors of valid modes by geometry."""
+    """Returns the rod length errors of valid modes."""
     gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
     return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
 
 
 def residuals(q, phi, rod):
-    """Returns the length error of rod 3 at both intersections of circles 1 and 2, and the squared
-    height of these intersections.
+    """Returns (errors, height).
 
-    The computation is purely geometric: the platform origin lies on three circles.
+    Each rod keeps the platform origin on a circle. The errors are the squared-length errors of rod
+    3 at both intersections of circles 1 and 2. The height is negative if circles 1 and 2 do not
+    intersect.
     """
     pose = np.stack([0 * phi, 0 * phi, phi], -1)
     center = planar.ends(q)[:, None] - planar.pins(pose)
@@ -39,7 +39,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Counts zeros between angles by sign changes. Intervals with doubtful signs are refined."""
+    """Counts zeros by sign changes. Doubtful intervals are scanned again at the next level."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):

@@ -18,7 +18,7 @@ Closer to a dead point, the configuration is too inaccurate for a comparison.
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
-    """Counts invalid solution slots of ``ik(fk(q))`` and missed configurations.
+    """Counts the wrong solutions of ``ik(fk(q))``, and the configurations that it misses.
 
     Args:
         robot: The robot. Redundant joints are fixed at their values in each configuration.

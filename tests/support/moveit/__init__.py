@@ -41,7 +41,6 @@ COST = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))
 
 
 def exported(name: str, folder: Path) -> Path:
-    """Exports the package of a shipped robot into a folder."""
     maps = ["chain", "chain_D_q", "chain_rates", "actuators", "actuators_D_chain"]
     maps += ["actuator_rates", "configuration"]
     robot = robot_of(name)
@@ -79,7 +78,6 @@ def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Pat
 
 
 def urdf_of(name: str) -> str:
-    """Returns the URDF of a shipped robot, with further links at both ends."""
     robot = robot_of(name)
     text = convert(robot.main_chain if isinstance(robot, Mechanism) else robot, "urdf").text
     base = re.search(r'<link name="(\w+)"', text)[1]
@@ -123,7 +121,6 @@ def _origin(joint: ET.Element) -> np.ndarray:
 
 
 def transform(xyz: str, rpy: str) -> np.ndarray:
-    """Returns the pose of a URDF origin."""
     r, p, y = (float(word) for word in rpy.split())
     T = np.eye(4)
     T[:3, :3] = _turn(2, y) @ _turn(1, p) @ _turn(0, r)
@@ -200,7 +197,6 @@ class Plugin:
 
     @property
     def error(self) -> str:
-        """The last error message."""
         return self._c.last_error().decode()
 
     def names(self, *, links: bool) -> list[str]:
@@ -217,7 +213,7 @@ class Plugin:
         return (theta if done else None), code.value
 
     def all_solutions(self, pose, seed, method=NO_DISCRETIZATION, poses=1):
-        """Returns the solutions, the reported solution percentage and the kinematic error."""
+        """Returns (solutions, solution percentage, kinematic error)."""
         theta, percentage, error = (
             np.empty((CAPACITY, self.n)),
             ctypes.c_double(),

@@ -53,7 +53,6 @@ class Source:
 
     @property
     def path(self) -> Path:
-        """Path of the compiled library."""
         parts = [*self.command, *self.files, *self.files.values(), compiler_version(self.command)]
         digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
         return BUILD / f"{self.name}-{digest[:16]}.so"

@@ -1,6 +1,6 @@
 """Evaluates printed statements about joint axes, such as "axes 1 and 3 coincide", numerically.
 
-The axes come from the robot description by screws, without code of the singularity analysis.
+The axes come from the screws of the robot description. No code of the singularity analysis is used.
 """
 
 import re
@@ -28,11 +28,9 @@ class Arm:
         self.size = float(np.linalg.norm(extent)) or 1.0
 
     def direction(self, axis: int) -> np.ndarray:
-        """Returns the unit direction of an axis."""
         return self.directions[axis - 1]
 
     def line(self, axis: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns a point and the direction of a revolute axis."""
         assert self.turns[axis - 1], f"axis {axis} is prismatic and has no position"
         return self.points[axis - 1], self.directions[axis - 1]
 
@@ -68,14 +66,15 @@ class Arm:
         return point
 
     def off_plane(self, point: np.ndarray, axis: int, along: np.ndarray) -> float:
-        """Returns the relative distance of a point from the plane of an axis and a direction."""
+        """Returns the relative distance of a point from the plane through an axis and along a
+        direction."""
         p, h = self.line(axis)
         normal = np.cross(h, along)
         return abs(float((point - p) @ normal)) / self.size / float(np.linalg.norm(normal))
 
 
 def deviation(text: str, arm: Arm) -> float:
-    """Returns the largest deviation of a configuration from all statements of a text.
+    """Returns the largest deviation of an arm from the statements of a text.
 
     Raises:
         AssertionError: A statement has an unknown form, or needs the line of a prismatic joint.

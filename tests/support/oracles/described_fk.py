@@ -1,4 +1,4 @@
-"""Poses of the tool with 50 digits, from a description and from a table of joint parameters."""
+"""Computes tool poses with 50 digits, from a description or from a table of joint parameters."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -30,8 +30,7 @@ def tool_pose(robot: SerialRobot, q: Sequence[float]) -> Matrix:
 def table_pose(text: str, convention: str, q: Sequence[float]) -> Matrix:
     """Returns the pose (4, 4) of the tool from a CSV table in `dh`, `mdh` or `poe`.
 
-    The link transforms are the textbook products; the link transforms of `poe` are exponentials of
-    screws.
+    The link transforms are the textbook products, or exponentials of screws for `poe`.
     """
     with mpmath.workdps(DIGITS):
         base, *rows, tool = csv.DictReader(text.splitlines())

@@ -1,9 +1,8 @@
-"""Configuration with the minimum sum of squared closure errors, found with exact CasADi
-derivatives.
+"""Minimizes the sum of squared closure errors of a mechanism.
 
 The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
 starts at a nearby configuration. Newton's method on the gradient then refines the solution, because
-the sum itself is too flat near its minimum.
+the sum is too flat near its minimum. CasADi computes exact derivatives.
 """
 
 from collections.abc import Sequence
@@ -66,7 +65,7 @@ class LeastGaps:
 def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
     """Returns the closure errors: meter, and rotation entries times the size.
 
-    The closure error of a strut contains only its length, because its pins need not be parallel.
+    For a strut, only the length error counts, because its pins need not be parallel.
     """
     size = float(f"{numbers.size:.3g}")
     found = []
@@ -87,7 +86,6 @@ def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
 
 
 def _body(numbers: Multistart, name: str, values: dict[str, ca.SX]) -> ca.SX:
-    """Returns the pose of a body in the base frame."""
     T = ca.SX.eye(4)
     for joint in numbers.mechanism.path_to(name):
         _, before, after = numbers.around(joint)

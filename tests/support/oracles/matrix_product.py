@@ -1,5 +1,4 @@
-"""Errors of a coupled arm relative to the arm without couplings, multiplied by the coupling
-matrix."""
+"""Compares a coupled arm with the same arm without couplings, times the coupling matrix."""
 
 from dataclasses import dataclass
 
@@ -78,8 +77,6 @@ def _lost(
     rng: np.random.Generator,
     poses: int,
 ) -> tuple[int, int]:
-    """Returns the number of lost solutions, and the number of all solutions of the arm without
-    couplings."""
     lost = solutions = 0
     extra = [argument.size for argument in its["ik"].inputs[1:]]
     for _ in range(poses):

@@ -1,7 +1,7 @@
 """Static loads of a mechanism from MuJoCo's inverse dynamics at rest.
 
-The model has one MuJoCo body per body of the robot, also per rod, barrel and piston. The model is
-built at one configuration, so that all its coordinates are 0. Loops are cut at the second end of
+Every body of the robot becomes a MuJoCo body, as does every rod, barrel and piston. The model is
+built at one configuration, at which all its coordinates are 0. Loops are cut at the second end of
 each strut and at each closure. MuJoCo's generalized gravity forces and point Jacobians then
 determine the forces at the cuts and the actuator forces. MuJoCo's internal forces are the joint
 loads.
@@ -40,7 +40,7 @@ def text(values):
 
 
 def element(name, pose, joint, masses, children):
-    """Returns a body of the model, with the center of mass and the mass of its point masses."""
+    """Returns a body of the model with its point masses."""
     total = sum(m.mass for m in masses)
     center = sum((m.mass * np.array(m.at) for m in masses), np.zeros(3)) / max(total, MASSLESS)
     quat = np.zeros(4)
@@ -133,8 +133,7 @@ class Model:
         return self.bodies[k].name if k else ""
 
     def actuated(self):
-        """Yields the degree of freedom of each actuator, and the motion of this degree of freedom
-        per unit of q."""
+        """Yields (degree of freedom, motion per unit of q) of each actuator."""
         variables = self.robot.configuration_variables
         facts = self.robot.manifest.loops.actuated_in_z
         joints = {b.joint.coordinate: b.joint for b in self.bodies if b.joint}
@@ -224,7 +223,7 @@ def mujoco_loads(robot, q, masses, wrench, gravity) -> Loads:
 
 
 def random_masses(robot, rng):
-    """Returns a mass on every body; masses of strut sections are on the axis of the strut."""
+    """Returns a random mass on every body. The masses of struts are on their axes."""
     bodies = skeleton(robot)
     found = []
     for body in bodies.bodies[1:]:

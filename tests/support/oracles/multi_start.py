@@ -1,9 +1,8 @@
 """Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
 The oracle uses only the frames, closures and lengths of the description. A pin or ball joint makes
-two points coincide, a rod keeps two points at a constant distance, and a cylinder of unknown length
-adds no equation. Loops without shared unknown joints are solved separately, and their modes are
-combined.
+two points coincide. A rod keeps two points at a constant distance. A cylinder of unknown length
+adds no equation. Loops without shared unknown joints are solved separately.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +34,7 @@ class Loop:
     """A numeric closure or strut, with the joints on both sides of its loop."""
 
     def __init__(self, numbers: "Multistart", loop_joint: Closure | Strut) -> None:
-        """Finds the joints that are on only one of the two paths to the base."""
+        """Finds the joints of the loop, which are on only one of the two paths to the base."""
         paths = [numbers.mechanism.path_to(frame.body) for frame in (loop_joint.a, loop_joint.b)]
         while paths[0] and paths[1] and paths[0][0] is paths[1][0]:
             paths = [path[1:] for path in paths]
@@ -103,7 +102,6 @@ class Multistart:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Evaluates all numbers of the description."""
         self.mechanism = mechanism
         self.given = {p.symbol: p.value for p in mechanism.parameters}
         placements = [p for j in mechanism.joints for p in (j.before, j.after)]
@@ -118,7 +116,6 @@ class Multistart:
         self.loops = [Loop(self, loop_joint) for loop_joint in mechanism.loop_joints]
 
     def number(self, value: sp.Expr) -> float:
-        """Evaluates an expression at the parameter values."""
         return float(value.xreplace(self.given))
 
     def pose(self, placement: Placement) -> np.ndarray:
@@ -137,7 +134,6 @@ class Multistart:
         return T
 
     def around(self, joint: Joint) -> tuple[Joint, np.ndarray, np.ndarray]:
-        """Returns a joint with its numeric placements."""
         return joint, self.pose(joint.before), self.pose(joint.after)
 
     def units(self, names: Mapping[str, float]) -> dict[str, str]:
@@ -146,13 +142,13 @@ class Multistart:
         return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """Returns the unit for lengths, which is the mechanism size, and the unit 1 for angles."""
+        """Returns the mechanism size for each length, and 1 for each angle."""
         units = self.units(dict.fromkeys(names, 0.0))
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 
     def wrapped(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
-        """Normalizes differences (..., n): divides lengths by the size, and reduces angles to half
-        a turn."""
+        """Divides length differences (..., n) by the size, and wraps angle differences to
+        -pi..pi."""
         scales = self.scales(names)
         turned = np.remainder(difference + np.pi, 2 * np.pi) - np.pi
         units = self.units(dict.fromkeys(names, 0.0))
@@ -215,8 +211,10 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """Returns the loops that have equations. A loop with a cylinder of unknown length has
-        none."""
+        """Returns the loops that have equations.
+
+        A loop with a cylinder of unknown length has no equation.
+        """
         return [
             loop
             for loop in self.loops
@@ -224,7 +222,7 @@ class Multistart:
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
-        """Tests whether the loops that contain no unknown joints are closed."""
+        """Tests whether all loops without unknown joints are closed."""
         at = {name: np.array([value]) for name, value in fixed.items()}
         known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
         return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)
@@ -245,7 +243,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """Returns all modes of loops that share unknown joints, for each row of known values."""
+        """Returns all modes of a group of loops for each row of known values."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]

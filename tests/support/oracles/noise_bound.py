@@ -3,8 +3,8 @@
 Let J be the derivative of all measured values with respect to the variables, at the true values and
 in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
 estimator with the covariance C has the error K dx at validation configurations. The matrix K is the
-derivative of the validation errors with respect to the variables, and the error dx of the variables
-is sampled from C. Outlier rows are counted as valid rows, so the true bound is higher.
+derivative of the validation errors with respect to the variables. The error dx of the variables is
+sampled from C. Outlier rows count as valid rows, so the true bound is higher.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
@@ -18,7 +18,7 @@ import numpy as np
 from chasles.calibration import Calibration, Measurements, Poses, Positions
 
 DRAWS = 30
-"""Number of sampled estimates; their mean error is accurate to a few percent."""
+"""Number of sampled estimates, for a mean error that is accurate to a few percent."""
 
 
 def least_error(
@@ -37,10 +37,10 @@ def least_error(
         drawn: The true robot.
         found: A calibration, which defines the variables and standard deviations.
         random: Random generator of the estimates.
-        chance: Probability that the error exceeds the second returned value.
+        chance: Probability that the error exceeds the returned bound.
 
     Returns:
-        The mean error, and a bound that the error exceeds with at most the probability ``chance``.
+        (mean error, bound). The error exceeds the bound with at most the probability ``chance``.
     """
     sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, validation = (

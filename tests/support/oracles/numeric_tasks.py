@@ -1,4 +1,4 @@
-"""Reachable poses for iterative inverses, and an independent count of missed poses."""
+"""Reachable poses for iterative inverses, and the number of missed poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,8 +16,7 @@ ALONE = (
 )
 """Robots that no other library can solve."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
-"""Weights for tasks of five joints: position and direction of the tool's z axis, with any rotation
-about this axis."""
+"""Weights for arms with five joints. The rotation about the tool's z axis is free."""
 WEIGHTS = {"lynxmotion": DIRECTION}
 """The position determines the yaw of an arm on a turntable. The target of this arm also includes
 the pitch of the tool."""
@@ -47,7 +46,10 @@ class NumericTask:
 
 
 def numeric_task(name: str, count: int) -> NumericTask:
-    """Returns poses at random coordinates within limits (half a turn or one meter if unlimited)."""
+    """Returns poses at random coordinates within limits.
+
+    Unlimited joints move by half a turn or one meter.
+    """
     robot = chasles.load(name)
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
@@ -61,8 +63,7 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Returns pose errors (m,) [m or rad], or NaN if no success is claimed or a limit is
-    violated."""
+    """Returns pose errors (m,) [m or rad], or NaN without a valid solution."""
     robot = task.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.valid) for result in results])
@@ -75,8 +76,8 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
-    # A small rotation displaces two axes of the tool by the rotation angle. If only one axis is
-    # compared, the displacement of this axis counts once.
+    # A small rotation displaces two axes of the tool by the rotation angle, or one axis if only one
+    # axis is compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

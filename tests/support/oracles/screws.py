@@ -1,7 +1,6 @@
 """Screws of a robot's main chain, and poses by the product of exponentials.
 
-Both computations use only the description, so that the inverse is not verified with forward
-kinematics from the same generated code.
+The poses come from the description only, so they verify generated code independently.
 """
 
 from dataclasses import dataclass
@@ -72,7 +71,6 @@ def screws(name: str) -> Screws:
 
 
 def screws_of(chain: SerialRobot) -> Screws:
-    """Returns the screws of a chain from its placements."""
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []
     assert not chain.couplings
@@ -95,7 +93,10 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns the point closest to several lines, and its largest distance [m] from a line."""
+    """Returns (point, distance) of the point closest to several lines.
+
+    The distance is the largest [m].
+    """
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]

@@ -1,4 +1,4 @@
-"""Counts the poses of a path that a redundant robot reaches within limits, on a dense grid."""
+"""Counts the poses of a path that a redundant robot reaches within limits."""
 
 import itertools
 
@@ -7,8 +7,7 @@ from scipy.spatial import cKDTree
 
 
 def reached_poses(robot, T, limits, cells, step=0.25):
-    """Returns the number of poses, counted from the first pose, that some continuous motion
-    reaches.
+    """Returns the number of consecutive poses that a continuous motion reaches from the first pose.
 
     A configuration continues a configuration of the previous pose if no coordinate differs by more
     than ``step``. The motion starts at any configuration of the first pose.
@@ -38,7 +37,7 @@ def reached_poses(robot, T, limits, cells, step=0.25):
 
 
 def look_at(eye, target):
-    """Returns the poses of a camera at points (m, 3) whose third axis points at a target (3,)."""
+    """Returns camera poses at points (m, 3). Their z axes point at a target (3,)."""
     z = (target - eye) / np.linalg.norm(target - eye, axis=-1, keepdims=True)
     x = np.cross(z, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x, axis=-1, keepdims=True)

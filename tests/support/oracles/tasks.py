@@ -1,4 +1,4 @@
-"""Tasks of inverses: target of a pose, error of a pose relative to a target, and Jacobian."""
+"""Tasks of inverses, such as the position or the pose of the tool."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ class Task:
         target: Function from poses (..., 4, 4) to targets.
         error: Function from poses and targets to the error (...): the larger of distance [m] and
             angle [rad].
-        residual: Function from poses and targets to residuals (..., rows) in the rows of the
-            Jacobian.
+        residual: Function from poses and targets to residuals (..., rows), in the order of the
+        Jacobian.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
-            (..., rows, n), which is singular where the task is singular.
+        (..., rows, n).
     """
 
     target: Callable[[np.ndarray], np.ndarray]
@@ -44,7 +44,7 @@ def _pitch(T: np.ndarray) -> np.ndarray:
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Returns the derivatives of the pitch times its cosine; zero for a vertical axis."""
+    """Returns cos(pitch) times the derivatives of the pitch."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -53,7 +53,6 @@ def _heading(T: np.ndarray) -> np.ndarray:
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
-    """Returns an angle reduced to -pi..pi by whole turns."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 

@@ -34,11 +34,10 @@ class Verdict:
     Attributes:
         poses: Number of targets, all reachable.
         missed: Number of targets without a correct claimed solution.
-        unfound: Number of targets without any correct answer; answers that are not marked valid
-            also count.
+        unfound: Number of targets without a correct answer, whether claimed or not.
         wrong: Number of targets with an incorrect claimed solution.
-        lost: Number of targets whose regular generating coordinates are not among the solutions, or
-            None for sets of singular coordinates.
+        lost: Number of targets whose generating coordinates are regular, but not among the
+        solutions. None for sets of singular coordinates.
         worst: Largest residual of a correct claimed solution [m or rad].
     """
 
@@ -69,7 +68,7 @@ def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, i
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
-    """Residuals (m, k) of answers to the targets at q (m, n); infinite if there is no answer."""
+    """Returns residuals (m, k), which are infinite in slots without an answer."""
     errors = np.full(found.claimed.shape, np.inf)
     rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
     if len(rows):
@@ -101,7 +100,6 @@ def _least(J: np.ndarray) -> np.ndarray:
 
 
 def distinct(case: Case, q: np.ndarray) -> np.ndarray:
-    """Returns the distinct solutions (k, n)."""
     kept: list[np.ndarray] = []
     for row in q:
         if not kept or np.min(_apart(case, np.array(kept), row)) > SAME:
@@ -142,8 +140,7 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the Jacobian and the residual of a task, with rows for additional inputs that depend
-    on q."""
+    """Returns (Jacobian, residual) of a task. Inputs that depend on q add rows."""
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):
