@@ -19,8 +19,7 @@ SINGLE_FIELDS = {("how-to/loops-as-built.md", "toml")}
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """A separate folder for the examples, which read and write files; robots in it are derived
-    quickly."""
+    """A separate folder for the examples, because they read and write files."""
     monkeypatch.chdir(tmp_path)
     with own_robots_compiled_quickly(), deriving_only():
         yield

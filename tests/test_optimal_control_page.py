@@ -1,4 +1,4 @@
-"""The program on the page of optimal control, with acados replaced by CasADi for its last block."""
+"""The program on the page of optimal control runs. CasADi replaces acados in its last block."""
 
 import contextlib
 import io
@@ -33,11 +33,11 @@ FIELDS = {
         "regularize_method",
     },
 }
-"""The fields of acados that the page sets, and that the solver of this test reads or ignores."""
+"""The fields of acados that the page may set."""
 
 
 class Fields:
-    """An object, as in acados, whose fields and nested fields a program sets."""
+    """An object with arbitrary nested fields, as in acados."""
 
     def __getattr__(self, name):
         if name.startswith("_"):
@@ -47,7 +47,7 @@ class Fields:
 
 
 class Solver:
-    """Solves a problem like acados: by multiple shooting with Runge-Kutta steps."""
+    """Solves a problem as acados does, by multiple shooting with Runge-Kutta steps."""
 
     def __init__(self, ocp):
         assert vars(ocp).keys() == FIELDS.keys()
@@ -106,7 +106,7 @@ def between(problem, lower, value, upper):
 
 @pytest.fixture(scope="module")
 def page():
-    """Returns the names that the Python blocks define, and the printed lines."""
+    """Returns (names that the Python blocks define, printed lines)."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         names = run(PAGE)

@@ -1,4 +1,4 @@
-"""The site: links are valid, the navigation lists every page, and pages and sentences are short."""
+"""The site has valid links, short pages and short sentences."""
 
 import importlib.util
 import os

@@ -21,7 +21,7 @@ DERIVE, CONTRACT, RUNTIME, APPS = (
 BENCH = ROOT / "bench"
 HALVES = {"derive": DERIVE, "contract": CONTRACT, "runtime": RUNTIME, "apps": APPS}
 WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
-"""Folders of handwritten files; the compiler writes generated/."""
+"""Folders of handwritten files. The compiler writes generated/."""
 
 MAX_LINES = 500
 MAX_LINES_OF_RUNTIME = 15_000
@@ -29,8 +29,8 @@ MAX_LINES_OF_EXPORTER = 600
 """Number of lines of a folder of `derive/emit`, templates and support files included."""
 MAX_LINES_OF_PLUGIN = 1_040
 """Number of lines of the exporter for MoveIt. The exporter contains 670 lines of C++ that are the
-same for every robot, because the plugin implements MoveIt's class of kinematics plugins, and
-compares the robot with MoveIt's model."""
+same for every robot. The plugin implements MoveIt's class of kinematics plugins, and compares the
+robot with MoveIt's model."""
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
 BUILT = {".so", ".pyc", ".o"}
 SHARED = {"support", "campaigns", "laws"}
@@ -52,14 +52,13 @@ STAGES = (
     ("build",),
     ("__init__",),
 )
-"""Packages and modules of the compiler; each imports only from itself and from earlier stages in
-this list."""
+"""Packages and modules of the compiler. Each imports only from itself and from earlier entries."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
 LOOP_STAGES = (
     *("model", "closing", "planar", "spatial", "solve"),
     *("functions", "modes", "iterated", "parametric", "checks"),
 )
-"""Folders of derive/loops; each imports only from itself and from earlier folders."""
+"""Folders of derive/loops. Each imports only from itself and from earlier entries."""
 PLAN = (
     *("loops.closing", "loops.solve", "inverse.arms", "loops.functions", "loops.modes"),
     *("loops.iterated", "loops.parametric", "inverse"),
@@ -74,7 +73,7 @@ PUBLIC = {
     *("arrays", "contract", "contract.isolation", "fixed", "sampling", "screws", "se3"),
     "tolerances",
 }
-"""Modules of `chasles` that apps may import; the command line also starts compilers."""
+"""Modules of `chasles` that apps may import. The command line also starts compilers."""
 COMMAND_LINE_ONLY = {"derive", "derive.build", "library"}
 
 
@@ -97,7 +96,10 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 
 
 def statements(body: list) -> Iterator[ast.AST]:
-    """Yields statements and their nested statements, but not the much more numerous expressions."""
+    """Yields all nested statements.
+
+    Expressions are skipped, because they are much more numerous.
+    """
     for node in body:
         yield node
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):
@@ -106,7 +108,7 @@ def statements(body: list) -> Iterator[ast.AST]:
 
 @cache
 def imports(path: Path) -> list[tuple[int, str, list[str]]]:
-    """Returns level, module and names of every import of a file, including imports in functions."""
+    """Returns (level, module, names) of every import of a file."""
     found = []
     for node in statements(ast.parse(path.read_text(encoding="utf-8")).body):
         if isinstance(node, ast.Import):
@@ -118,7 +120,7 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 
 @cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """Returns, for each module of a half, the modules of the same half that it imports.
+    """Maps each module of a half to its imports from the same half.
 
     The __init__ file of the half is omitted, because it imports names of all packages lazily.
     """
@@ -140,7 +142,7 @@ def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 
 def circle(graph: dict) -> list:
-    """Returns the nodes of a cycle of a graph in their sequence, or an empty list."""
+    """Returns the nodes of a cycle in a graph, or an empty list."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -232,15 +234,14 @@ def test_steps_of_a_mechanism_follow_the_plan():
 
 
 def names_read(tree: ast.Module) -> Iterator[str]:
-    """Yields the names that the derivation of a mechanism reads, including the names that its steps
-    read."""
+    """Yields the names that the derivation of a mechanism and its steps read."""
     steps = [part for node in tree.body for part in (node, *getattr(node, "body", ()))]
     step_of = {step.name: step for step in steps if isinstance(step, ast.FunctionDef)}
 
     def read(step: ast.FunctionDef) -> Iterator[str]:
         nodes = [node for part in step.body for node in ast.walk(part)]
         named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
-        # In the source, the name of a method ends after the name of its object.
+        # The end position orders names as in the source: `a` precedes `b` in `a.b`.
         named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
         for node in named:
             name = node.id if isinstance(node, ast.Name) else node.attr
@@ -302,7 +303,7 @@ INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (),
 
 
 def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
-    """Yields each import from chasles in a half: file, package, module below chasles, and names."""
+    """Yields (file, package, module below chasles, names) of each import from chasles."""
     for name, path in modules(HALVES[half]).items():
         package = (*INSTALLED_AS[half], *(name if path.stem == "__init__" else name[:-1]))
         for level, module, names in imports(path):

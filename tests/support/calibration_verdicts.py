@@ -1,4 +1,4 @@
-"""The outcome of an identification: no message, warnings or an error."""
+"""Classifies the warnings and errors of an identification."""
 
 from dataclasses import dataclass
 
@@ -19,8 +19,8 @@ TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
 """Maximum noise of correct measurements, relative to the stated noise.
 
-For two redundant measured values, more noise has a probability below 1e-6. If only one measured
-value is redundant, the noise is not tested.
+With two redundant values, more noise has a probability below 1e-6. The noise is not tested with
+only one redundant value.
 """
 MIN_SURPLUS = 2
 
@@ -32,9 +32,8 @@ class Verdict:
     Attributes:
         accusations: The error message, or the warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
-        is_too_few: Whether there are fewer measured values than variables.
-        unexplained: Problems that a correct robot should not cause: outlier rows, or more noise
-            than stated.
+        is_too_few: Whether the identification has fewer values than variables.
+        unexplained: Outlier rows, or more noise than stated. A correct robot causes neither.
     """
 
     accusations: tuple[str, ...]
@@ -51,8 +50,8 @@ class Verdict:
     def is_answered(self) -> bool:
         """Tests whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with wrong zero offsets. The warning then
-        concerns the number of measurements.
+        A few measurements of a different robot may fit with wrong zero offsets. A warning about too
+        few measurements is then sufficient.
         """
         return bool(self.accusations or self.warnings)
 

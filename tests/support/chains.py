@@ -1,4 +1,4 @@
-"""Random chains with every joint type, for the compiler and for Pinocchio."""
+"""Random chains with every joint type."""
 
 import random
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """The numbers of one joint for the models of the compiler and of Pinocchio."""
+    """The numbers of one joint."""
 
     kind: str
     xyz: tuple
@@ -43,7 +43,7 @@ class Chain:
         return SerialRobot("chain", tuple(joints), tool=tool, couplings=couplings)
 
     def pinocchio(self):
-        """Returns the Pinocchio model, and the frame indices of all links and the tool."""
+        """Returns (Pinocchio model, frame indices of the links and the tool)."""
         import pinocchio as pin
 
         model, parent, frames = pin.Model(), 0, []
@@ -63,7 +63,7 @@ class Chain:
 
 
 def random_chain(generator: random.Random, joints: int) -> Chain:
-    """Returns a random chain with at least one independent moving joint."""
+    """Returns a random chain with at least one degree of freedom."""
     links: list[Link] = []
     for k in range(joints):
         kind = generator.choice(KINDS) if k else "revolute"

@@ -21,7 +21,7 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # Accepts clicks before the first frame, because the browser may take long to draw this frame.
+    # Accepts clicks before the slow first frame.
     "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # software rendering takes most of the run time
@@ -95,8 +95,8 @@ class Chromium:
     def drag(self, start, end) -> None:
         """Drags the mouse in steps between two points of the page.
 
-        The page draws frames between the events, because it finds what is below the mouse while
-        drawing.
+        The page must draw frames between the events, because it looks for the object below the
+        mouse only while drawing.
         """
         self._mouse("mouseMoved", start)
         self.draw()

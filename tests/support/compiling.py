@@ -22,20 +22,18 @@ from tests.support.derivations import GENERATED, description
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""Callable output languages. The article is omitted, because it takes a third of the derivation
-time."""
+"""Callable output languages. The article takes a third of the derivation time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 IDENTIFICATION = ("fk", "fk_p", "jacobian_p", "identification_jacobian")
 """Functions that the identification of a robot calls."""
 
 QUICK, FAST = "-O0", "-O1"
-"""Compiler flags: With QUICK, a calibrated arm is compiled in 2.5 s (with -O3: 11 s). With FAST,
-the compilation takes 5 s; tests with tens of thousands of poses use these flags.
+"""Compiler flags: A calibrated arm is compiled in 2.5 s with QUICK, in 5 s with FAST and in 11 s
+with -O3. Tests with tens of thousands of poses use FAST.
 """
 COMPILER = shutil.which("clang") and "clang"
-"""The compiler is Clang if available, which at -O0 is three times faster than GCC. GCC compiles the
-shipped robots."""
+"""Clang at -O0 is three times faster than GCC. GCC compiles the shipped robots."""
 
 
 @contextmanager

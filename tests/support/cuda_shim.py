@@ -21,8 +21,7 @@ KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
 """Largest residual of a solution."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference from the C: of solutions at multiples of 90 degrees, or of all results in
-double precision."""
+"""Largest difference of solutions from the C, and of all results in double precision."""
 
 
 class Shim:

@@ -1,4 +1,4 @@
-"""An arm with geometric errors; some poses have up to sixteen solutions."""
+"""An arm with geometric errors. Some of its poses have sixteen solutions."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ SIZE, SEED = 3.6465829651e-3, 203
 """Maximum error (meter, radian) of the arm, and the seed of the errors."""
 WRIST = 4
 FAR = 0.25
-"""Maximum wrist angle (radian) from its singularity."""
+"""Maximum distance (radian) of the wrist angle from the singularity."""
 
 
 def near_wrist(count, seed):

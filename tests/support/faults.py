@@ -15,8 +15,7 @@ import pytest
 import chasles
 
 EVENTS = ("open", "os.rename", "os.mkdir", "os.link", "os.symlink")
-"""Audit events of Python for operations that create or move files; os.replace is reported as
-os.rename."""
+"""Audit events of operations that create or move files. Python reports os.replace as os.rename."""
 
 
 class _Watch:
@@ -99,7 +98,7 @@ def killed(step: int, work: Callable[[], object], folder: Path) -> None:
 
 @contextmanager
 def full_after(size: int) -> Iterator[None]:
-    """Lets each write beyond a file size fail. Python ignores the signal of this limit."""
+    """Lets each write beyond a file size fail."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:

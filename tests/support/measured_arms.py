@@ -8,7 +8,7 @@ from chasles import se3
 
 
 class Truth(NamedTuple):
-    """A random arm with the frame of the device and the targets on the tool."""
+    """A random arm, a measuring device and its targets on the tool."""
 
     p: np.ndarray
     T_W_base: np.ndarray
@@ -25,7 +25,7 @@ class Truth(NamedTuple):
 
 
 def drawn(arm, seed, zero=0.0, count=60):
-    """Returns an arm with 1 mm and 1 mrad errors, and zero-offset errors up to `zero`."""
+    """Returns an arm with 1 mm and 1 mrad errors. Its zero offsets differ by up to `zero`."""
     random = np.random.default_rng(seed)
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "tool") for g in arm.geometry])

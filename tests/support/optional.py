@@ -6,10 +6,9 @@ import pytest
 
 
 class OptionalPackage:
-    """Proxy of a package: the first use imports it, or skips the test if it is missing.
+    """Imports a package at its first use, or skips the test if the package is missing.
 
-    Every test worker imports all test files. With this proxy, a slow package is imported only by
-    the tests that use it.
+    Every test worker imports all test files, but only a few tests need a slow package.
     """
 
     def __init__(self, name: str) -> None:
@@ -18,8 +17,8 @@ class OptionalPackage:
     def __getattr__(self, attribute: str):
         """Returns a public attribute of the package.
 
-        Pytest looks for private attributes in all objects of a test file when it collects the
-        tests. The lookup of these attributes must not import the package.
+        During collection, pytest reads private attributes of all objects in a test file. These
+        reads must not import the package.
         """
         if attribute.startswith("_"):
             raise AttributeError(f"{self._name}: only public attributes can be used")

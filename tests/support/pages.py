@@ -24,7 +24,7 @@ def examples(page: str, language: str = "python") -> list[str]:
 
 
 def run(page: str, names: dict | None = None) -> dict:
-    """Runs the Python blocks of a page in order; returns the defined names."""
+    """Runs the Python blocks of a page, and returns the defined names."""
     names = {} if names is None else names
     blocks = examples(page)
     assert blocks, page

@@ -1,4 +1,4 @@
-"""The robot file of a palletizer, whose parallel bars keep the hand level."""
+"""The robot file of a palletizer."""
 
 PALLETIZER = """
 name = "palletizer"

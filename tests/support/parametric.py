@@ -1,4 +1,4 @@
-"""Parametric functions of serial robots: derivation, automatic derivatives, random conventions."""
+"""Derives parametric functions of serial robots, and checks them with automatic derivatives."""
 
 from functools import cache
 
@@ -13,7 +13,7 @@ from chasles.derive.model.placements import translation
 from chasles.derive.terms.casadi_graph import lower
 
 IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
-"""Functions in a single frame; deriving the functions in all frames takes three times as long."""
+"""Functions in the tool frame. A derivation in all frames takes three times as long."""
 IN_CONVENTION = {convention.name: convention for convention in CONVENTIONS}
 
 
@@ -25,7 +25,7 @@ def functions_of(robot, parametric=PARAMETRIC):
 
 @cache
 def of_convention(name):
-    """Derives the functions in the tool frame of a random chain in a convention."""
+    """Derives the functions of a random chain in a convention."""
     return functions_of(drawn(IN_CONVENTION[name], 3), IN_TOOL_FRAME)
 
 
@@ -34,7 +34,10 @@ def nominal(derived):
 
 
 def by_differentiation(fk_p, q, p, by):
-    """Returns tool twists (v, omega) in base axes from automatic derivatives of the pose."""
+    """Returns (pose, tool twists) from automatic derivatives.
+
+    The twists (v, omega) are in base axes.
+    """
     symbols = ca.SX.sym("q", len(q)), ca.SX.sym("p", len(p))
     pose = fk_p(*symbols)
     derivative = ca.Function("d", list(symbols), [ca.jacobian(pose, symbols[by])])
@@ -48,7 +51,7 @@ def by_differentiation(fk_p, q, p, by):
 
 
 def check(derived, functions):
-    """Compares all available functions with the nominal robot and with automatic derivatives."""
+    """Compares the functions with the nominal robot and with automatic derivatives."""
     random = np.random.default_rng(5)
     n, p = len(derived.robot.coordinates), nominal(derived)
     q = random.uniform(-2, 2, n)

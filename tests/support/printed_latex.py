@@ -1,8 +1,7 @@
-r"""Evaluates the printed inverse of an article from its LaTeX text alone.
+""" "Evaluates the printed inverse of an article from its LaTeX text alone.
 
-The displayed equations of ``inverse.tex`` are definitions ``name &= formula``; ``symbols.tex``
-defines the short symbols. A recursive-descent parser evaluates a formula numerically; adjacent
-factors form a product.
+The file ``inverse.tex`` contains definitions ``name &= formula``. The file ``symbols.tex`` defines
+the short symbols. A recursive-descent parser evaluates each formula numerically.
 """
 
 import math
@@ -209,10 +208,12 @@ def angles(text):
 
 
 class Known(dict):
-    """Symbol values; cosines and sines are computed from their angle when they are first used.
+    """Symbol values.
+
+    A cosine or sine is computed from its angle at its first use.
 
     Attributes:
-        angles: LaTeX of the angle and function, keyed by short symbol.
+        angles: (LaTeX of the angle, function), keyed by short symbol.
         sums: Names of the angle sums in the steps, keyed by their LaTeX.
     """
 

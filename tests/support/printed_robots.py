@@ -84,7 +84,8 @@ def parallel(count):
 
 
 def tilted():
-    """Robot on a tilted base, with named constants in its screw axes and inverse."""
+    """Robot on a tilted base, which makes constants in its screw axes and inverse long enough for
+    names."""
     tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
     joints = (
         joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),
@@ -120,7 +121,7 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""Functions that affect the article; to save time, other functions are not derived."""
+"""Functions that affect the article. Other functions are not derived, to save time."""
 
 
 @cache

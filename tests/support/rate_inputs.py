@@ -7,8 +7,7 @@ from chasles import Robot
 CLOSURE = 1e-12
 """Tolerance of J qd - V relative to |V|: the rounding error times the condition number of J."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Minimum and maximum crank angles between which planar_3rrr is never singular, with couplers of
-130 mm and 170 mm."""
+"""Crank limits between which planar_3rrr is never singular, with couplers of 130 mm or 170 mm."""
 WITH_RATES = [
     "board_installer",
     "bricklaying_gantry",
@@ -38,7 +37,10 @@ def sampling_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the limits (n,); for unlimited coordinates, the reference (or 0) plus/minus reach."""
+    """Returns (lower, upper) limits (n,).
+
+    An unlimited coordinate is within ``reach`` of the reference or 0.
+    """
     center = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
     lower = np.where(np.isfinite(robot.lower), robot.lower, center - reach)
     upper = np.where(np.isfinite(robot.upper), robot.upper, center + reach)
@@ -46,7 +48,7 @@ def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def inside(robot, count, seed=0, margin=0.1):
-    """Returns configurations within limits (or one turn) with closed loops."""
+    """Returns configurations within limits, at which all loops close."""
     rng = np.random.default_rng(seed)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)

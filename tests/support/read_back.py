@@ -10,15 +10,15 @@ from tests.support.derivations import every_branch
 from tests.support.printed_latex import PrintedInverse
 
 SAME = 1e-9
-"""Tolerance (radian or meter); printed formulas are less accurate near the boundary."""
+"""Tolerance (radian or meter). Printed formulas are less accurate near the boundary of the
+workspace."""
 INSIDE = 1e-3
 """Minimum margin of compared solution slots."""
 POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Returns the reason why a printed inverse cannot be evaluated numerically; empty if it can be
-    evaluated.
+    """Returns why a printed inverse cannot be evaluated numerically, or an empty text.
 
     Args:
         found: The derivation.
@@ -36,7 +36,8 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """Counts the solution slots, at reachable poses, where computed and printed solutions agree.
+    """Compares computed and printed solutions at reachable poses, and counts the equal solution
+    slots.
 
     Args:
         found: The derivation.
@@ -65,8 +66,7 @@ def read_back(found, poses=POSES, texts=None):
         slots, residual, margin = every_branch(function, ik, T.ravel(), *map(np.array, values))
         slots = slots.reshape(-1, len(q))
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(printed.signs))):
-            # If the arm has fewer than six joints, some combinations of signs do not reach the
-            # pose.
+            # Some sign combinations of arms with fewer than six joints do not reach the pose.
             if margin[slot] < INSIDE or residual[slot] > SAME:
                 continue
             known = printed.solve(T, given, signs)

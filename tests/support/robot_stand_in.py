@@ -1,4 +1,4 @@
-"""Objects that functions accept in place of a compiled robot."""
+"""An object that functions accept in place of a compiled robot."""
 
 from types import SimpleNamespace
 from typing import Any

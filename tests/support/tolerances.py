@@ -1,12 +1,11 @@
-"""All tolerances of the test suite, named by their reason; in meter, radian, and the corresponding
-velocities."""
+"""The tolerances of the test suite, in meter, radian and the corresponding velocities."""
 
 ORACLE = 1e-12
 """Tolerance for poses and Jacobians that are compared with an independent double-precision
 library."""
 ORACLE_RATES = 1e-10
-"""Tolerance for time derivatives of poses and Jacobians: longer sums of products, with speeds of
-size 1."""
+"""Tolerance for time derivatives of poses and Jacobians at speeds of size 1. These derivatives are
+longer sums of products."""
 EXACT_CODE = 1e-13
 """Tolerance for generated code that is compared with a 30-digit evaluation of its equations, for
 robots of a few meters."""
@@ -31,5 +30,5 @@ that is zero, rounding errors are amplified."""
 WORST_INVERSE = 5e-14
 """Maximum residual of an inverse solution at a random pose (meter, radian)."""
 LIMIT = 0.012
-"""Tolerance for joint limits (radian): descriptions round the limits of the data sheet, or widen
+"""Tolerance for joint limits (radian). Descriptions round the limits of the data sheet, or widen
 them by up to 0.7 degrees."""

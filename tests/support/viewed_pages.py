@@ -32,7 +32,7 @@ def opened(browser, folder, robot):
 
 
 def asked(browser, display: Display, script: str):
-    """Evaluates a page expression that uses a robot's kinematics `k` and inverse `inverse`."""
+    """Evaluates a JavaScript expression of the kinematics `k` and the inverse `inverse`."""
     data = json.dumps(page_data(display.robot))
     before = f"const k = new Kinematics({data}), inverse = new Inverse(k);"
     return browser.run(f"(() => {{ {before} return {script}; }})()")

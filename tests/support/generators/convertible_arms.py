@@ -11,8 +11,8 @@ from .drawn_arms import random_arm
 from .geometric_errors import displaced
 
 HELICAL, REVERSED, COUPLED, DRIVEN = 0.15, 0.2, 0.3, 0.5
-"""Fractions of helical joints, of reversed joints, and of arms with a coupled joint. The last
-number is the fraction of arms with a differential or a four-bar linkage among the other arms."""
+"""Fractions of helical joints, reversed joints, arms with a coupled joint, and other arms with a
+differential or a four-bar linkage."""
 
 
 def convertible_arm(seed: int) -> SerialRobot:

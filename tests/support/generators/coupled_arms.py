@@ -16,7 +16,7 @@ STRUCTURES = (
     *("R=R", "R+R", "R+R=R", "R=R=R", "P+R=R", "R=R=PxR", "R+R=R=R", "R+R=R=R+R"),
     *("R+R=R/RxrxR", "R+R=R=R+R+R", "R+P=R/RxrxR", "R/R=R/RxrxR", "RxrxR+RxrxRxR"),
 )
-"""Structures that have a closed-form inverse; half of all arms have one of these structures."""
+"""Structures with a closed-form inverse. Half of all arms have one of these structures."""
 DENSITY = 0.4
 """Fraction of nonzero entries outside the diagonal."""
 MAX_JOINTS, MAX_CONDITION = 7, 200.0

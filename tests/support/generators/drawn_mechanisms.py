@@ -19,11 +19,11 @@ from tests.support.oracles.multi_start import Multistart
 
 BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
-"""Scale factors of lengths; most mechanisms are a few decimeters long."""
+"""Scale factors of lengths. Most mechanisms are a few decimeters long."""
 ATTEMPTS = 200
-"""Maximum number of random length sets that are tried until the loops close at the reference."""
+"""Maximum number of trials until the loops of a mechanism close."""
 DIGITS = 3
-"""Number of digits of the reference values, as in a robot file that a person has written."""
+"""Number of digits of the reference values, as in a handwritten robot file."""
 Point = tuple[sp.Expr, sp.Expr]
 ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 

@@ -20,8 +20,7 @@ GUIDES = {
     "4-UPS/SP": (X, Y, Z, "up"),
     "5-UPS/UPU": (X, Y, "up", Y, X),
 }
-"""Joints of the chain by kind of platform: axes of revolute joints, and vertical prismatic
-joints."""
+"""Joints of the chain by kind of platform. A tuple is the axis of a revolute joint."""
 SLIDES = {"up": Z, "ahead": X}
 """Axes of the prismatic joints by name."""
 

@@ -50,8 +50,7 @@ LEGS = tuple(
     for actuated in range(JOINTS)
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
-"""Each leg type consists of the joint types from base to platform, and the index of the actuated
-joint."""
+"""(joint types from base to platform, index of the actuated joint) of each leg type."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
 """Number of Newton steps to the reference, closure tolerance, and step of complex derivatives."""
 AWAY = 0.05

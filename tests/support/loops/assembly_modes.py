@@ -5,8 +5,7 @@ import numpy as np
 STEPS, STARTS = 40, 20
 CLOSED = 1e-10
 REGULAR = 0.1
-"""Minimum singular value of the loop equations, relative to the value at the reference, for which
-continuation keeps its branch."""
+"""Minimum singular value on a continued branch, relative to the value at the reference."""
 CORRECTED = 0.05
 """Maximum correction of a predicted configuration (radian or meter) on the same branch."""
 

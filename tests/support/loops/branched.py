@@ -107,7 +107,7 @@ def arm(name="ik"):
 
 
 def every_kind(n_signs, name=None):
-    """Returns a function with all expression types in each of 2**n_signs branches."""
+    """Returns a function of 2**n_signs branches, each with all expression types."""
     terms = Terms({})
     let = terms.let
     x, y, z = sp.symbols("x y z", real=True)

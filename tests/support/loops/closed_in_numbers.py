@@ -5,8 +5,8 @@ import numpy as np
 from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
-# Loops are closed up to rounding error. The closed joint values must be within NEAR (radian or
-# meter) of the reference in the description.
+# Loops are closed up to rounding error. The result must be within NEAR (radian or meter) of the
+# reference in the description.
 CLOSED = 1e-12
 NEAR = 0.15
 # Loop equations count as well conditioned if their smallest singular value is at least this value.

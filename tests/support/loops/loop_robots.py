@@ -20,10 +20,10 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose loop solution from the main chain to the actuators can also reach a dead point."""
+"""Robots whose map from the main chain to the actuators also has dead points."""
 CLOSED = 1e-12
 HELD = 0.02
-"""Minimum singular value of the loop Jacobian for comparisons with Newton's method."""
+"""Minimum singular value of the loop Jacobian at compared configurations."""
 SAME = 1e-11
 DIFFERENCES = 1e-7
 STEP = 2e-6

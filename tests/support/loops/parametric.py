@@ -1,4 +1,4 @@
-"""Parametric equations of shipped robots with loops (derived once), and nominal values."""
+"""Parametric equations of shipped robots with loops."""
 
 from functools import cache
 

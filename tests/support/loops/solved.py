@@ -1,4 +1,4 @@
-"""Solutions of the loops of a mechanism, for tests of the loop solver."""
+"""Solves the loops of a mechanism."""
 
 from chasles.derive.loops.closing.loop_model import loop_model
 from chasles.derive.loops.solve.solution import from_actuators, sorted_loops
@@ -10,6 +10,6 @@ def solved(mechanism):
 
 
 def forward(mechanism):
-    """Returns the loop solution from the actuators; some joints may remain undetermined."""
+    """Returns the loop solution from the actuators. Some joints may remain unsolved."""
     model = loop_model(mechanism)
     return from_actuators(sorted_loops(model.mechanism), model.terms, model.q)

@@ -1,4 +1,4 @@
-"""Compiles C and C++ for tests and benchmarks into build/native; file names contain a hash."""
+"""Compiles C and C++ for tests and benchmarks into build/native."""
 
 import hashlib
 import os
@@ -17,7 +17,7 @@ BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
 """Flag only for the C code of chasles.
 
-GCC 12 vectorizes this code incorrectly without the flag, which would slow other libraries down.
+GCC 12 vectorizes this code incorrectly without the flag.
 """
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
@@ -45,7 +45,7 @@ class Source:
 
     @property
     def command(self) -> tuple[str, ...]:
-        """Compiler and flags; a first file that ends in .cpp selects the C++ compiler."""
+        """The compiler and its flags."""
         plus = next(iter(self.files)).endswith(".cpp")
         compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
         standard = "-std=c++17" if plus else "-std=c99"
@@ -67,7 +67,7 @@ def compiler_version(command: Sequence[str]) -> str:
 
 
 def compiled(source: Source) -> Path:
-    """Returns the path of the library; compiles it if necessary.
+    """Compiles the library if necessary, and returns its path.
 
     Each source is compiled once: concurrent processes wait for the compilation. The library is
     moved to its path atomically.

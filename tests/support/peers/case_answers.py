@@ -1,5 +1,4 @@
-"""Solutions of chasles and of other libraries for the robots and target sets of tests of
-inverses."""
+"""Solutions of chasles and of other libraries for tests of inverses."""
 
 import numpy as np
 
@@ -28,5 +27,5 @@ def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Tests whether another library selects some of the infinitely many solutions of a robot."""
+    """Tests whether the robot has infinitely many solutions, of which the library selects some."""
     return name == "ssik" and case.robot.n > MAX_JOINTS

@@ -1,5 +1,4 @@
-"""Common interface to the inverse kinematics of other libraries, for revolute arms defined by
-screws."""
+"""Common interface to other libraries for inverse kinematics of revolute arms."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ class Answers:
 
     Attributes:
         q: (m, k, n) joint values, NaN in solution slots without an answer.
-        claimed: (m, k) whether the solver claims a solution and not only a least-squares answer.
+        claimed: (m, k) whether the solver claims an exact solution.
     """
 
     q: np.ndarray
@@ -41,10 +40,10 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function from a prepared pose to the result type of the other library.
-        read: Function from the other library's result to joint values (k, n) and claims (k,).
+        call: The timed function, from a prepared pose to the result of the other library.
+        read: Function from this result to (joint values (k, n), claims (k,)).
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
-        batch: Function from prepared poses (m, 4, 4) to the other library's results, on one thread.
+        batch: The same as `call` for several prepared poses (m, 4, 4), on one thread.
     """
 
     name: str
@@ -59,7 +58,7 @@ class Inverse:
 
 
 def absent() -> dict[str, str]:
-    """The other libraries that are not installed, with the package to install for each."""
+    """Lists the missing libraries with their pip packages."""
     return {name: package for name, package in INSTALL.items() if _imported(name) is None}
 
 
@@ -98,7 +97,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Combines results with different numbers of answers into arrays padded with NaN."""
+    """Combines answers of different lengths into arrays, padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
@@ -110,14 +109,17 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Returns a function that aligns the tip axes at zero joint values with the base axes."""
+    """Returns a function that rotates poses so that the tip axes at zero equal the base axes."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """Returns shifts (n + 1, 3) from base to tip along the axes; grouped axes share a point."""
+    """Returns the translations (n + 1, 3) between consecutive axes.
+
+    The axes of a group share a point.
+    """
     points = chain.points.copy()
     for group in map(list, groups):
         points[group] = meeting(chain.axes[group], points[group])[0]

@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-The robot of the toolbox is a sequence of constant transforms to each axis, joint motions about or
-along z, and a constant transform to the tool. No shorter sequence of elements describes the arm.
+The toolbox robot is a shortest sequence of elements: a constant transform and a joint motion for
+each axis, and a constant transform to the tool.
 """
 
 from collections.abc import Callable
