@@ -32,7 +32,7 @@ LOUD = ("error", "warning", "assert")
 
 
 class Chromium:
-    """A browser with one page; `close` terminates the browser.
+    """A browser with one page.
 
     Attributes:
         said: Console messages of the page since it was opened: (level, text).

@@ -29,7 +29,7 @@ def calls_of(work: Callable[[], object]) -> int:
 
 
 class TooManyCallsError(BaseException):
-    """Error for too many function calls; no handler of ``Exception`` catches this error."""
+    """Error for too many function calls, which no handler of ``Exception`` catches."""
 
 
 def stopped_after(most: int, work: Callable[[], Result]) -> Result:

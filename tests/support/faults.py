@@ -108,7 +108,7 @@ def full_after(size: int) -> Iterator[None]:
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:
-    """Returns the bytes of each file in a folder, and None for each subfolder, keyed by path."""
+    """Maps each path in a folder to its bytes, or to None for a subfolder."""
     return {
         path.relative_to(folder).as_posix(): None if path.is_dir() else path.read_bytes()
         for path in sorted(folder.rglob("*"))

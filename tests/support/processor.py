@@ -7,7 +7,7 @@ import pytest
 
 
 def features() -> set[str]:
-    """Returns the processor features listed by Linux; empty on other systems."""
+    """Returns the processor features that Linux lists."""
     path = Path("/proc/cpuinfo")
     return set(path.read_text(encoding="utf-8").split()) if path.exists() else set()
 

@@ -7,7 +7,10 @@ from chasles import Robot
 
 
 class RobotStandIn(SimpleNamespace):
-    """Attributes of a robot without compiled functions; `isinstance` reports a `Robot`."""
+    """Attributes of a robot without compiled functions.
+
+    For `isinstance`, the object is a `Robot`.
+    """
 
     @property
     def __class__(self) -> Any:

@@ -1,4 +1,4 @@
-"""External programs such as pdflatex; tests are skipped if their program is missing."""
+"""External programs such as pdflatex. Tests are skipped if their program is missing."""
 
 import shutil
 
@@ -36,7 +36,7 @@ def needs(program: str) -> pytest.MarkDecorator:
 
 
 def path_of(program: str) -> str:
-    """Returns the path of a program; skips the test if the program is missing."""
+    """Returns the path of a program, or skips the test if the program is missing."""
     path = shutil.which(program)
     if path is None:
         pytest.skip(reason(program))

@@ -39,7 +39,7 @@ def asked(browser, display: Display, script: str):
 
 
 def on_page(browser) -> np.ndarray:
-    """Returns the poses (bodies, 4, 4) of the objects drawn by three.js."""
+    """Returns the poses (bodies, 4, 4) of the drawn objects."""
     columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
     return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
 

@@ -150,7 +150,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
     The geometry is unchanged. Each rod becomes a body with two pins.
 
     Args:
-        mechanism: The robot; its rod frames are parallel to the base frame.
+        mechanism: The robot, whose rod frames are parallel to the base frame.
         axis: Rotation from z to the pin axis, or () for z.
     """
     back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))

@@ -55,7 +55,7 @@ def coupled_arm(seed: int) -> CoupledArm:
 
 
 def with_motors(plain: SerialRobot, C: sp.Matrix, offsets: list[sp.Expr]) -> CoupledArm:
-    """Returns an arm whose motors move its joints by a matrix of ratios."""
+    """Returns an arm whose motors q move the joints C q + offsets."""
     n = len(plain.moving)
     names = [f"m{k}" for k in range(1, n + 1)]
     couplings = tuple(

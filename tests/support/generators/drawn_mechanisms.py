@@ -51,13 +51,13 @@ class Sketch:
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
-        """Adds a body connected by a pin; returns the body name."""
+        """Adds a body on a pin, and returns the body name."""
         before = (Translation((*at, 0)), *more)
         self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
         return f"{name}_b"
 
     def slide(self, name: str, parent: str, at: Point, angle: sp.Expr) -> str:
-        """Adds a body that translates in the plane; returns the body name."""
+        """Adds a body on a slider in the plane, and returns the body name."""
         quarter = sp.pi / 2
         before = (Translation((*at, 0)), Rotation("z", angle), Rotation("y", quarter))
         after = (Rotation("y", -quarter), Rotation("z", -angle))
@@ -79,7 +79,7 @@ class Sketch:
             self.actuated.append(name)
 
     def dyad(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> list[str]:
-        """Adds two links, or a link and a rod, between two bodies; returns their names."""
+        """Adds a link and a second link or a rod between two bodies. Returns the link names."""
         first, second = self.length(150, 500), self.length(150, 500)
         one = self.pin(f"{name}_p", a, at_a)
         if self.draw.random() < 0.5:
@@ -98,7 +98,7 @@ def _frame(body: str, at: Point, z: sp.Expr = sp.S.Zero) -> Frame:
 
 
 def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str]]:
-    """Adds a crank and a dyad (two links on pins) to the mechanism; returns their bodies."""
+    """Adds a crank and a dyad (two links on pins), and returns their bodies."""
     crank = s.pin(f"{name}_crank", on, s.point(150) if on != BASE else ORIGIN)
     s.actuated.append(f"{name}_crank")
     far = (s.length(80, 300), sp.S.Zero)
@@ -183,7 +183,7 @@ def boom(s: Sketch) -> None:
 def _parallelogram(
     s: Sketch, name: str, on: str, at: Point, pivot: Point, arm: sp.Expr
 ) -> tuple[str, str]:
-    """Adds two equal cranks and a bar between them; returns crank and bar."""
+    """Adds two equal cranks and a bar between them. Returns (crank, bar)."""
     crank = s.pin(f"{name}_crank", on, at)
     base = (pivot[0] - at[0], pivot[1] - at[1])
     end = (arm, sp.S.Zero)

@@ -1,9 +1,7 @@
 """Random arms driven by cylinders, rods and cranks.
 
-Two or three joints move in a plane, with or without a column, and with a wrist of 0, 2 or 3 joints.
-Each planar joint has one of five drives: a motor, a cylinder, a crank with a rod, a cylinder with
-rocker and link, or a coaxial crank with a rod parallel to the preceding link. The main chain of
-each of these arms has a closed-form inverse. Each seed determines one arm.
+Two or three joints move in a plane. Some arms have a column or a wrist. Each planar joint has one
+of five drives. The main chain of each arm has a closed-form inverse. Each seed determines one arm.
 """
 
 from collections.abc import Callable

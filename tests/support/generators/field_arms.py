@@ -150,7 +150,7 @@ def derived(arm: FieldArm, folder: Path) -> None:
     """Derives an arm's URDF in a separate process, into a folder with the name of the arm.
 
     Raises:
-        RuntimeError: The derivation failed; the message is the end of its output.
+        RuntimeError: The derivation failed. The message is the end of its output.
     """
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{arm.name}.urdf"

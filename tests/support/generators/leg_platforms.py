@@ -1,8 +1,7 @@
 """Random platforms on legs without ball joints, each a serial arm between base and platform.
 
-A tripteron has a prismatic joint and three parallel revolute joints per leg. An Exechon has two
-legs of the type UPR and one SPR leg. The legs of a 3-UPU, a 3-URU, a 3-PUU and a 3-RUU delta have
-universal joints at both ends, and keep the orientation of the platform.
+A tripteron has three PRRR legs. An Exechon has two UPR legs and one SPR leg. A 3-UPU, a 3-URU, a
+3-PUU and a 3-RUU delta keep the orientation of the platform by their universal joints.
 """
 
 import numpy as np
@@ -163,7 +162,10 @@ def exechon(rng):
 
 
 def _universal(rng):
-    """Returns three UPU legs, with parallel first and last axes, and parallel inner axes."""
+    """Returns three UPU legs.
+
+    In each leg, the outer axes are parallel, and so are the inner axes.
+    """
     base, top, height = rng.integers(300, 400), rng.integers(100, 200), 600
     text, reference = FREE, {"z": height}
     for k in range(3):

@@ -1,9 +1,9 @@
 """Random platforms of packaging robots and machine tools.
 
-A Par4 has four arms with pairs of rods, and a platform of two parts and two bars; the bars rotate
-the tool. A telescopic Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a
-pentapod: four legs rotate about the spindle, and the fifth leg keeps the platform from rotating. An
-Exechon carries a head with two axes, and a Tricept carries a wrist.
+A Par4 has four arms with pairs of rods. Two bars of its platform rotate the tool. A telescopic
+Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a pentapod, of which the
+fifth leg keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept
+carries a wrist.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def _arm_with_rods(name, heading, lengths, body, end):
     Args:
         name: Name of the arm.
         heading: Direction of the arm in degrees.
-        lengths: Radius of the base, lengths of arm and rods, and half the distance of the rods.
+        lengths: (base radius, arm length, rod length, half the rod distance).
         body: The body on which the rods end.
         end: Position of the midpoint between both rod ends on this body.
     """

@@ -244,7 +244,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
-    """Returns roll, pitch and yaw of a rotation; roll is 0 at pitch +-90 degrees."""
+    """Returns roll, pitch and yaw of a rotation. At pitch +-90 degrees, roll is 0."""
     level = np.hypot(R[0, 0], R[1, 0])
     pitch = np.arctan2(-R[2, 0], level)
     if level < 1e-9:

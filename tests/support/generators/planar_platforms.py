@@ -94,7 +94,7 @@ class DrawnLeg:
 
 @dataclass(frozen=True)
 class DrawnPlatform:
-    """A random platform: legs, and pose (x, y, phi) near the reference."""
+    """A random platform."""
 
     legs: tuple[DrawnLeg, ...]
     pose: Place
@@ -119,7 +119,8 @@ class DrawnPlatform:
         """Returns the closure errors of the legs.
 
         Args:
-            x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
+            x: (n, 6) x, y, phi and the passive joint of each leg in the tree. Values may be
+            complex.
             q: (3,) actuated coordinates, or (3, n) with the coordinates of each row of x.
 
         Returns:

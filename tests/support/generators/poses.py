@@ -1,4 +1,6 @@
-"""Robots, tasks and coordinate sets for tests of inverses; every target is reachable.
+"""Robots, tasks and coordinate sets for tests of inverses.
+
+Every target is reachable.
 
 A set contains random coordinates, multiples of 90 degrees, singularities, or coordinates near
 these. Bisection of a Jacobian determinant along a joint finds the singularities of any robot.
@@ -30,8 +32,8 @@ class Singularity:
 
     Attributes:
         joint: Index of the joint that moves to the singularity.
-        rows: Rows of the task's Jacobian that become dependent; all rows if empty.
-        columns: Columns of the task's Jacobian that become dependent; the solved joints if empty.
+        rows: Rows of the task Jacobian that become dependent. Empty means all rows.
+        columns: Columns of the task Jacobian that become dependent. Empty means the solved joints.
     """
 
     joint: int
@@ -247,7 +249,7 @@ def singular(
 ) -> np.ndarray:
     """Returns coordinates (count, n) with a zero determinant of the task Jacobian.
 
-    One joint is moved to a zero of the determinant by bisection; all other coordinates are random.
+    Bisection moves one joint to a zero of the determinant. All other coordinates are random.
     The smallest singular value of the Jacobian at the returned coordinates is below SINGULAR.
 
     Raises:
@@ -267,7 +269,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns coordinate pairs that bracket a sign change of the determinant along the joint."""
+    """Returns (q, low, high). The determinant changes sign if the joint moves from low to high."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

@@ -1,4 +1,4 @@
-"""Random trees of links, as URDF and as robot files, and their poses from Pinocchio."""
+"""Random trees of links as URDF and as robot files."""
 
 import random
 

@@ -73,7 +73,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
         robot: A robot with parametric functions.
         seed: The seed.
         device: One of the devices in `DEVICES`; random by default.
-        another: Whether a link has the error `ANOTHER`, as on a different robot.
+        another: Whether one link length is wrong by `ANOTHER`, as on a different robot.
     """
     rng = np.random.default_rng(seed)
     # Robots with one or two coordinates touch a surface only at points or along a curve.
@@ -125,8 +125,7 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """Returns a length parameter whose error is distinguishable from errors of the base, the tool
-    and the zero offsets."""
+    """Returns a length whose error cannot be compensated by base, tool and offset errors."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])

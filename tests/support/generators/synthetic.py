@@ -165,7 +165,6 @@ def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
 
 
 def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns revolute axes, their points, and prismatic axes."""
     return chain.axes, chain.points, chain.slides
 
 

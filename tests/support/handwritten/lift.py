@@ -1,7 +1,7 @@
 """Handwritten robot with a waist and a cylinder-driven boom: the smallest robot with a loop.
 
-The boom joint and both cylinder ends form a triangle with two sides of 1 m; the cylinder is the
-third side. The function ``chain`` returns the waist angle theta1, and the boom angle theta2 with
+The boom joint and both cylinder ends form a triangle. The cylinder is one side, and the other sides
+are 1 m long. The function ``chain`` returns the waist angle theta1, and the boom angle theta2 with
 cos(theta2) = 1 - cylinder^2 / 2.
 """
 

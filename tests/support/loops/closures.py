@@ -81,7 +81,7 @@ class Model:
         return self.poses(z)[self.mechanism.tool_body] @ self.tool
 
     def gaps(self, z):
-        """Returns the closure errors (N, m): meter, and sines of angles."""
+        """Returns the closure errors (N, m) in meter or as sines of angles."""
         T = self.poses(z)
         found = [np.zeros((len(z), 0))]
         for loop_joint in self.mechanism.loop_joints:

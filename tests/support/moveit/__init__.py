@@ -50,7 +50,7 @@ def exported(name: str, folder: Path) -> Path:
 
 
 def compiled(package: Path, name: str, flags: tuple[str, ...] = ("-O0",)) -> Path:
-    """Compiles the plugin of a package and the bridge to Python; warnings are errors.
+    """Compiles the plugin of a package and the bridge to Python.
 
     Each source is compiled once: concurrent processes wait for the compilation.
     """

@@ -35,7 +35,7 @@ class Source:
 
     Attributes:
         name: Name of the library.
-        files: The text of each file, keyed by name; the first file is compiled.
+        files: The text of each file, keyed by name. The first file is compiled.
         flags: Additional flags: include folders, definitions.
     """
 

@@ -17,8 +17,8 @@ static void turn(const double e[4], const double b[3], double r[3])
     r[2] = b[2] + 2 * (e[0] * x[2] + v[0] * x[1] - v[1] * x[0]);
 }
 
-/* Writes the derivatives of the lengths with respect to a twist, and the length errors; returns the
- * largest error. */
+/* Writes the length errors and their derivatives with respect to a twist. Returns the largest
+   error. */
 static double linear_system(const double *a, const double *b, const double *lengths,
                             const double *e, const double *p, double A[RODS][RODS + 1])
 {
@@ -45,8 +45,8 @@ static double linear_system(const double *a, const double *b, const double *leng
     return worst;
 }
 
-/* Solves linear equations by Gaussian elimination with pivots; the solution replaces the last
- * column. */
+/* Solves linear equations by Gaussian elimination with pivots. The solution replaces the last
+   column. */
 static void solve(double A[RODS][RODS + 1])
 {
     for (int k = 0; k < RODS; k++) {
@@ -72,7 +72,7 @@ static void solve(double A[RODS][RODS + 1])
     }
 }
 
-/* Moves a pose, its quaternion e and its position p, by a twist of limited size. */
+/* Moves a pose (quaternion e, position p) by a twist of limited size. */
 static void move(double A[RODS][RODS + 1], double e[4], double p[3])
 {
     double largest = 0, s[RODS];

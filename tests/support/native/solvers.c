@@ -312,8 +312,8 @@ static void check_damping(void)
     expect_damping(&box, TRACK_DAMPING, "minimum damping");
 }
 
-/* Checks that the step scales with the twist and its bounds, and is finite without some bounds. The
- * bounds change. */
+/* Checks that the step scales with the twist and its bounds, and is finite without some bounds.
+   This function changes the bounds. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

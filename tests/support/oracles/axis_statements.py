@@ -14,7 +14,7 @@ ENDING = "; the arm is stretched or folded"
 
 
 class Arm:
-    """The axes of a chain at one configuration; axis numbers start at 1, as in the text."""
+    """The axes of a chain at one configuration. Axis numbers start at 1, as in the text."""
 
     def __init__(self, chain: Screws, q: np.ndarray) -> None:
         self.directions, self.points, self.turns = [], [], chain.revolute

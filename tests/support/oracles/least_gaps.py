@@ -29,7 +29,7 @@ class LeastGaps:
 
         Args:
             numbers: The numeric mechanism.
-            names: Names of the configuration entries; swing angles are ignored.
+            names: Names of the configuration entries. Swing angles are ignored.
             held: Names of the fixed values.
         """
         symbols = {name: ca.SX.sym(name) for name in names}

@@ -106,7 +106,7 @@ class Model:
         return J, R
 
     def cuts(self):
-        """Yields the two bodies of each cut, its point, and its unit wrenches (k, 6)."""
+        """Yields (body, other body, point, unit wrenches (k, 6)) of each cut."""
         for k, body in enumerate(self.bodies):
             span = body.span
             if span and (span.from_end or not self.has_piston(span.name)):

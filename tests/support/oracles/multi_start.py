@@ -74,7 +74,7 @@ class Loop:
     def residual(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Returns closure errors (n, m) relative to the size, and derivatives (n, m, unknown)."""
+        """Returns (errors (n, m) relative to the size, derivatives (n, m, unknown))."""
         (a, b), (A, B) = self.points(values, unknown, count)
         d, D = (a - b) / self.size, (A - B) / self.size
         if isinstance(self.loop_joint, Closure):

@@ -50,7 +50,7 @@ class Verdict:
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
-    """Returns the verdict on the answers of `solve` to all targets of a set, in chunks."""
+    """Tests the answers of `solve` to all targets of a set."""
     chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
     parts = [_judged(case, q, solve(q)) for q in chunks]
     missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
@@ -116,7 +116,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Returns all distinct solutions (k, n) found by Newton's method for the target at q (n,).
 
-    The iteration starts from many random coordinates and ignores the structure of the arm.
+    The iteration starts from many random coordinates.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
