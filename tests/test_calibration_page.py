@@ -1,4 +1,4 @@
-"""The program on the calibration page runs as printed, from the design to the robot file."""
+"""The program on the calibration page runs as printed."""
 
 import numpy as np
 import pytest

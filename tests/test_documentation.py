@@ -1,4 +1,4 @@
-"""The examples of README.md and of the pages in docs run as printed, page by page."""
+"""The examples of README.md and of the pages in docs run as printed."""
 
 import re
 from pathlib import Path

@@ -76,7 +76,6 @@ class Shim:
         return [np.ascontiguousarray(x.T).reshape(count, *shape) for x, shape in pairs]
 
     def _source(self):
-        """Returns a C function for each kernel and number type."""
         space, counts = safe(self.robot.name), {"ik_nearest": 9}
         for name, info in self.functions.items():
             counts[name] = len(info.inputs) + len(info.outputs)

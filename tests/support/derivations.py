@@ -38,7 +38,7 @@ FULL = ("ur5e", "iiwa14", "lynxmotion", "scara", "five_bar", "planar_3rrr")
 
 
 def description(name: str) -> Path:
-    """Returns the file of a shipped robot or of an arm that is derived on first use."""
+    """Returns the robot file of a shipped robot, or else of a robot in shelf/."""
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name
 

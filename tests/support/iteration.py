@@ -30,7 +30,7 @@ def distance(A, B):
 
 
 def away(A, B, unit=1.0):
-    """Returns the larger of two errors: the position error, and the angle times a unit length."""
+    """Returns the larger of position error, and angle error times a unit length."""
     turn = se3.log(se3.inverse(A) @ B)[..., 3:]
     return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
 

@@ -42,7 +42,7 @@ def random_joint(dice, name):
 
 
 def random_model(dice):
-    """Returns a chain of bodies with 0 to 3 joints per body, side branches, frames and sites."""
+    """Returns a random model with side branches, frames and sites."""
     count = dice.randint(2, 6)
     degree = dice.choice(("degree", "degree", "radian"))
     opened, closed, names = [], [], 0

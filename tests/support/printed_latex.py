@@ -183,7 +183,7 @@ def spelled(tex):
 
 
 def displays(text):
-    """Returns the left and right side of each displayed equation, in the order of the text."""
+    """Returns (left side, right side) of each displayed equation."""
     found = []
     for display in re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.DOTALL):
         body = re.sub(r"\\\\\*?\s*&\\quad", " ", display)

@@ -201,8 +201,7 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def displaced(rng: np.random.Generator) -> Placement:
-    """Returns a shift of 0.1 to 0.5 mm along each axis, and a rotation of 0.1 to 2 mrad about each
-    axis."""
+    """Returns a random shift of 0.1 to 0.5 mm and a rotation of 0.1 to 2 mrad, per axis."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))

@@ -372,7 +372,6 @@ def _mechanism(sketch: Sketch, scale: sp.Expr, name: str, tool: str) -> Mechanis
 
 
 def _scaled_by(scale: sp.Expr) -> Callable[[Placement], Placement]:
-    """Returns a function that scales the lengths of a placement."""
 
     def scaled(placement: Placement) -> Placement:
         return tuple(

@@ -157,7 +157,6 @@ def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def _joints_below(mechanism: Mechanism, body: str) -> set[str]:
-    """Returns the joints between the base and a body."""
     carriers = {joint.link: joint for joint in mechanism.joints}
     found = set()
     while body in carriers:

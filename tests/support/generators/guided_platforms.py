@@ -40,7 +40,7 @@ def _guide(joints):
 
 
 def guided(joints, rng):
-    """Returns a platform with the given chain and one UPS leg per joint of the chain."""
+    """Returns a platform with a chain, and one UPS leg per chain joint."""
     count = len(joints)
     text, platform, reference = _guide(joints)
     # Two legs at opposite points of the platform would move only one of the platform's two axes.

@@ -217,7 +217,9 @@ def _elbows(rng):
 
 
 def _linear(rng, offset=0):
-    """Returns a linear delta: each leg has an inclined slide, and a rod between universal joints.
+    """Returns a linear delta.
+
+    Each leg has an inclined slide, and a rod between universal joints.
 
     ``offset`` is the distance between the two axes of each universal joint.
     """
@@ -242,7 +244,9 @@ def _linear(rng, offset=0):
 
 
 def _rotary(rng, offset=0):
-    """Returns a rotary delta: each leg has an arm, and a rod between universal joints.
+    """Returns a rotary delta.
+
+    Each leg has an arm, and a rod between universal joints.
 
     ``offset`` is the distance between the two axes of each universal joint.
     """

@@ -16,7 +16,7 @@ AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def _arm_with_rods(name, heading, lengths, body, end):
-    """Returns an arm on the base, and two parallel rods from its end to a body of the platform.
+    """Returns an arm on the base, with two parallel rods to the platform.
 
     Args:
         name: Name of the arm.
@@ -138,7 +138,7 @@ def _pentapod(rng):
 
 
 def _exechon_with_head(rng):
-    """Returns an Exechon with two axes behind its platform, as in a machine with five axes."""
+    """Returns a five-axis machine: an Exechon with two axes behind its platform."""
     names, text, reference = exechon(rng)
     text += chain(
         [

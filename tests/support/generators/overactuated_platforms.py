@@ -84,7 +84,6 @@ def drawn_overactuated(kind, seed, *, closure="exact"):
 
 
 def _crank(a, b):
-    """Returns the angle of a crank whose rod ends at b."""
     a, b = np.array(_listed(a)), np.array(_listed(b))
     d = b - a
     D = np.linalg.norm(d)

@@ -161,7 +161,7 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """Returns a platform of about 1 m size with closed loops and specified or random leg types."""
+    """Returns a platform of about 1 m size. Its leg types are random by default."""
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)

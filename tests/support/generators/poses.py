@@ -121,8 +121,7 @@ class Case:
         return tuple(k for k in range(self.robot.n) if k not in known)
 
     def error(self, q: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Returns the pose error (...) at q (..., n): the larger of distance [m] and angle
-        [rad]."""
+        """Returns the larger of position error [m] and angle error [rad] at q (..., n)."""
         return self.task.error(self.pose(q), target)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def sdf_of(tree: RandomTree, variant: str) -> str:
             pose = f"{xyz} {_quaternion(T[:3, :3])}"
             attributes += ' rotation_format="quat_xyzw"'
         if variant == "joint frames":
-            # The SDF text places each joint at its joint frame, and each link at its joint.
+            # A separate frame places the joint, and the joint places the link.
             lines.append(f'<frame name="{name}_at"><pose{attributes}>{pose}</pose></frame>')
             at, pose, attributes = f'<pose relative_to="{name}_at"/>', "", f' relative_to="{name}"'
         if variant == "expressed in":

@@ -220,6 +220,5 @@ class Arm(Case):
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
-        """Returns the solution slots in the format of the benchmarks."""
         found = self.found(q)
         return Answers(found.q, found.valid)

@@ -207,14 +207,13 @@ def write(folder: Path, rod="13/100"):
 
 
 def reference(rod):
-    """Returns the reference: the platform at the center, with cranks to the left of its pins."""
+    """Returns the reference, with the platform at the center and cranks to the left."""
     pose = np.zeros(3)
     return {"q": cranks(pose, rod, 1.0).tolist(), "z": pose.tolist()}
 
 
 def cranks(pose, rod, side):
-    """Returns the crank angles of a pose (..., 3) by geometry, or NaN if a leg is too
-    short."""
+    """Returns the crank angles of a pose (..., 3), or NaN if a leg is too short."""
     d = pins(pose) - BASE * DIRECTIONS
     r = np.hypot(d[..., 0], d[..., 1])
     with np.errstate(invalid="ignore"):

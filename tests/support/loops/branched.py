@@ -35,8 +35,7 @@ def guarded(value, size):
 
 
 def root(square):
-    """Returns the square root of a number, or 0 for a negative number (rounding or out of
-    reach)."""
+    """Returns the square root of a number, or 0 for a negative number."""
     return sp.sqrt(sp.Max(0, square))
 
 

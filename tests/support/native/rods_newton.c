@@ -18,7 +18,7 @@ static void turn(const double e[4], const double b[3], double r[3])
 }
 
 /* Writes the length errors and their derivatives with respect to a twist. Returns the largest
-   error. */
+ * error. */
 static double linear_system(const double *a, const double *b, const double *lengths,
                             const double *e, const double *p, double A[RODS][RODS + 1])
 {
@@ -46,7 +46,7 @@ static double linear_system(const double *a, const double *b, const double *leng
 }
 
 /* Solves linear equations by Gaussian elimination with pivots. The solution replaces the last
-   column. */
+ * column. */
 static void solve(double A[RODS][RODS + 1])
 {
     for (int k = 0; k < RODS; k++) {

@@ -313,7 +313,7 @@ static void check_damping(void)
 }
 
 /* Checks that the step scales with the twist and its bounds, and is finite without some bounds.
-   This function changes the bounds. */
+ * This function changes the bounds. */
 static void check_other_bounds(DampedBox *solver, const double *y, double *low, double *high)
 {
     int n = solver->n;

@@ -62,7 +62,6 @@ def _coupled(equation: str, coordinates: Mapping[str, mpmath.mpf]) -> mpmath.mpf
 
 
 def _leaders(equation: str) -> list[str]:
-    """Returns the names in the equation of a joint."""
     return [name for term in equation.split(" + ") if (name := term.partition(" * ")[2])]
 
 

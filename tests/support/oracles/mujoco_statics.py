@@ -181,7 +181,7 @@ class Model:
         )
 
     def axial(self, body, force):
-        """Returns the mean axial force of a rod, or 0 for a cylinder without an actuator."""
+        """Returns the mean axial force of a rod, or 0 for a passive cylinder."""
         if self.bodies[body].span.from_end:
             return 0.0
         u = self.poses[body][:3, 2]

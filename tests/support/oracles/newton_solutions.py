@@ -56,7 +56,10 @@ def regular_solutions(
 
 
 def _twists(T: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Returns twists (N, 6) from poses to T in base axes: position, then axis times sine."""
+    """Returns twists (N, 6) from poses to T in base axes.
+
+    The angular part is the rotation axis times the sine of the angle.
+    """
     E = T[:3, :3] @ np.swapaxes(here[:, :3, :3], -1, -2)
     w = [E[:, 2, 1] - E[:, 1, 2], E[:, 0, 2] - E[:, 2, 0], E[:, 1, 0] - E[:, 0, 1]]
     return np.concatenate([T[:3, 3] - here[:, :3, 3], np.stack(w, -1) / 2], -1)

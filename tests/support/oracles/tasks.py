@@ -27,7 +27,7 @@ class Task:
 
 
 def turned(R: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Returns the angle (...) of the rotation from one rotation matrix (..., 3, 3) to another."""
+    """Returns the angle (...) between two rotation matrices (..., 3, 3)."""
     between = np.swapaxes(R, -1, -2) @ wanted
     twice = between - np.swapaxes(between, -1, -2)
     sine = np.linalg.norm(twice[..., (2, 0, 1), (1, 2, 0)], axis=-1)
@@ -78,7 +78,7 @@ def _row(values: np.ndarray) -> np.ndarray:
 
 
 def _across(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """Returns the angular velocities of the tool about its x and y axes, which tilt its z axis."""
+    """Returns the angular velocity components about the x and y axes of the tool."""
     return np.swapaxes(T[..., :3, :2], -1, -2) @ J[..., 3:, :]
 
 

@@ -114,7 +114,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 
 
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Returns all distinct solutions (k, n) found by Newton's method for the target at q (n,).
+    """Returns the distinct solutions (k, n) of Newton's method for the target at q (n,).
 
     The iteration starts from many random coordinates.
     """

@@ -25,7 +25,6 @@ def inverse(chain: Screws) -> Inverse | None:
 
 
 def _generated(chain: Screws) -> ModuleType:
-    """The module that `ssik build` generates for an arm."""
     P = offsets(chain)
     name = f"ssik_{hashlib.sha256(chain.axes.tobytes() + P.tobytes()).hexdigest()[:16]}"
     path = BUILD / f"{name}.py"
