@@ -9,7 +9,8 @@ CC = "arm-none-eabi-gcc"
 QEMU = "qemu-system-arm"
 FLAGS = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-fno-math-errno"]
 TICKS_PER_INSTRUCTION = 1.6
-"""An instruction takes 64 ns in QEMU (``-icount shift=6``), a tick of the 25 MHz timer 40 ns."""
+"""An instruction takes 64 ns in QEMU (``-icount shift=6``). A tick of the 25 MHz timer takes 40
+ns."""
 LINKED = """\
 MEMORY { code (rx) : ORIGIN = 0, LENGTH = 4M  data (rw) : ORIGIN = 0x20000000, LENGTH = 4M }
 SECTIONS {

@@ -1,4 +1,6 @@
-"""Lets each memory allocation of some calls fail in turn, and prints as JSON how each call ends.
+"""Lets each memory allocation of some calls fail in turn.
+
+Prints as JSON how each call ends.
 
 Runs as a program with ``native/failing_allocations.c`` in LD_PRELOAD and PYTHONMALLOC=malloc.
 """

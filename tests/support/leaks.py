@@ -10,8 +10,8 @@ _ROUNDS = 3
 def assert_no_leaks(calls, watched, settle=gc.collect):
     """Repeats each call and compares references and allocated blocks.
 
-    A leak adds at least one memory block per call in each round. Threads of earlier tests allocate
-    blocks, too, but not in each round, so the smallest growth is compared.
+    A leak adds at least one memory block per call in each round. The smallest growth is compared,
+    because threads of earlier tests allocate blocks in some rounds.
     """
     for call in calls:
         _repeat(call, 3, settle)

@@ -73,8 +73,7 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
 
     The last mechanism has all errors.
 
-    Each nonzero placement length or rod length is 0.2 mm longer, and each joint axis is rotated by
-    0.1 degrees.
+    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees.
     """
     lengths: list[sp.Expr] = []
 

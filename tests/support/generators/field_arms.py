@@ -147,7 +147,7 @@ def calibrated(path: Path = CALIBRATION) -> FieldArm:
 
 
 def derived(arm: FieldArm, folder: Path) -> None:
-    """Derives an arm's URDF in a separate process, into a folder with the name of the arm.
+    """Derives an arm's URDF in a separate process.
 
     Raises:
         RuntimeError: The derivation failed. The message is the end of its output.

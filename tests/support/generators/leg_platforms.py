@@ -1,7 +1,7 @@
 """Random platforms on legs without ball joints, each a serial arm between base and platform.
 
-A tripteron has three PRRR legs. An Exechon has two UPR legs and one SPR leg. A 3-UPU, a 3-URU, a
-3-PUU and a 3-RUU delta keep the orientation of the platform by their universal joints.
+A tripteron has three PRRR legs. An Exechon has two UPR legs and one SPR leg. The universal joints
+of 3-UPU, 3-URU, 3-PUU and 3-RUU legs keep the orientation of the platform.
 """
 
 import numpy as np

@@ -124,8 +124,8 @@ class DrawnPlatform:
             q: (3,) actuated coordinates, or (3, n) with the coordinates of each row of x.
 
         Returns:
-            (n, 6) two closure errors per leg, and (n, 3) values that are positive if both frames of
-            a prismatic closure point in the same direction.
+            (n, 6) two closure errors per leg, and (n, 3) one value per leg. The value is positive
+            if both frames of a prismatic closure point in the same direction.
         """
         gaps, facing = [], []
         pose = _frames(*x[:, :3].T)

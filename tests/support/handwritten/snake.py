@@ -1,7 +1,6 @@
 """Handwritten planar snake with many links in the contract format.
 
-Forward kinematics is undefined if the first joint exceeds one radian, as if loops could not be
-closed.
+A pose contains NaN if the first joint exceeds one radian, as for loops that do not close.
 """
 
 from tests.support.handwritten import tiny

@@ -2,9 +2,8 @@
 
 Every body of the robot becomes a MuJoCo body, as does every rod, barrel and piston. The model is
 built at one configuration, at which all its coordinates are 0. Loops are cut at the second end of
-each strut and at each closure. MuJoCo's generalized gravity forces and point Jacobians then
-determine the forces at the cuts and the actuator forces. MuJoCo's internal forces are the joint
-loads.
+each strut and at each closure. The forces at the cuts and the actuator forces follow from MuJoCo's
+gravity forces and Jacobians. MuJoCo's internal forces are the joint loads.
 """
 
 from typing import NamedTuple

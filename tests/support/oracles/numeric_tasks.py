@@ -76,8 +76,8 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
-    # A small rotation displaces two axes of the tool by the rotation angle, or one axis if only one
-    # axis is compared.
+    # A small rotation displaces two axes of the tool by the rotation angle. With DIRECTION, only
+    # one axis is compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 def reached_poses(robot, T, limits, cells, step=0.25):
     """Returns the number of consecutive poses that a continuous motion reaches from the first pose.
 
-    A configuration continues a configuration of the previous pose if no coordinate differs by more
-    than ``step``. The motion starts at any configuration of the first pose.
+    Between consecutive poses, no coordinate moves by more than ``step``. The motion starts at any
+    configuration of the first pose.
 
     Args:
         robot: A redundant robot, with limits for all revolute joints.

@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-The toolbox robot is a shortest sequence of elements: a constant transform and a joint motion for
-each axis, and a constant transform to the tool.
+The toolbox robot has the fewest possible elements. Each axis has a constant transform and a joint
+motion, and the tool has a constant transform.
 """
 
 from collections.abc import Callable
