@@ -2,7 +2,8 @@
 
 A Par4 has four arms with pairs of rods. Two bars of its platform rotate the tool. A telescopic
 Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a pentapod. The fifth leg
-keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept carries a wrist.
+keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept
+carries a wrist.
 """
 
 import numpy as np
