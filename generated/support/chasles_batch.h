@@ -1,35 +1,33 @@
-/* Evaluates a batch of poses on SIMD lanes; each row of the batch is one pose. This file is part of
+/* Evaluates a batch of poses on SIMD lanes. Each row of the batch is a pose. This file is part of
  * chasles and is the same for every robot.
  *
- * The file is included for each instruction set, after chasles_lanes.h. Defines `lanes_run`, which
- * processes the rows in tiles of LANES rows: it transposes rows to lanes, runs a compiled function
- * and transposes the results back.
- */
+ * The file is included once per instruction set, after chasles_lanes.h. `lanes_run` processes the
+ * rows in tiles of LANES rows. The function transposes the inputs to lanes, runs a kernel and
+ * transposes the results back. */
 #ifndef CHASLES_BATCH_H
 #define CHASLES_BATCH_H
 
 #include <stdint.h>
 #include <string.h>
 
-#define LANES_MAX_INPUTS 256  /* total number of doubles in the inputs of a function */
-#define LANES_MAX_OUTPUTS 512 /* total number of doubles in the outputs of a function */
-#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs, and of outputs */
-#define LANES_LINE 8          /* number of doubles in a cache line */
-/* The work memory contains inputs, outputs, and collected outputs with one extra cache line each.
+#define LANES_MAX_INPUTS 256  /* maximum number of doubles in all inputs of a function */
+#define LANES_MAX_OUTPUTS 512 /* maximum number of doubles in all outputs of a function */
+#define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs or outputs */
+#define LANES_LINE 8          /* doubles in a cache line */
+/* Work memory for the inputs, the outputs, and the collected rows with one extra cache line each.
  */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
-/* Results above this size [bytes] bypass the caches, which could not hold them. */
+/* Results above this size [bytes] do not fit into the caches and bypass them. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
 typedef struct {
     int inputs, outputs;
-    const int *sizes; /* number of doubles in each input, then in each output */
+    const int *sizes; /* number of doubles in each input and each output */
 } lanes_shape;
 
-/* A result whose complete cache lines are written to memory. The rows of this result are collected
- * after the first cache line of `stage`. The last `held` doubles of this cache line belong to
- * earlier rows, which wait until the cache line at `to` is complete. The first `skipped` doubles at
- * `to` are not part of the result. */
+/* A result that is written to memory in complete cache lines. New rows are stored after the first
+ * cache line of `stage`. The last `held` doubles of the first cache line are left over from earlier
+ * rows. The first `skipped` doubles at `to` do not belong to the result. */
 typedef struct {
     double *to;
     size_t held, skipped;
@@ -41,8 +39,7 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- results that bypass the caches ---- */
 
-/* Writes all complete cache lines of the collected doubles; the remaining doubles wait for the next
- * tile. */
+/* Writes all complete cache lines. The remaining doubles are kept for the next tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
     const double *from = stream->stage + LANES_LINE - stream->held;
@@ -81,13 +78,12 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* The memory is aligned to a page, because storing and reloading at other addresses may take
-     * twice as long. */
+    /* The work memory is aligned to a page. Storing and loading at other addresses may take twice
+     * as long. */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;
-    /* The arrays are contiguous, because page-aligned arrays would compete for a few cache lines.
-     */
+    /* The arrays follow each other. Page-aligned arrays would compete for a few cache lines. */
     lanes *in = work, *out = in;
     for (int i = 0; i < shape->inputs; i++) {
         out += shape->sizes[i];

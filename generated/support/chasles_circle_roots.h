@@ -1,9 +1,8 @@
-/* The real roots of a trigonometric polynomial of degree at most 8. This file is part of chasles
- * and is the same for every robot.
+/* Finds the real roots of a trigonometric polynomial of degree at most 8. This file is part of
+ * chasles and is the same for every robot.
  *
- * The circle is divided into 96 cells with one Taylor series each. A cell is halved until its
- * Taylor terms prove that the polynomial has no root there, is monotonic, or is convex.
- */
+ * The circle is divided into 96 cells. Each cell has a Taylor series. A cell is halved until its
+ * Taylor terms show that the polynomial has no root, is monotonic or is convex. */
 #ifndef CHASLES_CIRCLE_ROOTS_H
 #define CHASLES_CIRCLE_ROOTS_H
 
@@ -19,16 +18,16 @@
 #define CHASLES_CELLS 96
 #define CHASLES_DEGREE 8
 #define CHASLES_MAX_ROOTS 32
-/* Number of terms in a Taylor series; the first omitted term is 1e-14 of the largest term. */
+/* Number of terms in a Taylor series. The first omitted term is 1e-14 of the largest term. */
 #define CHASLES_TERMS 11
-/* Maximum number of intervals to examine; typical poses need fifty, degenerate poses far more. */
+/* Maximum number of examined intervals. Typical poses need fifty, degenerate poses far more. */
 #define CHASLES_MAX_PARTS 400
-/* Maximum number of times a cell is halved, down to a width of 1e-6 rad. Roots that are closer
- * together than this width are treated as one root. */
+/* Maximum number of halvings of a cell. The smallest width is 1e-6 rad. Roots closer than this
+ * width count as one root. */
 #define CHASLES_HALVINGS 15
 #define CHASLES_TURN 6.283185307179586476925286766559
 
-/* The values cos(2 pi k / 96); the sine for index k is the cosine with index k + 72. */
+/* The values cos(2 pi k / 96). The sine for index k is the entry k + 72. */
 /* clang-format off */
 static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
     1.0, 0.9978589232386035, 0.9914448613738104, 0.9807852804032304, 0.9659258262890683,
@@ -73,7 +72,7 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
-/* Pascal's triangle, with rows padded to vectors. */
+/* Pascal's triangle. Its rows are padded to vectors. */
 #define CHASLES_PADDED 16
 static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0},
@@ -88,15 +87,15 @@ static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0},
     {1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0}};
 
-/* Returns the equivalent angle in (-pi, pi]. */
+/* Returns the angle modulo 2 pi in (-pi, pi]. */
 static double chasles_circle_wrapped(double angle)
 {
     const double wrapped = angle - CHASLES_TURN * floor(angle / CHASLES_TURN + 0.5);
     return wrapped <= -0.5 * CHASLES_TURN ? 0.5 * CHASLES_TURN : wrapped;
 }
 
-/* A trigonometric polynomial, the sum of a[k] cos(k x) + b[k] sin(k x), with its largest
- * coefficient and an error bound. */
+/* The trigonometric polynomial sum a[k] cos(k x) + b[k] sin(k x), its largest coefficient and its
+ * error bound. */
 typedef struct {
     double a[CHASLES_DEGREE + 1], b[CHASLES_DEGREE + 1];
     double most, noise;
@@ -105,13 +104,13 @@ typedef struct {
 typedef struct {
     int count;
     int unresolved;                      /* whether the interval may contain further roots */
-    int parts;                           /* number of intervals examined so far */
+    int parts;                           /* number of examined intervals */
     double angle[CHASLES_MAX_ROOTS];     /* angle of the suppressed joint */
-    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, else 0 */
+    double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, or 0 */
 } chasles_circle_roots;
 
-/* Taylor series of a polynomial at angles with known cosines and sines; the angle is scaled by a
- * radius. The factor weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+/* Computes Taylor series of a polynomial at several angles. The argument is scaled by a radius. The
+ * factor weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
@@ -138,7 +137,7 @@ CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, i
 /* A Taylor series on the interval |z| <= 1. */
 typedef struct {
     double from, radius; /* center and radius of the interval on the circle [rad] */
-    double nearly;       /* largest imaginary part of a root to find [rad] */
+    double nearly;       /* largest imaginary part of a root [rad] */
     double noise;
     double t[CHASLES_TERMS];
 } chasles_circle_part;
@@ -153,15 +152,14 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* A computed root whose error [rad] is above this value may represent several roots. */
+/* Error [rad] from which a computed root may represent several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Computes the Taylor series on one half of an interval; side (-1 or 1) selects the half. Term i of
- * the new series is side^i times the sum over k of (k over i) (side / 2)^k times term k of the
- * given series. */
+/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. New term i is
+ * side^i times the sum over k of (k over i) (side / 2)^k times old term k. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -197,7 +195,8 @@ static double chasles_circle_at(const double *t, double z, double *slope)
     return value;
 }
 
-/* Finds the zero of a Taylor series between two points with different signs, by Newton's method. */
+/* Finds the zero of a Taylor series by Newton's method. The series has different signs at both
+ * ends. */
 static double chasles_circle_zero(const double *t, double low, double high)
 {
     double slope;
@@ -220,7 +219,7 @@ static double chasles_circle_zero(const double *t, double low, double high)
     return z;
 }
 
-/* Finds the root in an interval where the Taylor series is monotonic, if there is a root. */
+/* Finds the root, if any, in an interval where the Taylor series is monotonic. */
 static void chasles_circle_monotonous(const chasles_circle_part *part, double low, double high,
                                       chasles_circle_roots *roots)
 {
@@ -268,8 +267,7 @@ static void chasles_circle_convex(const chasles_circle_part *part, chasles_circl
 static void chasles_circle_divided(const chasles_circle_part *part, int halvings,
                                    chasles_circle_roots *roots)
 {
-    /* Three test results for an interval: no root and no nearly real root; no extremum; no
-     * inflection point. */
+    /* The tests show that the interval has no root, no extremum or no inflection point. */
     const double wide = 1.0 + part->nearly / part->radius;
     double value = 0.0, slope = part->noise, bend = part->noise, power = 1.0;
     for (int k = 1; k < CHASLES_TERMS; k++) {
@@ -286,7 +284,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
         return;
     }
     if (value < part->noise || halvings == 0) {
-        /* A single point represents several close roots. */
+        /* Close roots are stored as a single point. */
         const int last = roots->count - 1;
         if (last < 0 || !(fabs(roots->angle[last] - part->from) < CHASLES_TWINS))
             chasles_circle_add(roots, part->from, part->radius);
@@ -304,8 +302,7 @@ static void chasles_circle_divided(const chasles_circle_part *part, int halvings
     }
 }
 
-/* Recomputes the Taylor series of an interval from new samples if the polynomial is small in the
- * whole cell. */
+/* Recomputes the Taylor series of an interval from new samples. */
 typedef void (*chasles_circle_sampler)(const void *source, chasles_circle_part *part);
 
 /* Finds the roots in a cell. */
@@ -319,13 +316,13 @@ static void chasles_circle_cell(chasles_circle_sampler sampler, const void *sour
     if (sampler && most < CHASLES_BLURRED * noise)
         sampler(source, part);
     chasles_circle_divided(part, CHASLES_HALVINGS, roots);
-    /* Rounding errors may hide two roots at both sides of a cell boundary. */
+    /* Rounding errors may hide roots near a cell boundary. */
     if (fabs(chasles_circle_at(part->t, 1.0, &slope)) < CHASLES_UNSURE * part->noise)
         chasles_circle_add(roots, part->from + part->radius, CHASLES_EDGE);
 }
 
-/* Finds the real roots, and the angles near which two roots nearly coincide. The sampler is NULL if
- * no new samples can be computed. */
+/* Finds the real roots and the angles where two roots nearly coincide. If the sampler is NULL, no
+ * new samples are computed. */
 static void chasles_circle_real(chasles_circle_sampler sampler, const void *source,
                                 const chasles_circle_series *series, chasles_circle_roots *roots)
 {

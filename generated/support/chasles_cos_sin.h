@@ -1,18 +1,17 @@
-/* Computes the cosines and sines of all angles of a pose at once. This file is part of chasles and
- * is the same for every robot.
+/* Computes the cosines and sines of several angles. This file is part of chasles and is the same
+ * for every robot.
  *
- * Uses libmvec, the vector library of glibc, with four or eight angles per call, if the compiler
- * flags allow AVX2 or AVX-512. Otherwise, plain C with libm is used. The results differ by at most
- * one unit in the last place; define CHASLES_PLAIN to use libm everywhere.
- */
+ * Uses libmvec, the vector library of glibc, if the compiler supports AVX2 or AVX-512. Each call
+ * then computes four or eight angles. Otherwise, libm is used. The results differ by at most one
+ * unit in the last place. Define CHASLES_PLAIN to use libm everywhere. */
 #ifndef CHASLES_COS_SIN_H
 #define CHASLES_COS_SIN_H
 
 #include <math.h>
 
-/* GCC 12 produced wrong results when it packed scalar code into AVX-512 vectors (for the rods of a
- * delta robot, -O2 -march=native -fno-math-errno). Packing scalar code into vectors does not make
- * this code faster. */
+/* GCC 12 computed wrong results when it packed scalar code into AVX-512 vectors. This happened for
+ * the rods of a delta robot with -O2 -march=native -fno-math-errno. The packing does not make this
+ * code faster. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize")
 #endif
@@ -47,8 +46,8 @@ static inline void chasles_cos_sin(int n, const double *angle, double *c, double
 {
     for (int k = 0; k < n; k += CHASLES_ANGLES) {
         size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
-        /* The halves are joined in registers, because a load of two recently stored halves waits
-         * for both stores. */
+        /* The halves are joined in registers. Loading two recently stored halves would wait for
+         * both stores. */
         const chasles_angles some = {
             CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
 #if CHASLES_ANGLES == 8

@@ -1,13 +1,12 @@
-/* Vector lanes: LANES values are computed at once, one per pose or branch. This file is part of
- * chasles and is the same for every robot.
+/* Computes LANES values at once, one per pose or branch. This file is part of chasles and is the
+ * same for every robot.
  *
- * The file is included at least once for each instruction set, with CHASLES_ISA 0 (baseline), 1
- * (AVX2) or 2 (AVX-512). The file defines the type `lanes` with its functions, and conversions
- * between rows and lanes. Each lane has the same result as scalar C, including NaN and infinities,
- * except for the last digits of transcendental functions. The angle of a point has an error of at
- * most 2 units in the last place; the cosine and sine with FMA have an error of at most 1.5 units.
- * Other functions come from libmvec, the vector library of glibc, with errors of up to 4 units.
- */
+ * The file is included for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2
+ * (AVX-512). The file defines the type `lanes`, its functions, and conversions between rows and
+ * lanes. Each lane has the same result as scalar C, including NaN and infinities. The last digits
+ * of transcendental functions may differ. The error of an angle is at most 2 units in the last
+ * place. With FMA, the error of a cosine or sine is at most 1.5 units. Other functions come from
+ * libmvec, the vector library of glibc. Their error is at most 4 units. */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
@@ -18,7 +17,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Minimax polynomials on |y| <= pi/4 with z = y^2, highest powers first: sin y = y + y z P(z) to
+/* Minimax polynomials for |y| <= pi/4 with z = y^2, highest powers first. sin y = y + y z P(z) to
  * 2^-57, and cos y = 1 - z/2 + z^2 Q(z) to 2^-63. */
 static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-08,
                                     2.7557313621395764e-06, -0.00019841269829589612,
@@ -26,11 +25,12 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles. Each summand is rounded down, so that the reduced angle of -0 is -0. */
+/* pi/2 as a sum of doubles. Rounding down keeps the reduced angle of -0 at -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
-#define LANES_FARTHEST 1e5 /* maximum angle [rad]; for larger angles, libmvec is used */
-/* Minimax polynomial on |t| <= 1/2, z = t^2, lowest power first: atan t = t + t z P(z) to 2^-57. */
+#define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes larger angles */
+/* Minimax polynomial for |t| <= 1/2 with z = t^2, lowest power first. atan t = t + t z P(z) to
+ * 2^-57. */
 static const double lanes_arctangent[] = {
     -0.3333333333333298,   0.19999999999903106, -0.14285714276386502, 0.11111110659684081,
     -0.09090896246194469,  0.07692073937540857, -0.0666381088370742,  0.05858300759286596,
@@ -38,8 +38,8 @@ static const double lanes_arctangent[] = {
 
 #define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* LANES_SCHEDULED interleaves the computation of two independent vectors. LANES_SPARING also spills
- * fewer registers to memory, for code with many sequential dependencies. */
+/* LANES_SCHEDULED lets the compiler interleave two independent vectors. LANES_SPARING spills fewer
+ * registers to memory. It suits code with long chains of dependencies. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -55,8 +55,8 @@ static const double lanes_arctangent[] = {
 
 /* Subtracting +0 preserves -0. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions have the vector type `lanes_where`. A condition selects bits, so a NaN in the
- * unselected value has no effect. */
+/* Conditions have the vector type `lanes_where`. A condition selects bits. A NaN in the unselected
+ * value has no effect. */
 #define LANES_NOT(x) ((lanes_where) ~(x))
 #define LANES_AND(x, y) ((lanes_where)((x) & (y)))
 #define LANES_OR(x, y) ((lanes_where)((x) | (y)))
@@ -64,7 +64,7 @@ static const double lanes_arctangent[] = {
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 #define LANES_COUNT(branches) ((branches) < LANES ? (branches) : LANES) /* in one vector */
 
-/* Declares the result of a function of one or two lane vectors. */
+/* Declares the result of a function with one or two lane vectors as arguments. */
 #define LANES_LET1(value, name, x) \
     lanes value;                   \
     LANES_NAME(lanes_##name)(&x, &value)
@@ -75,8 +75,8 @@ static const double lanes_arctangent[] = {
     lanes c, s;                \
     LANES_NAME(lanes_cos_sin)(&x, &c, &s)
 
-/* Functions of lanes take their arguments by address, because the baseline ABI cannot pass wider
- * vectors by value. Each function calls libmvec once per register of the instruction set. */
+/* Functions take lane vectors by address, because the baseline ABI cannot pass wide vectors by
+ * value. Each function calls libmvec once per register. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                       \
@@ -89,7 +89,7 @@ static const double lanes_arctangent[] = {
 #define LANES_LIBMVEC(name)                                 \
     LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part); \
     LANES_BY_PARTS(name, LANES_VECTOR(name))
-/* Fallback if libmvec lacks this function. */
+/* Used if libmvec lacks the function. */
 #define LANES_LIBM(name)                                                                   \
     static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value) \
     {                                                                                      \
@@ -122,11 +122,11 @@ static const double lanes_arctangent[] = {
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* For all processors, GCC tunes the code for Haswell, because two interleaved vectors then spill
- * the fewest registers (GCC 12). The tables for Skylake or Zen make the code a third slower.
+/* GCC tunes the code for Haswell. Two interleaved vectors then spill the fewest registers (GCC 12).
+ * Tuning for Skylake or Zen makes the code a third slower.
  *
- * LANES_MAX and LANES_MIN return the second argument if one is NaN. LANES_MINUS contains the sign
- * bit in lanes where a condition is true. */
+ * LANES_MAX and LANES_MIN return the second argument if an argument is NaN. LANES_MINUS is the sign
+ * bit in lanes with a true condition, otherwise 0. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
@@ -169,7 +169,7 @@ static const double lanes_arctangent[] = {
 #define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition is used */
+#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* only the first bit of a condition matters */
 #define LANES_CHOICE(condition, x, y) \
     ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
 #define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
@@ -218,10 +218,10 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* Computes 1 / sqrt(x) to 2 units in the last place, if x and 1 / x are normal numbers; the result
- * is NaN if x is negative or NaN. With AVX-512, a 14-bit estimate with the error e is refined by
- * the series of (1 - e)^(-1/2); e is at most 2^-13, and the truncation error is 35/128 e^4. Other
- * instruction sets compute the square root and the quotient independently. */
+/* Computes 1 / sqrt(x) to 2 units in the last place if x and 1 / x are normal numbers. The result
+ * is NaN if x is negative or NaN. AVX-512 estimates the result with an error e of at most 2^-13.
+ * The series of (1 - e)^(-1/2) refines the estimate with a truncation error of 35/128 e^4. Other
+ * instruction sets compute the square root and the quotient separately. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
