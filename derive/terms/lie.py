@@ -170,8 +170,8 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     Args:
         direction: (3, 1) unit vector along the axis. Symbols are assumed to have unit length.
         point: (3, 1) any point of the axis, meter, in the same frame.
-        pitch: Translation per angle, meter per radian. The pitch of a revolute joint is 0, that of
-            a prismatic joint is `sympy.oo`, with the twist (direction, 0).
+        pitch: Translation per angle, meter per radian. The pitch of a revolute joint is 0. The
+            pitch of a prismatic joint is `sympy.oo`, with the twist (direction, 0).
 
     Returns:
         (6, 1) twist (v, omega) of unit speed, in the frame of `direction`.

@@ -1,8 +1,8 @@
 """Machine tools: consecutive prismatic joints and revolute joints.
 
-Gantries and single joints also have this structure. No revolute joint lies between the prismatic
-joints, of which there are at most three. The orientation determines the revolute joints. The
-position error that remains determines the prismatic joints.
+Gantries and single joints also have this structure. At most three prismatic joints follow each
+other. The orientation determines the revolute joints. The position error that remains determines
+the prismatic joints.
 
 There are up to two revolute joints. Three revolute joints need three prismatic joints, or axes that
 intersect in one point. If the first and the third axis become parallel, the orientation determines

@@ -1,4 +1,4 @@
-"""Three revolute joints, of which two in succession are parallel.
+"""Three revolute joints with two adjacent parallel axes.
 
 The orientation determines the third joint and the sum of the parallel joints. The position
 determines the first of the parallel joints. Maximum number of solutions: 1.

@@ -338,7 +338,7 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
     Args:
         found: The coefficients (C, 14, 9) and (C, 3, 14, 9) of the equations.
         order: The elimination order of the equations.
-        q: Joint values (C, 6), of which only the suppressed angle is used.
+        q: Joint values (C, 6). Only the suppressed angle is used.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES

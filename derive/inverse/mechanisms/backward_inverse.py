@@ -82,9 +82,7 @@ def is_carried(h: SolvedLoops) -> bool:
 def missing(h: SolvedLoops) -> str:
     """Returns the reason why a robot with iterated loops has no ``ik``.
 
-    The text is empty if the reason is unknown.
-
-    A robot without the functions ``ik`` that follow from loops.
+    The text is empty if the reason is unknown. The robot must have no ``ik`` from its loops.
     """
     if not h.forward.open or h.may_have_inverse or triad_of(h) is not None:
         return ""

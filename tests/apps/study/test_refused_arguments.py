@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three positions, of which the first two are equal by default."""
+    """Returns three positions. By default, the first two are equal."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 

@@ -225,7 +225,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(robot, joints=joints)
 
-    # The zero position of a motor is identifiable, but that of a passive joint is arbitrary.
+    # A motor has an identifiable zero position. The zero position of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), robot)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, robot)[1] < 3e-3

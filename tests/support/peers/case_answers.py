@@ -27,5 +27,5 @@ def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Tests whether the robot has infinitely many solutions, of which the library selects some."""
+    """Tests whether the robot has infinitely many solutions. The library selects some of them."""
     return name == "ssik" and case.robot.n > MAX_JOINTS
