@@ -25,6 +25,7 @@ from chasles.contract import check_type
 from chasles.fixed import values_at
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 
 _TRIES = (
     (17, 1.0, 0.02, CubicSpline),
@@ -51,6 +52,8 @@ _GAIN = 1e-3
 """The grid becomes finer below this relative decrease of the cost."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
+_PAIRS = 2**22
+"""Maximum number of pairs of configurations that are compared at once (32 MB per array)."""
 _RANDOM = 1024
 """Number of random configurations that estimate the range of a joint in a loop."""
 
@@ -235,10 +238,12 @@ class _Search:
         weight = max(len(states) - 1, 1)
         cost, backward = _squares(self._features(self.q_seed[None]), features[0])[0], []
         for knot, (before, after) in enumerate(itertools.pairwise(features)):
-            squares = _squares(before, after)
-            total = cost[:, None] + np.where(squares <= _STEP**2, weight * squares, np.inf)
-            backward.append(total.argmin(0))
-            cost = total.min(0)
+            # All pairs of many windings can need more memory than a computer has.
+            columns = max(1, _PAIRS // len(before))
+            parts = [after[k : k + columns] for k in range(0, len(after), columns)]
+            best = [_predecessors(cost, before, part, weight) for part in parts]
+            steps, cost = (np.concatenate(found) for found in zip(*best, strict=True))
+            backward.append(steps)
             if not np.isfinite(cost).any():
                 raise _Blocked(knot + 1)
         index = [int(cost.argmin())]
@@ -276,6 +281,15 @@ class _Search:
         angles = np.array([coordinate.unit == "rad" for coordinate in self.robot.coordinates])
         turns = angles & ~np.isfinite(self.bounds).any(1)
         return np.hstack([(q / units)[:, ~turns], np.cos(q[:, turns]), np.sin(q[:, turns])])
+
+
+def _predecessors(
+    cost: FloatArray, before: FloatArray, after: FloatArray, weight: int
+) -> tuple[IntArray, FloatArray]:
+    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f)."""
+    squares = _squares(before, after)
+    total = cost[:, None] + np.where(squares <= _STEP**2, weight * squares, np.inf)
+    return total.argmin(0), total.min(0)
 
 
 def _squares(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -169,3 +169,14 @@ def test_limits_of_another_shape_are_refused(limits):
     T = robot.fk(robot.limits.mean(1))[None]
     with pytest.raises(InputValueError, match="limits"):
         resolve_redundancy(robot, T, robot.limits.mean(1), limits=limits)
+
+
+def test_blocks_of_configurations_do_not_change_the_path(monkeypatch):
+    """Many windings are compared in blocks, because all pairs would need too much memory."""
+    panda = chasles.load("panda")
+    q_start, curve = next(curves(panda, np.random.default_rng(3), 1))
+    poses = curve.at(np.linspace(0, curve.length, 9)).T
+    expected = resolve_redundancy(panda, poses, q_start).q
+    monkeypatch.setattr(global_redundancy, "_PAIRS", 1000)
+    found = resolve_redundancy(panda, poses, q_start).q
+    np.testing.assert_allclose(found, expected, atol=1e-9)
