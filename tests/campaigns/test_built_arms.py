@@ -24,5 +24,9 @@ def test_inverse_of_built_arm_is_complete_near_singularities():
     assert_within_bars(judged(99150880000001))
 
 
+def test_as_built_arm_without_loops_has_an_inverse():
+    assert_within_bars(judged(251648512000001))
+
+
 def assert_within_bars(found):
     assert {key: vars(found)[key] <= bar for key, bar in BARS.items()} == dict.fromkeys(BARS, True)

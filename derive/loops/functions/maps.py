@@ -402,6 +402,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         found |= backward_makers(from_chain(h))
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
-        if h.mechanism.loop_joints:
+        # The inverse of an as-built robot calls this map, also if the robot has no loops.
+        if h.mechanism.loop_joints or h.mechanism.nominal is not None:
             found |= {"actuators_all": actuators_all}
     return found
