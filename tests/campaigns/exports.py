@@ -66,7 +66,8 @@ def trial(number: int) -> Outcome:
             if worst > TOLERANCE:
                 failures.append(f"{robot.name}, plugin of MoveIt: differs by {worst:.1e}")
         if shutil.which("octave-cli"):
-            failures += in_octave(robot, Path(folder), rng)
+            os.environ["CHASLES_CFLAGS"] = f"{EXACT} {octave.BASELINE}"
+            failures += in_octave(chasles.load(robot.name), Path(folder), rng)
     counts = {"functions": len(compiled_functions(robot)), "finite values": finite}
     return Outcome(counts, tuple(failures), {"difference": largest})
 
