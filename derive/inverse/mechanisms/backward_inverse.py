@@ -90,7 +90,7 @@ def missing(h: SolvedLoops) -> str:
         return f"the main chain does not determine {listed(h.backward.open)} in closed form"
     if _chain(h):
         return ""
-    reason = classify(h.robot, h.terms).missing
+    reason = "" if carried_wrist.keeps_planes(h) else classify(h.robot, h.terms).missing
     return f"for the main chain, {reason}" if reason else carried_wrist.missing(h)
 
 

@@ -203,51 +203,100 @@ def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
     Args:
         h: The robot.
     """
-    m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
-    ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
-    bodies = [joint.link for joint in chain if joint.link in ends]
-    count = 1 + [joint.link for joint in chain].index(bodies[0]) if bodies else 0
-    parts = [
-        [joint for joint in part if joint.kind != "fixed"]
-        for part in (chain[:count], chain[count:])
-    ]
-    if len(bodies) != 1 or not all(parts):
-        return None
-    platform = replace(h.robot, joints=h.robot.joints[:count], tool=())
-    wrist = replace(h.robot, joints=h.robot.joints[count:], base=())
-    axes = Lines(h.terms, axes_of(wrist, h.terms))
-    found = [_plane(h, loop) for loop in loops(m)]
-    found += [] if len(platform.moving) == FREE else [_plane_of_chain(platform, h.terms)]
-    planes = tuple(plane for plane in found if plane is not None)
-    is_complete = len(found) == len(planes) == LEGS and len(h.q) == LEGS + len(axes.axes)
-    if not is_complete or not _meet(axes):
-        return None
-    structure, center = structure_of(platform, h.terms), _center(axes)
-    least = min(float(np.linalg.norm(plane.ball - center)) for plane in planes)
-    if structure is None or least <= EXACT_STRUCTURE * h.numbers.size:
-        return None
-    return CarriedWrist(h.robot, platform, wrist, *structure, axes, planes)
+    found = _found(h)
+    return found if isinstance(found, CarriedWrist) else None
 
 
 def missing(h: SolvedLoops) -> str:
-    """Returns the reason why a chain with coupled joints before other joints has no ``ik``."""
+    """Returns the reason why a chain with coupled joints before other joints has no ``ik``.
+
+    The text is empty if the chain is a platform with a wrist.
+    """
+    found = _found(h)
+    if isinstance(found, CarriedWrist):
+        return ""
     actuated = {c.moves for c in h.mechanism.coordinates}
-    names = [joint.name for joint in h.robot.moving]
-    coupled = [name for name in names if name not in actuated]
-    behind = names[1 + max(map(names.index, coupled), default=0) :]
-    unlike = f", unlike those of {listed(behind)}" if behind else ""
-    return (
-        f"the loops couple {listed(coupled)}, so that a pose of the tool determines these joints "
-        "only if three legs each keep a ball joint in a plane and one to three revolute axes on "
-        f"the platform meet in one point{unlike}"
-    )
+    coupled = [joint.name for joint in h.robot.moving if joint.name not in actuated]
+    couple = f"the loops couple {listed(coupled)}, so that " if coupled else ""
+    return f"{couple}a pose of the tool does not determine the platform in closed form: {found}"
 
 
-def _meet(axes: Lines) -> bool:
-    """Whether one to three revolute axes meet in a point."""
-    if not all(axis.turns for axis in axes.axes) or not 0 < len(axes.axes) <= TURNS:
-        return False
-    return len(axes.axes) == 1 or axes.meet(*range(len(axes.axes)))
+def keeps_planes(h: SolvedLoops) -> bool:
+    """Whether the main chain is a platform with joints, and each leg keeps a ball in a plane."""
+    parts = _parts(h)
+    return not isinstance(parts, str) and not isinstance(_planes(h, parts[0]), str)
+
+
+def _parts(h: SolvedLoops) -> tuple[SerialRobot, SerialRobot] | str:
+    """Returns the joints before and on a platform, or the condition that fails."""
+    m, chain = h.mechanism, h.mechanism.path_to(h.mechanism.tool_body)
+    ends = {frame.body for item in m.loop_joints for frame in (item.a, item.b)}
+    bodies = [joint.link for joint in chain if joint.link in ends]
+    if len(bodies) != 1:
+        return f"the main chain must have one body at which legs end, but it has {len(bodies)}"
+    count = 1 + [joint.link for joint in chain].index(bodies[0])
+    platform = replace(h.robot, joints=h.robot.joints[:count], tool=())
+    wrist = replace(h.robot, joints=h.robot.joints[count:], base=())
+    if not platform.moving or not wrist.moving:
+        return f"no joint moves {'the' if wrist.moving else 'the tool on the'} body {bodies[0]}"
+    return platform, wrist
+
+
+def _found(h: SolvedLoops) -> CarriedWrist | str:
+    """Returns the platform and the wrist of a main chain, or the condition that fails."""
+    parts = _parts(h)
+    if isinstance(parts, str):
+        return parts
+    platform, wrist = parts
+    axes = Lines(h.terms, axes_of(wrist, h.terms))
+    planes = _planes(h, platform)
+    why = planes if isinstance(planes, str) else _unlike_wrist(wrist, axes)
+    if isinstance(planes, str) or why:
+        return why
+    needed, body = LEGS + len(axes.axes), platform.joints[-1].link
+    if len(h.q) != needed:
+        return f"the robot must have {needed} actuated coordinates, but it has {len(h.q)}"
+    structure, center = structure_of(platform, h.terms), _center(axes)
+    least = min(float(np.linalg.norm(plane.ball - center)) for plane in planes)
+    if structure is None:
+        return f"the pose of {body} does not determine its joints in closed form"
+    if least <= EXACT_STRUCTURE * h.numbers.size:
+        return f"the axes of {listed(_names(wrist))} meet in the center of a ball joint"
+    return CarriedWrist(h.robot, platform, wrist, *structure, axes, planes)
+
+
+def _planes(h: SolvedLoops, platform: SerialRobot) -> tuple[Plane, ...] | str:
+    """Returns the planes of the three ball joints, or the condition that fails."""
+    found = {
+        f"the leg that ends at {loop.loop_joint.name}": _plane(h, loop)
+        for loop in loops(h.mechanism)
+    }
+    if len(platform.moving) != FREE:
+        found[f"the leg of {listed(_names(platform))}"] = _plane_of_chain(platform, h.terms)
+    if len(found) != LEGS:
+        return f"the platform must have {LEGS} legs, but it has {len(found)}"
+    planes = tuple(plane for plane in found.values() if plane is not None)
+    if len(planes) == LEGS:
+        return planes
+    others = listed([leg for leg, plane in found.items() if plane is None])
+    return f"each leg must keep a ball joint in a plane, unlike {others}"
+
+
+def _unlike_wrist(wrist: SerialRobot, axes: Lines) -> str:
+    """Returns the condition that the joints on a platform do not meet, or an empty text."""
+    names = _names(wrist)
+    slides = [name for name, axis in zip(names, axes.axes, strict=True) if not axis.turns]
+    if len(names) > TURNS:
+        return f"the platform may carry {TURNS} joints, but it carries {listed(names)}"
+    if slides:
+        return f"the joints on the platform must be revolute, unlike {listed(slides)}"
+    if len(names) > 1 and not axes.meet(*range(len(names))):
+        return f"the axes of {listed(names)} do not meet in one point"
+    return ""
+
+
+def _names(robot: SerialRobot) -> list[str]:
+    return [joint.name for joint in robot.moving]
 
 
 def _center(axes: Lines) -> FloatArray:
