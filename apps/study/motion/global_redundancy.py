@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.spatial import cKDTree
 
 from chasles import InputValueError, JointPath, OutOfReachError, Robot, ShapeError
 from chasles.arrays import real_array
@@ -52,8 +53,6 @@ _GAIN = 1e-3
 """The grid becomes finer below this relative decrease of the cost."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
-_PAIRS = 2**22
-"""Maximum number of pairs of configurations that are compared at once (32 MB per array)."""
 _RANDOM = 1024
 """Number of random configurations that estimate the range of a joint in a loop."""
 
@@ -236,13 +235,10 @@ class _Search:
         states = self._states(parameters)
         features = [self._features(state.q) for state in states]
         weight = max(len(states) - 1, 1)
-        cost, backward = _squares(self._features(self.q_seed[None]), features[0])[0], []
+        cost = ((self._features(self.q_seed[None]) - features[0]) ** 2).sum(1)
+        backward = []
         for knot, (before, after) in enumerate(itertools.pairwise(features)):
-            # All pairs of many windings can need more memory than a computer has.
-            columns = max(1, _PAIRS // len(before))
-            parts = [after[k : k + columns] for k in range(0, len(after), columns)]
-            best = [_predecessors(cost, before, part, weight) for part in parts]
-            steps, cost = (np.concatenate(found) for found in zip(*best, strict=True))
+            steps, cost = _predecessors(cost, before, after, weight)
             backward.append(steps)
             if not np.isfinite(cost).any():
                 raise _Blocked(knot + 1)
@@ -286,16 +282,27 @@ class _Search:
 def _predecessors(
     cost: FloatArray, before: FloatArray, after: FloatArray, weight: int
 ) -> tuple[IntArray, FloatArray]:
-    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f)."""
-    squares = _squares(before, after)
-    total = cost[:, None] + np.where(squares <= _STEP**2, weight * squares, np.inf)
-    return total.argmin(0), total.min(0)
+    """Return (predecessor (l,), cost (l,)) of the cheapest step to each vector (l, f).
 
-
-def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the squared distances (k, l) of vectors (k, f) and (l, f)."""
-    squares = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
-    return np.asarray(np.maximum(squares, 0.0))
+    With sqrt(cost / weight) as a further coordinate of `before`, the cheapest step is the shortest
+    step. A k-d tree finds this step without the distances of all pairs. If the shortest step is too
+    long, all vectors within the maximum distance are compared.
+    """
+    reached = np.flatnonzero(np.isfinite(cost))
+    height = np.sqrt((cost[reached] - cost[reached].min()) / weight)
+    tree = cKDTree(np.column_stack([before[reached], height]))
+    _, nearest = tree.query(np.pad(after, ((0, 0), (0, 1))))
+    steps = reached[nearest]
+    squares = ((before[steps] - after) ** 2).sum(1)
+    least = cost[steps] + np.where(squares <= _STEP**2, weight * squares, np.inf)
+    far = np.flatnonzero(np.isinf(least))
+    near = cKDTree(before[reached]).query_ball_point(after[far], _STEP)
+    for k, candidates in zip(far, near, strict=True):
+        if candidates:
+            index = reached[candidates]
+            total = cost[index] + weight * ((before[index] - after[k]) ** 2).sum(1)
+            steps[k], least[k] = index[total.argmin()], total.min()
+    return steps, least
 
 
 def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:

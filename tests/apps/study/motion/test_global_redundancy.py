@@ -171,12 +171,18 @@ def test_limits_of_another_shape_are_refused(limits):
         resolve_redundancy(robot, T, robot.limits.mean(1), limits=limits)
 
 
-def test_blocks_of_configurations_do_not_change_the_path(monkeypatch):
-    """Many windings are compared in blocks, because all pairs would need too much memory."""
-    panda = chasles.load("panda")
-    q_start, curve = next(curves(panda, np.random.default_rng(3), 1))
-    poses = curve.at(np.linspace(0, curve.length, 9)).T
-    expected = resolve_redundancy(panda, poses, q_start).q
-    monkeypatch.setattr(global_redundancy, "_PAIRS", 1000)
-    found = resolve_redundancy(panda, poses, q_start).q
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+@pytest.mark.parametrize("spread", [0.3, 3.0], ids=["near", "far"])
+@pytest.mark.parametrize("highest", [1.0, 200.0], ids=["equal costs", "different costs"])
+def test_predecessors_are_the_cheapest_of_all_pairs(spread, highest):
+    """A high cost makes the shortest step with the cost as a coordinate too long."""
+    rng = np.random.default_rng(5)
+    before, after = (rng.normal(0, spread, (count, 4)) for count in (300, 200))
+    cost = np.where(rng.random(300) < 0.2, np.inf, rng.uniform(0, highest, 300))
+    steps, found = global_redundancy._predecessors(cost, before, after, 10)
+    squares = ((before[:, None] - after) ** 2).sum(2)
+    total = cost[:, None] + np.where(squares <= 1, 10 * squares, np.inf)
+    np.testing.assert_allclose(found, total.min(0), rtol=1e-12)
+    reached = np.isfinite(found)
+    np.testing.assert_array_equal(steps[reached], total.argmin(0)[reached])
+    assert reached.any()
+    assert reached.all() == (spread < 1)
