@@ -24,7 +24,8 @@ def for_jax(robot: Robot, folder: str | os.PathLike[str] | None = None) -> Diffe
 
     Raises:
         NotInstalledError: JAX is not installed.
-        InputValueError: The robot or the folder lacks a required function.
+        InputValueError: The robot lacks a function that derivatives need, or `folder` lacks the
+            exported file of the robot.
     """
     check_type("for_jax: robot", robot, Robot)
     with requires("chasles[jax]"):

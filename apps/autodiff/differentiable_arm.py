@@ -1,4 +1,4 @@
-"""Differentiable robots and their solutions."""
+"""Robot functions with automatic differentiation, and the solutions of their inverse kinematics."""
 
 from __future__ import annotations
 

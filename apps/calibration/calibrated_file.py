@@ -1,9 +1,9 @@
 """Robot files of calibrated robots.
 
 A serial robot is described by the screw axes of its joints and its home tool pose. Screw axes
-describe every chain exactly. For a robot with loops, the result is the nominal file with the
-identified parameters. The compiler infers the nominal structure from the values. The inverse
-refines the solutions of the nominal structure.
+describe every chain exactly. For a robot with loops, the result is the nominal robot file with the
+identified parameters. The compiler infers the nominal robot from the values. The inverse kinematics
+solves the nominal robot first. Newton's method then refines each solution for the calibrated robot.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ _PITCH = 1e-12
 _METER = 15
 """Number of decimal places of a length in meters. A length that is 0 by design stays exactly 0."""
 _DEGREE = 13
-"""Number of decimal places of an angle in degrees (2e-15 rad). Right angles stay exact."""
+"""Number of decimal places of an angle in degrees (2e-15 rad). Rounding keeps angles of exactly 90
+degrees exact."""
 FloatArray = NDArray[np.float64]
 
 
@@ -39,13 +40,14 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         p: The identified geometry.
         name: Name of the calibrated robot.
         source: Source of the values, as written to the file.
-        nominal: Name or file of the nominal robot. The inverse of a robot with loops refines the
-            solutions of the nominal robot. Without a nominal robot, the compiler rounds lengths to
-            a grid.
+        nominal: Name or file of the nominal robot. For a robot with loops, the inverse kinematics
+            solves the nominal robot first and then refines each solution. Without a nominal robot,
+            the compiler rounds lengths to a grid.
 
-    Gains and periodic errors of drives become transmissions. Joint compliances become springs. The
-    functions of the calibrated robot expect true coordinates. `coordinates_from_readings` and
-    `readings_from_coordinates` convert between true coordinates and encoder readings.
+    The gain and the periodic error of a drive are written as a `[[transmissions]]` table. The
+    compliance of a joint is written as a spring. The functions of the calibrated robot expect true
+    coordinates. `coordinates_from_readings` and `readings_from_coordinates` convert between true
+    coordinates and encoder readings.
 
     Raises:
         InputValueError: A coordinate moves several joints.
@@ -97,7 +99,7 @@ def couplings_text(robot: Robot, p: FloatArray) -> str:
 
     Args:
         robot: The nominal robot, with parametric functions.
-        p: The identified geometry, with the ratios of the couplings.
+        p: The identified geometry. It includes the ratios of the joint couplings.
     """
     identified = {
         (item.joint, item.name): float(value)
@@ -189,7 +191,7 @@ def _has_turned(robot: Robot, p: FloatArray) -> bool:
 
 
 def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
-    """Return the [[transmissions]] tables of inexact drives, or "" if all drives are exact.
+    """Return a [[transmissions]] table for each drive with an identified error, or "".
 
     Args:
         robot: The nominal robot, with parametric functions.
@@ -210,7 +212,9 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 
 
 def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
-    """Return the gravity line and the spring tables, or "" if all joints are rigid.
+    """Return the gravity vector and the joint springs as text of a robot file.
+
+    Both texts are empty if all joints are rigid.
 
     Args:
         robot: The nominal arm, with parametric functions.

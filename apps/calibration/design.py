@@ -2,9 +2,9 @@
 
 B_i is the derivative of the measurements at configuration i. Each row is divided by its standard
 deviation. The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design
-maximizes det(A). It then also maximizes the observability index O1 = det(A)^(1/2k) / sqrt(count)
-for k parameters and count configurations. The search adds configurations one by one. The search
-then exchanges configurations until no exchange improves det(A).
+maximizes det(A). A D-optimal design thus also maximizes the observability index O1 = det(A)^(1/2k)
+/ sqrt(count) for k parameters and count configurations. The search adds configurations one by one.
+The search then exchanges configurations until no exchange improves det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,

@@ -18,15 +18,16 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 UNEXPLAINED = 0.01
-"""Maximum error of a calibrated robot, relative to the spread of its tool positions. A larger error
-suggests a different robot or wrong joint values."""
+"""Maximum error of a calibrated robot, relative to the spread of its tool positions. An error above
+this limit suggests a different robot or wrong joint values."""
 UNSTATED = 2.0
 """Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
 MIN_SPREAD = 1e-6
 """Minimum spread of the tool positions [m]. A smaller spread means that the tool only rotates."""
 MANY = 0.2
-"""Maximum fraction of outliers. A larger fraction makes the whole table suspicious."""
+"""Maximum fraction of outliers. If more measurements are outliers, the whole table is
+suspicious."""
 STILL = math.radians(5)
 """Minimum range of a revolute joint [rad] for which the joint's parameters are identifiable. The
 range of a prismatic joint is relative to the spread of the tool positions."""

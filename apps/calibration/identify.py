@@ -50,10 +50,10 @@ def identify(
             "loop", "base", "tool"). The group "parameter" means the named parameters of the
             description, such as the radius of a delta robot. A named parameter changes every value
             that depends on it. The name "geometry" means the group "axis": all lengths, angles and
-            offsets. For robots with loops, "geometry" also includes "loop". The tool corrections
-            are added if poses are measured. The set "geometry" with these corrections is complete
-            and minimal for every serial robot. The base corrections are added for robots with
-            loops, if `parameter_std` is set, and if "axis" is not varied.
+            offsets. For robots with loops, "geometry" also includes "loop". If poses are measured,
+            corrections of the tool frame are added. "geometry" with the tool corrections is
+            complete and minimal for every serial robot. Corrections of the base frame are added if
+            `parameter_std` is set, if "axis" is not varied, or if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
             keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
             Parameters with little effect on the measurements stay near nominal.

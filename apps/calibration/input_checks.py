@@ -1,10 +1,11 @@
 """Checks for one or two mistakes in the input, such as wrong units.
 
 The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
-robot fits far better. If the misfit is larger, the checks repeat the fit with corrected input. The
-checks try other units, joint signs and zeros, and swapped joint columns. The checks also add the
-value of a joint to a later joint, as controllers of arms with parallel links do. The checks also
-try shifted rows, a left-handed frame and other orientation conventions.
+robot fits far better than the nominal robot. If the misfit of the nominal robot exceeds a few
+percent, the checks repeat the fit with corrected input. The checks try other units, joint signs and
+zeros, and swapped joint columns. The checks also add the value of a joint to a later joint, as
+controllers of arms with parallel links do. The checks also try shifted rows, a left-handed frame
+and other orientation conventions.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ BETTER = 10.0
 MUCH_BETTER = 3.0
 """Factor by which a correction must reduce the errors after calibration."""
 _TRIED = 3
-"""Number of mistakes that a calibration checks."""
+"""Number of possible input mistakes that are examined, in the order of their misfit."""
 _LENGTHS = {
     "positions are in millimeters": 1e-3,
     "positions are in meters, not in millimeters": 1e3,
@@ -56,9 +57,9 @@ _MIN_SURPLUS = 9
 fewer redundant equations, wrong input may fit by chance. The unit of length is checked for any
 number of rows."""
 _ALIKE = 1.5
-"""Up to this ratio of misfits, two mistakes count as equally good. The more frequent mistake is
-reported. For example, a wrong sign of the wrist's pitch has the same effect as a roll zero that is
-off by 180 deg."""
+"""Two input mistakes count as equally likely if the ratio of their misfits is at most this number.
+The mistake that is more frequent in practice is reported. For example, a wrong sign of the wrist's
+pitch has the same effect as a roll zero that is off by 180 deg."""
 
 
 class Mistake(NamedTuple):
@@ -77,16 +78,17 @@ class Mistake(NamedTuple):
     factor: float = 1.0
 
     def comparable(self, misfit: float) -> float:
-        """Return the misfit of the corrected input [m].
+        """Return the misfit of the corrected input [m], for comparison with other corrections.
 
-        Smaller lengths have smaller misfits, so a factor below 1 divides the misfit. A factor above
-        1 does not change the misfit.
+        A correction that reduces all lengths reduces the misfit by the same factor. Therefore, the
+        misfit is divided by a length factor below 1. A length factor above 1 does not change the
+        misfit.
         """
         return misfit / min(self.factor, 1.0)
 
 
 def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
-    """Yield possible mistakes with the corrected input.
+    """Yield each possible input mistake together with the corrected input.
 
     Args:
         robot: The nominal robot.
@@ -172,8 +174,8 @@ def check_input(
         stated: The misfit without a correction [m].
 
     Raises:
-        InputValueError: If a correction reduces the misfit by a factor of ten, the message states a
-            mistake.
+        InputValueError: A corrected input reduces the misfit by a factor of ten. The message states
+            the probable mistake.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < MIN_SPREAD or stated <= DOUBTFUL * moved:
@@ -194,8 +196,8 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         vary: The varied parameters.
 
     Raises:
-        InputValueError: If a correction reduces the misfit by a factor of three, the message states
-            a mistake.
+        InputValueError: A corrected input reduces the misfit by a factor of three. The message
+            states the probable mistake.
     """
     if not is_unexplained(found):
         return
@@ -227,7 +229,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """Return the most frequent of the equally good mistakes."""
+    """Return the first mistake with a misfit of at most `_ALIKE` times the smallest misfit."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 
@@ -235,7 +237,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """Yield the best pairs of mistakes."""
+    """Yield pairs of simultaneous input mistakes with the smallest misfits."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"

@@ -2,7 +2,7 @@
 
 More parameters fit the measurements better, but may predict other measurements less accurately.
 Each model is identified several times. Each identification omits one group of the configurations.
-The errors on the omitted groups rank the models.
+The models are ranked by their errors on the omitted groups.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for

@@ -126,7 +126,8 @@ class Calibration(StudyResult):
 
         Args:
             q: (N, n) coordinates [rad or m].
-            measurements: The measurements at these configurations, with the same setup.
+            measurements: The measurements at the configurations q. The device and the targets must
+                have the same poses as for the calibration.
         """
         frames = measurements._placed_as(self.measurements)
         return frames._errors(self.poses(q), self.unknowns)

@@ -69,8 +69,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ChaslesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # If `head` or `less` closed the pipe, Python prints an error message at exit. This
-        # statement prevents the message.
+        # If `head` or `less` closed the pipe, Python prints an error message at exit. Redirecting
+        # stdout to the null device prevents the error message.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         return _failed(f"{error.filename}: {error.strerror}" if error.filename else str(error))

@@ -301,7 +301,6 @@ def _work() -> ModuleType:
 
 
 def _job(**fields: Any) -> Job:
-    """Return a job with the options that all robots of a command share."""
     from chasles.derive.build import Job  # noqa: PLC0415
 
     return Job(Path(), **fields)
@@ -339,7 +338,7 @@ def _compare(due: list[Job], workers: int, *, shows_bar: bool) -> None:
     _announce(due)
     good = _show(work.compared(due, workers), len(due), shows_bar=shows_bar)
     folder = due[0].to
-    # Only a run over all shipped robots can find folders without a description.
+    # Generated folders without a robot file are reported only if all shipped robots are compared.
     is_complete = set(ROBOTS.glob("*.toml")) <= {job.file.resolve() for job in due}
     orphans = work.orphans(due, folder) if folder == GENERATED and is_complete else []
     if orphans:
@@ -357,7 +356,7 @@ def _stop_at_problems(due: list[Job], ending: str) -> None:
 
 def _announce(due: list[Job]) -> None:
     if len(due) > 1 and not out.is_terminal:
-        # Without a progress bar, a pipe receives no output until the first robot is complete.
+        # Without a progress bar, the command prints nothing else until the first robot is derived.
         say(f"deriving {_counted(due)}")
 
 
@@ -376,7 +375,7 @@ def _target(files: list[Path], to: Path | None, changed: bool) -> Path:
 
 
 def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
-    """Return the files with their arguments."""
+    """Return the robot files, each with the xacro arguments that follow the file."""
     files: list[tuple[Path, tuple[str, ...]]] = []
     for word in words:
         if ":=" not in word:

@@ -36,7 +36,7 @@ _LIBRARY = re.compile(r"[a-z]\w*-[0-9a-f]{32}(-[0-9a-f]{16})?\.so")
 _DISTRIBUTION = re.compile(r"[\w.-]+")
 """The name at the start of a requirement, such as lxml in "lxml>=5"."""
 _EXTRAS_OF = re.compile(r"chasles\[([\w,]+)\]")
-"""A requirement of extras of chasles itself."""
+"""A requirement of a chasles extra for other extras, such as "chasles[derive,files]"."""
 _EXTRAS = (
     *("cli", "derive", "files", "calibration", "study", "planning", "draw", "film", "view"),
     *("jax", "torch"),
@@ -129,7 +129,7 @@ def cache(
     if clean:
         remove_abandoned_folders(folder)
         remove_abandoned_folders(derived)
-        with suppress(OSError):  # Another process may derive a robot in this folder.
+        with suppress(OSError):  # The folder is not empty if another process derives a robot.
             derived.rmdir()
     if as_json:
         print_json({"folder": str(folder), "files": len(files), "bytes": size, "removed": clean})
@@ -141,7 +141,7 @@ def cache(
 def _is_entry(path: Path) -> bool:
     """Whether a path is a compiled library or the folder of a derived robot.
 
-    CHASLES_CACHE may name a folder with other files.
+    The user can set CHASLES_CACHE to a folder that also contains unrelated files.
     """
     if path.parent.name == "derived":
         return not path.name.startswith(TEMPORARY)

@@ -23,7 +23,8 @@ _GROUPS = {
     "constraint": ("constraint", "constraint derivative", "constraint rate"),
     "geometry": ("parametric pose", "parametric jacobian", "identification jacobian"),
 }
-"""Groups of functions by role. The last group has all other roles."""
+"""Roles of functions in each group of the listing. The last group lists functions with other
+roles."""
 _OTHER = "other"
 
 

@@ -16,9 +16,9 @@ from .values import FloatArray, positions, shown, shown_unit
 
 _OPEN = "the loops do not close at these joints on the branch of the reference configuration"
 _SAMPLES = 200
-"""Number of random configurations for the dependence of actuators on joints."""
+"""Number of random configurations to test whether an actuator depends on the unset joints."""
 _ALIKE = 1e-9
-"""Minimum change of a coordinate [rad or m] that shows this dependence."""
+"""Minimum change of an actuator coordinate [rad or m] that counts as dependence on a joint."""
 
 
 def add_to(app: typer.Typer) -> None:

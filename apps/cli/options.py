@@ -68,7 +68,7 @@ class Command(TyperCommand):
     """A subcommand whose help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters, with an empty type for flags."""
+        """Return the options of the subcommand. The help shows no type for flags."""
         return _with_plain_flags(super().get_params(ctx))
 
 
@@ -76,7 +76,7 @@ class Group(TyperGroup):
     """The command with subcommands. The help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters, with an empty type for flags."""
+        """Return the options of the command. The help shows no type for flags."""
         return _with_plain_flags(super().get_params(ctx))
 
 

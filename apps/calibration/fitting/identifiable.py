@@ -20,8 +20,8 @@ SEPARABLE = 1e-4
 """Minimum relative pivot of an identifiable column. A column with a smaller pivot would amplify
 noise more than ten thousand times."""
 VISIBLE = 1e-3
-"""Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
-pivots come from rounding errors or second-order effects."""
+"""Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Pivots below
+this minimum come from rounding errors or second-order effects."""
 SHOWN = 0.01
 """Smallest coefficient that is shown in a combination of parameters."""
 
@@ -31,8 +31,8 @@ class Unidentifiable:
     """A parameter or unknown with the same effect as other parameters.
 
     Attributes:
-        name: Name of the parameter or unknown. A parameter stays nominal, and an unknown keeps its
-            start value.
+        name: Name of the unidentifiable parameter or unknown. An unidentifiable parameter keeps its
+            nominal value. An unidentifiable unknown keeps its start value.
         combination: Names and coefficients of the parameters that have the same effect.
     """
 

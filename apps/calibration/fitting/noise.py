@@ -1,8 +1,8 @@
 """Noise of measurements and detection of outliers, with linearized errors.
 
 Near the solution, a change dx of the scaled variables changes the errors from e to e + J dx.
-Parameters with known standard deviations add the errors d + D dx. The matrix H combines both kinds
-of errors with the noise s:
+Parameters with known standard deviations add the errors d + D dx. With the noise s, the matrix H
+combines the measurement errors and the parameter errors:
 
     H = J^T J + s^2 D^T D
 
@@ -17,9 +17,9 @@ If there are few measurements, s is uncertain. A wide prior of log s about the s
 regularizes the estimate. Thirty degrees of freedom outweigh the prior.
 
 Source:
-    D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
-    known standard deviations; R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982,
-    for leverages and the outlier test by Student's distribution.
+    D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise estimate if
+    standard deviations of parameters are known; R. D. Cook, S. Weisberg, Residuals and Influence in
+    Regression, 1982, for leverages and the outlier test by Student's distribution.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
 """Outlier limit in robust standard deviations, for many residual degrees of freedom. For few
-degrees of freedom, Student's distribution gives the limit with the same probability."""
+degrees of freedom, Student's t exceeds the limit with the probability `CHANCE`."""
 CONSISTENT = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 MIN_NOISE = 1e-3
@@ -52,7 +52,8 @@ CHANCE = float(scipy.special.ndtr(-OUTLYING))
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""An error is tested as an outlier only above this residual fraction 1 - h."""
+"""Minimum residual fraction 1 - h of an error that is tested as an outlier. h is the leverage of
+the measurement."""
 _STRAY = math.log(10)
 """Prior standard deviation of log s: a factor of ten in the noise s."""
 _LOG_NOISE = np.linspace(math.log(MIN_NOISE), math.log(1e6), 200)
@@ -97,7 +98,8 @@ class Linearized:
     def freedoms(self, noise: float) -> float:
         """Return the residual number of degrees of freedom.
 
-        A parameter that only parameter_std determines does not reduce this number.
+        A parameter that the measurements do not determine does not reduce the number of degrees of
+        freedom.
         """
         if not len(self.D):
             return float(self.J.shape[0] - self.J.shape[1])
@@ -176,7 +178,10 @@ def limit(freedoms: float) -> float:
 
 
 def largest_noise(freedoms: float) -> float:
-    """Return the maximum noise that chance explains, relative to the stated standard deviations.
+    """Return the maximum plausible noise, relative to the stated standard deviations.
+
+    If the stated standard deviations are correct, the estimated noise exceeds this maximum only
+    with probability `CHANCE`.
 
     Args:
         freedoms: Residual number of degrees of freedom.

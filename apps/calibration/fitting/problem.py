@@ -5,7 +5,7 @@ its standard deviation. The Levenberg-Marquardt iteration uses the exact derivat
 generated identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
 s is the noise relative to the stated standard deviations. t_k is the standard deviation of
-parameter k about its nominal value. The most probable parameters minimize the sum
+parameter k about its nominal value. The most probable parameters p minimize the following sum:
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
@@ -53,13 +53,13 @@ _EVALUATIONS = 100
 """Maximum number of evaluations per solution. About twenty suffice. For exact data, the iteration
 does not converge before rounding errors dominate."""
 _NEARNESS = 0.3
-"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. The penalty
-selects one solution if parameters have the same effect."""
+"""Penalty on 1 mm or 1 mrad of deviation from the nominal design, in standard deviations. The
+penalty selects one solution if parameters have the same effect."""
 _PLACED = 1e-3
-"""Penalty on frames and targets, relative to the penalty on the design."""
+"""Penalty on 1 mm or 1 mrad of deviation of frames and targets from their start values."""
 _FAR = 0.1
 """Scale of frames and targets [m or rad]. A tool that hardly rotates determines target and base
-positions only weakly. The estimates may then be far from the start values."""
+positions only weakly. For such a tool, the estimates may be far from the start values."""
 _NEARBY = 1e-6
 """The first fit of a robot with loops stops at this relative step."""
 _MAX_NEARBY = 200
@@ -91,7 +91,9 @@ def problem_at(
     parameter_std: Mapping[str, float] | None = None,
     p: FloatArray | None = None,
 ) -> Problem:
-    """Return the problem with the variables that the measurements identify near a geometry.
+    """Return the least-squares problem for the parameters that the measurements identify.
+
+    The identifiable parameters are determined at the geometry p.
 
     Args:
         robot: A robot with parametric functions.
@@ -353,7 +355,7 @@ class Problem:
         return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
-        """Repeat the solution with updated outliers and noise until they do not change.
+        """Fit repeatedly until the outliers and the noise no longer change.
 
         Args:
             fit: Start values of the iteration.
@@ -446,7 +448,7 @@ class Problem:
         )
 
     def calibration(self, fit: Fit) -> Calibration:
-        """Return the calibration for a fit."""
+        """Return the calibration result for fitted variables, used rows and noise."""
         x, used, noise = fit
         at = self._linearized(x, used[self._rows])
         try:

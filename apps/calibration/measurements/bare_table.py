@@ -1,7 +1,7 @@
 """Infer the columns of a table without a header from their count and values.
 
-Coordinates are the first or the last columns of the table. Points at constant distances are several
-targets, not a pose.
+Coordinates are the first or the last columns of the table. The other columns are target positions.
+A set of target positions must have constant mutual distances.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ FloatArray = NDArray[np.float64]
 _KEPT = 0.05
 """Maximum change of a distance between targets on a tool, relative to the motion of the targets."""
 _LARGEST = 720.0
-"""Maximum joint angle [deg]. Positions in millimeters are usually larger."""
+"""Maximum joint angle [deg]. Positions in millimeters usually exceed this number."""
 _MIN = 3
 """Minimum number of rows to test whether a distance is constant."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """Infer the header of a table, and append the assumptions to `said`.
+    """Infer the header of a table, and append the assumptions to the list `said`.
 
     Raises:
-        InputValueError: The columns are ambiguous. The message suggests a header.
+        InputValueError: The columns are ambiguous. The message shows an example of a header.
     """
     complete = _whole(rows)
     if len(complete) < _MIN:

@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 MIN_TURN = 0.2
-"""Minimum arc of a circle [rad]. The center of a shorter arc is too uncertain."""
+"""Minimum arc of a circle [rad]. An arc below this minimum determines its center too poorly."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,8 @@ class CirclePoints(Positions):
             T: (N, 4, 4) nominal tool poses. The poses determine the joint angles.
 
         Raises:
-            InputValueError: A circle lacks a rotation about one axis by at least 0.2 rad.
+            InputValueError: On a circle, the tool does not rotate about one axis by 0.2 rad or
+                more.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])
@@ -118,7 +119,7 @@ Below this relative singular value, a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
-    """Fit a circle to each target of points (N, m, 3). Return the common axis."""
+    """Fit a circle to each target of points (N, m, 3). Return the axis that all circles share."""
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
     normal, centers, errors = np.zeros(3), [], []
     for own in np.moveaxis(points, 1, 0):

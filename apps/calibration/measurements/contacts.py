@@ -240,8 +240,8 @@ class PlaneContacts(_OneNumber):
 
 
 _STEP = 1e-6
-"""Relative change at which the fit of the start values stops. The identification refines the
-values."""
+"""Relative change at which the fit of the start values stops. The identification later refines the
+start values."""
 _EVALUATIONS = 50
 """Maximum number of evaluations of the fit of the start values."""
 _TARGETS = np.array([[0, 0, 0], [1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * 0.06
@@ -253,10 +253,11 @@ _FLAT = 1e-6
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Solve 2 p . c + rest = right for (c, rest).
+    """Fit the center of a sphere: solve 2 p . c + rest = right for c and rest by least squares.
 
-    The points p (N, 3) have mean 0, and c (3,) is the center. The third result is a direction along
-    which the points do not determine c, or 0.
+    The points p (N, 3) have mean 0, and c (3,) is the center. For coplanar points, the third result
+    is the normal of their plane. The points do not determine c along this normal. For other points,
+    the third result is 0.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])

@@ -6,8 +6,9 @@ y_ij = T_W_base (T_i x_j). The measured poses of a probe are Y_i = T_W_base T_i 
 
 Source:
     S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
-    IEEE PAMI 13 (1991), for the rotation; M. Shah, Solving the robot-world/hand-eye calibration
-    problem using the Kronecker product, ASME J. Mechanisms and Robotics 5 (2013), for poses.
+    IEEE PAMI 13 (1991), for the rotation.
+    M. Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, ASME
+    Journal of Mechanisms and Robotics 5 (2013), for frames from poses.
 """
 
 from __future__ import annotations
@@ -99,8 +100,8 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Estimate the frames from points, for a tool that rotates about at most one axis.
 
-    Four points represent the probe: its origin and one point on each axis. The points are as
-    far apart as the tool positions, but at least `_LEVER`.
+    Four points represent the probe: its origin and one point on each axis. The distance from the
+    origin to the other points is the spread of the tool positions, and at least `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
@@ -158,11 +159,11 @@ class _Registrations:
 
     Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i. The nominal poses have
     orientations R_i and origins p_i. For each R, these equations are linear in x_j and c. The
-    residual is linear in R. A QR factorization compresses it to a few rows.
+    residual is linear in R. A QR factorization compresses the residual to a few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
-        """Factorize the equations of poses (N, 4, 4) and positions (N, m, 3).
+        """Eliminate x_j and c for tool poses T (N, 4, 4) and measured positions (N, m, 3).
 
         Positions of invisible targets are NaN.
         """
@@ -186,7 +187,10 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """Return error vectors (k, r) for rotations (k, 3, 3). The norm is the RMS distance."""
+        """Return error vectors (k, r) for rotations R (k, 3, 3).
+
+        The norm of an error vector is the RMS distance between computed and measured positions.
+        """
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:

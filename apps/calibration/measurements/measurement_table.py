@@ -40,13 +40,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _HALL = 20.0
-"""Maximum distance from a device [m]. Larger positions without a unit are in millimeters."""
+"""Maximum distance from a device [m]. If positions without a unit exceed this number, their unit is
+millimeters."""
 _TITLES = 30
 """Maximum number of lines before the header."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
 """Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
-"""Cell texts in a row of units for columns without a unit."""
+"""Cell texts that mark a column without a unit. The row of units contains these cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +152,7 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """Return a column in m or rad. A column of kind "1" is not scaled."""
+        """Return a column in m or rad. A dimensionless column (kind "1") is not scaled."""
         factor = self._factor(self.columns[name], kind)
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
@@ -307,8 +308,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    Rows with equal coordinates are one configuration. A repeated target at the same coordinates
-    starts a new configuration.
+    Rows with equal coordinates are one configuration. If the target of a row already occurred at
+    these coordinates, the row belongs to a new configuration.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -1,4 +1,4 @@
-"""Target positions that a device measures from several unknown stations.
+"""Target positions that a device measures from several stations with unknown poses.
 
 A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
 station. The frame T_W_station[s] of station s is identified together with the robot:
@@ -71,7 +71,7 @@ class StationPositions(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the targets in the tool frame and of the station frame corrections."""
+        """Names of the target positions in the tool frame, then of the station pose corrections."""
         moved = (f"station{s + 1}_{name}" for s in range(1, self.count) for name in _MOVED)
         return (*self._placed.unknowns, *moved)
 
@@ -180,7 +180,7 @@ class StationPositions(Measurements):
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """Return the correction twists (stations, 6). The first station has the twist 0."""
+        """Return the correction twists (stations, 6). The twist of the first station is 0."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:

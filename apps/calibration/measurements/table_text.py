@@ -19,7 +19,7 @@ _ARCHIVE = b"PK\x03\x04"
 """First bytes of a spreadsheet file, which is a ZIP archive."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
-"""Spaces that separate columns. A space before a bracket belongs to a unit."""
+"""Spaces that separate columns. A space before a bracket does not separate columns: "q1 [deg]"."""
 _MAX_COLUMNS = 10_000
 _GROUP = 3
 """Number of digits between thousands separators."""
@@ -33,7 +33,7 @@ class TableLine(NamedTuple):
 
 
 class TableText(NamedTuple):
-    """The lines of a table, and the cells of the comment before the table."""
+    """The lines of a table, and the cells of the comment line above the table."""
 
     lines: list[TableLine]
     comment: list[str]
@@ -90,8 +90,8 @@ def _decoded(path: Path, content: bytes) -> str:
 def _separator(texts: Sequence[str]) -> str:
     """Return the separator that most lines contain, or "" for spaces.
 
-    Commas may be decimal marks. Semicolons, tabs and vertical bars therefore take precedence over
-    commas.
+    Commas may be decimal marks. Therefore, the function tests semicolons, tabs and vertical bars
+    before commas.
     """
     for mark in _SEPARATORS:
         if 2 * sum(mark in text for text in texts) > len(texts):

@@ -59,7 +59,8 @@ class Measurements(ABC):
     _n_frame_unknowns: ClassVar[int]
     """Number of unknowns of the frames that `_start` estimates."""
     _fixes_tool: ClassVar[bool]
-    """Whether the tool orientation is measured. Tool corrections then replace the targets."""
+    """Whether the tool orientation is measured. If so, corrections of the tool frame are identified
+    instead of target positions."""
     _shapes: ClassVar[Mapping[str, tuple[int | None, ...]]]
     """Shapes of the measured arrays, with None for any size."""
 
@@ -126,7 +127,8 @@ class Measurements(ABC):
     def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
         """Update the start values for a known base frame. The tool poses T (N, 4, 4) are in W.
 
-        Subclasses with an ambiguous base frame also estimate the other unknowns again.
+        By default, the start values do not change. Subclasses estimate the target positions or the
+        tool frame again.
         """
         return start
 
@@ -136,7 +138,7 @@ class Measurements(ABC):
 
     @abstractmethod
     def _placed_as(self, other: Self) -> Self:
-        """Return the measurements with the frames of other measurements of the same setup."""
+        """Return these measurements with the identified frames of `other`, from the same setup."""
 
     @abstractmethod
     def _scaled(self, factor: float) -> Self:
@@ -300,7 +302,7 @@ class Poses(Measurements):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """There are no unknowns. Tool corrections, which are parameters, locate the probe."""
+        """An empty tuple. The tool corrections are parameters of the robot, not unknowns."""
         return ()
 
     @property

@@ -17,7 +17,8 @@ from .quaternions import rotations
 FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi + 0.01
-"""Maximum joint angle [rad] of a table in radians. Larger values are degrees."""
+"""Maximum joint angle [rad] of a table in radians. Tables with larger joint angles are in
+degrees."""
 _MOVED = 0.1
 """Minimum range [rad] of the joint that moves most, for a table in radians."""
 _ROUNDED = 0.02

@@ -1,7 +1,7 @@
 """Plots of calibrations, of planned measurements and of tool errors.
 
-Color-blind readers can distinguish the colors (Okabe and Ito, Color universal design, 2008). The
-markers differ in black and white.
+Color-blind readers can distinguish the colors (Okabe and Ito, Color universal design, 2008). In
+black-and-white print, different marker shapes distinguish the curves.
 """
 
 from __future__ import annotations
