@@ -33,7 +33,8 @@ def main() -> int:
     options = vars(_parser().parse_args())
     command, quick, only = (options.pop(name) for name in ("command", "quick", "only"))
     if command:
-        # The module is imported on use. Other commands may need missing packages.
+        # Import only the module of this command, because the modules of other commands may need
+        # packages that are not installed.
         module = import_module(f".{COMMANDS[command][0]}", __package__)
         return int(module.run(**options))
     if quick:

@@ -22,7 +22,7 @@ def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[Array
         name: Name of the other library and of its robot or function.
         found: Result arrays of the other library. If chasles returns NaN, the other library must
             return NaN too.
-        expected: Result arrays of chasles, with the same shapes.
+        expected: Result arrays of chasles, with the shapes of the other library's arrays.
     """
     for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):
         if peer.shape != own.shape:

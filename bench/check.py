@@ -1,8 +1,9 @@
 """Comparison of the time ratios of a short run with a committed baseline.
 
-Time ratios to other libraries in the same run hardly depend on the machine. A margin allows for the
-remaining dependence. If a ratio decreases by more than the margin, all ratios are measured again. A
-ratio fails if it decreased by more than the margin in both measurements.
+A time ratio is the time of another library divided by the time of chasles, measured in the same
+run. Time ratios depend little on the machine, so a small decrease of a time ratio is allowed. After
+a larger decrease, the benchmark measures all time ratios again. The check fails if a time ratio
+decreased too much in both measurements.
 """
 
 import json
@@ -14,13 +15,13 @@ from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 MARGIN = 0.4
-"""Allowed relative decrease of a ratio on the machine of the baseline.
+"""Allowed relative decrease of a time ratio, if the baseline was measured on this machine.
 
-The margin is large. Other processes on the same core slow chasles more than other libraries.
-Instruction counts (`count.py`) detect small slowdowns.
+Other processes on the same core slow chasles more than other libraries. Instruction counts
+(`count.py`) detect small slowdowns.
 """
 MARGIN_ELSEWHERE = 0.5
-"""Allowed relative decrease of a ratio with a different processor or compiler."""
+"""Allowed relative decrease of a time ratio, if processor or compiler differ from the baseline."""
 
 
 def run(write: bool) -> int:
@@ -51,7 +52,7 @@ def measured() -> dict[str, float]:
 
 
 def margin_between(baseline: Mapping[str, str], here: Mapping[str, str]) -> float:
-    """Return the margin. The margin is larger on a different machine."""
+    """Return the allowed relative decrease of a time ratio between two machines."""
     alike = all(baseline[name] == here[name] for name in ("processor", "compiler"))
     return MARGIN if alike else MARGIN_ELSEWHERE
 

@@ -1,9 +1,9 @@
 """Instruction counts by valgrind, reproducible on a busy machine.
 
 Kernels are compiled for baseline x86-64. Instructions of the math library are excluded. The counts
-depend only on the generated C and the compiler. Functions of the generated C that replace library
-functions are counted. A long run has more Python calls than a short run. The count of a call is the
-difference of both runs per additional call.
+depend only on the generated C and the compiler. The counts include functions of the generated C
+that replace library functions. To count a call from Python, a program makes 100 calls, then 400
+calls. The count of one call is the difference of the two counts, divided by 300.
 """
 
 import json
@@ -38,11 +38,11 @@ COUNTED = {
 }
 """Names of the counted kernels, keyed by robot."""
 RISE = 0.02
-"""Maximum relative increase of a count. A larger increase is a failure."""
+"""Maximum relative increase of an instruction count. The check fails for a larger increase."""
 TIMES = 100
 """Number of counted calls of a kernel."""
 CALLS = (100, 400)
-"""Numbers of calls from Python."""
+"""Numbers of Python calls in the short and in the long measurement."""
 CALLED = ("fk", "fk_jacobian_mixed")
 """Functions with counted calls from Python."""
 PYTHON = """
@@ -60,12 +60,18 @@ for call, q in calls:
             call(q)
         os.getppid()
 """
-"""The counted Python program. valgrind writes and resets its counts at each getppid call."""
+"""Python program with the calls whose instructions are counted.
+
+At each getppid call, valgrind writes its instruction counts and sets them to zero.
+"""
 START = """
 #include <valgrind/callgrind.h>
 void start(void) { CALLGRIND_START_INSTRUMENTATION; }
 """
-"""C code that starts the counting. Python calls the code after its slow imports."""
+"""C function that starts the instruction counting of valgrind.
+
+The Python program calls the function after the slow imports.
+"""
 
 
 def run(write: bool) -> int:
@@ -112,15 +118,16 @@ def compare(
     same: tuple[str, ...],
     exactly: bool = False,
 ) -> list[str]:
-    """Print the counted calls and the expected counts.
+    """Print the instruction counts of functions next to the expected counts.
 
     Args:
         kind: "kernels" or "python".
         expected: Expected versions and counts, from bench/instructions.json.
         found: Versions and counts of the current machine.
-        same: Names of the versions that affect the counts. No count fails if one of these versions
-            differs.
-        exactly: Whether each difference or missing function is a failure.
+        same: Names of the versions that affect the counts, such as "compiler". If one of these
+            versions differs, no count is checked.
+        exactly: Whether every changed count and every missing function is a failure. If False, only
+            an increase above RISE is a failure.
 
     Returns:
         One line per count that increased too much.
@@ -169,8 +176,8 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    # Symbols must be bound at program start. Otherwise, the first call of a library function would
-    # cost more.
+    # Bind symbols at program start (-z now). With lazy binding, the first call of a library
+    # function would include the instructions of the dynamic linker.
     options = [
         f"-I{robot.folder}",
         f"-I{robot.folder.parent / SUPPORT}",
@@ -189,7 +196,8 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
         "--compress-strings=no",
     ]
     subprocess.run(["valgrind", *options, str(program)], check=True, capture_output=True)
-    # The first part of the output is the program start. Each further part is a kernel.
+    # valgrind writes one output file per getppid call. The first file contains the program start.
+    # Each later file contains the calls of one kernel.
     parts = [Path(f"{profile}.{k + 2}") for k in range(len(COUNTED[name]))]
     totals = [
         own_instructions(part.read_text(encoding="utf-8"), (f"{name}_", "chasles_"))
@@ -262,7 +270,8 @@ def python_calls() -> dict[str, int]:
         start.write_text(START, encoding="utf-8")
         library = f"{folder}/start.so"
         subprocess.run(["gcc", "-shared", "-fPIC", str(start), "-o", library], check=True)
-        # Compile first. Otherwise, valgrind would trace the compiler.
+        # Run the program once without valgrind to compile the robots. So valgrind does not
+        # trace the compiler.
         _python(library, *arms)
         options = [
             "--tool=callgrind",
@@ -278,7 +287,7 @@ def python_calls() -> dict[str, int]:
 
 
 def _with_called_functions(name: str, folder: Path) -> str:
-    """Derive a shipped robot again with only the counted functions."""
+    """Derive a shipped robot again, with only the functions in CALLED. Return the folder."""
     target = folder / name
     described = chasles.derive.read(ROBOTS / f"{name}.toml")
     chasles.derive.write(described, target, functions=CALLED, languages=("c", "python"))

@@ -1,6 +1,7 @@
-"""Times of batches in JAX and PyTorch, compared with the called C code.
+"""Times of batches in JAX and PyTorch, compared with direct calls of the same C code.
 
-Every call returns new arrays. Times are minima of alternating calls.
+Every call returns new arrays. Calls of C, JAX and PyTorch alternate. Each time is the minimum over
+all calls.
 """
 
 from collections.abc import Callable

@@ -36,7 +36,10 @@ def run(plan: Plan) -> list[Ratio | Limit]:
 
 
 def there(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Compare a batch of fk with compiled loops. All write into an existing array."""
+    """Compare fk of a batch with compiled loops of other libraries.
+
+    All functions write into an existing array.
+    """
     q = _vectors(plan, arm)
     T = np.zeros((len(q), 4, 4))
     own = chasles.load(arm.name).fk
@@ -47,7 +50,10 @@ def there(plan: Plan, arm: Arm) -> list[Ratio]:
 
 
 def new(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Measures fk of a batch with a new result array. The system clears the array."""
+    """Compare fk of a batch with other libraries, if each call allocates a new result array.
+
+    The times include the time in which the operating system fills the array with zeros.
+    """
     q = _vectors(plan, arm)
     batches: list[Batch] = setups("batches", arm, plan.leave_out)
     works: dict[str, Callable[[], object]] = {
@@ -77,7 +83,7 @@ def _name(loop: Loop) -> str:
 
 
 def roofline(plan: Plan, arm: Arm) -> list[Ratio]:
-    """Compare a batch of fk with Jacobian with memset of the same size."""
+    """Compare fk_jacobian of a batch with memset on result arrays of equal size."""
     q = _vectors(plan, arm)
     results = np.zeros((len(q), 4, 4)), np.zeros((len(q), 6, arm.joints))
     function = chasles.load(arm.name).fk_jacobian_mixed

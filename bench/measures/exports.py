@@ -1,7 +1,7 @@
 """Time of functions in the exported languages, compared with the same functions in generated C.
 
-A loop in C and a loop in C++ call the same compiled C code. The two loops run alternately. Each
-time is the minimum of several short runs.
+A loop in C and a loop in C++ call the same compiled C code. The loop in C and the loop in C++ run
+alternately. Each time is the minimum of several short runs.
 """
 
 import ctypes
@@ -86,7 +86,7 @@ def _compiled(robot: chasles.Robot, folder: Path) -> Path:
 
 
 def _loops(robot: chasles.Robot, name: str) -> str:
-    """Return the loops of a function in C and in C++."""
+    """Return C++ code with two loops: one calls the C function, one the C++ function."""
     is_inverse = name.startswith("ik")
     size = 16 if is_inverse else robot.n
     arguments = f"chasles::View<{size}>(x)"

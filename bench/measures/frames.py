@@ -1,9 +1,10 @@
 """``python -m bench view`` measures the computing time of a frame of the live view.
 
-If a slider is dragged, a frame consists of a configuration, ghosts of the branches of the inverse,
-and limit colors. If the tool handle is dragged, the inverse determines the configuration. The
-optional ghosts of assembly modes have a separate column without a limit. The time of viser to send
-a frame to the browser is not included.
+While a slider is dragged, each frame shows the robot, its other inverse solutions as transparent
+ghosts, and joints near a limit in color. While the tool handle is dragged, the inverse determines
+the configuration. The table has a separate column for the time to compute the ghosts of other
+assembly modes. MAX_MS does not limit the times in this column. The time of viser to send a frame to
+the browser is not included.
 """
 
 import time
@@ -26,7 +27,10 @@ STEP = 0.003
 
 
 def run(robots: Sequence[str]) -> int:
-    """Print the times of robots (default: all). Return 1 if a time exceeds MAX_MS."""
+    """Print the time per frame of each robot (default: all robots).
+
+    Return 1 if a time exceeds MAX_MS.
+    """
     names = robots or chasles.robots()
     table = Table(title="The computing for a frame, least of several runs")
     for name in ("robot", "bodies", "ghosts", "slider [ms]", "tool [ms]", "modes [ms]"):
@@ -49,7 +53,7 @@ def run(robots: Sequence[str]) -> int:
 
 
 def _path(display: Display) -> list[Displayed]:
-    """Return consecutive configurations from the start configuration."""
+    """Return a path of configurations that begins at the start configuration."""
     units = slider_units(display.robot, display.start.q)
     step = STEP * np.array([unit.upper - unit.lower for unit in units])
     inwards = np.where(display.start.q < [(u.lower + u.upper) / 2 for u in units], 1.0, -1.0)

@@ -56,7 +56,7 @@ def twisted(joints: int) -> SerialRobot:
 
 @contextmanager
 def _folder() -> Iterator[Path]:
-    """Provide a folder for the chains, separate from the user's cache."""
+    """Yield a temporary folder for derived chains, with its own cache of compiled code."""
     before = os.environ.get("CHASLES_CACHE")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["CHASLES_CACHE"] = f"{folder}/cache"

@@ -25,7 +25,7 @@ ARMS = ("ur5e", "puma560", "irb6640")
 IN_C = ("ur5e", "puma560")
 CALL_BAR, BATCH_BAR, GENERAL_BAR = 6.0, 50.0, 3.0
 SLOW = "ssik"
-"""Library without a required ratio. On some arms, the library is ten times slower."""
+"""Slow library. Its time ratio is printed, but has no required minimum."""
 C_BAR_NS = 150
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
 DERIVED_BAR_S = 10.0
@@ -35,7 +35,10 @@ CALIBRATED, ROUNDS = 1000, 4
 CALIBRATED_BAR_US, CALIBRATED_BATCH_US = 50.0, 2.0
 BATCH = 100_000
 PEERS_BATCH = 2_000
-"""Batch size for other libraries. Their time per pose does not depend on the batch size."""
+"""Batch size for other libraries.
+
+The time per pose of the other libraries does not depend on the batch size.
+"""
 GENERAL = "jaco2"
 
 
@@ -71,7 +74,10 @@ def peers(name: str) -> list[Inverse]:
 
 
 def calls(plan: Plan, name: str) -> list[Ratio]:
-    """Calls for a single pose. Each call returns all solutions."""
+    """Compare calls of ik for a single pose with other libraries.
+
+    Each call returns all solutions of the pose.
+    """
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)
     works = {OWN: repeated(chasles.load(name).ik, T, repeats)}
@@ -81,7 +87,11 @@ def calls(plan: Plan, name: str) -> list[Ratio]:
 
 
 def batches(plan: Plan, name: str) -> list[Ratio]:
-    """Batch calls on one thread. Times of other libraries are scaled from fewer poses."""
+    """Compare ik of a batch on one thread with other libraries.
+
+    Other libraries solve only PEERS_BATCH poses. Their times are multiplied by the ratio of the two
+    numbers of poses.
+    """
     T = poses(name, min(plan.batch, BATCH))
     some = T[: min(PEERS_BATCH, len(T))]
     robot = chasles.load(name)
@@ -119,8 +129,8 @@ def _bar(name: str, bar: float) -> float | None:
 def general(plan: Plan) -> list[Ratio]:
     """An arm without a closed-form structure, compared with the arm's module in ssik.
 
-    The module has rounded lengths. Its poses differ by up to 0.1 mm. Each solver gets poses that
-    its own arm model can reach.
+    The arm model of ssik has rounded lengths, so its tool poses differ from chasles by up to 0.1
+    mm. chasles and ssik each solve poses from their own forward kinematics.
     """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} or {SLOW} is missing: no comparison for a general arm")

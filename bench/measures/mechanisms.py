@@ -1,4 +1,4 @@
-"""Robots with loops: cost of the loops, and a five-bar compared with Pinocchio constraints."""
+"""Times of robots with loops, and of a five-bar compared with loop constraints in Pinocchio."""
 
 import tempfile
 from collections.abc import Callable
@@ -37,7 +37,10 @@ TIMED = (
 )
 POSES = 20_000
 SWING = 0.075
-"""Amplitude of the crank angles [rad]. A step is below a milliradian, as in control."""
+"""Amplitude of the crank angles [rad].
+
+Consecutive poses differ by less than a milliradian, as in a controller.
+"""
 ITERATED = 1000
 """Number of poses in a batch for iterative functions."""
 FOLLOWED = (
@@ -50,17 +53,23 @@ FOLLOWED = (
 FREE = 0.3
 """Range on both sides of the reference, for coordinates without limits [rad or m]."""
 STEP = 1e-3
-"""Distance between a seed and the solution [rad or m], as in one step of a controller."""
+"""Change of each coordinate between the seed and the solution [rad or m].
+
+A controller changes the coordinates by a similar amount in one time step.
+"""
 
 
 def run(plan: Plan) -> list[Ratio | Limit]:
-    """Return ratios and times."""
+    """Return the time ratios and times of all benchmarks of this module."""
     with one_core():
         return [*open_chains(plan), *five_bar(plan), *times(plan), *iterations(plan)]
 
 
 def closed(robot: chasles.Robot, count: int) -> np.ndarray:
-    """Return random coordinates with closed loops, within limits or near the reference."""
+    """Return random configurations (at most count) at which the loops close.
+
+    A coordinate without limits is at most FREE from the reference configuration.
+    """
     reference = robot.reference.q
     lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.add(reference, FREE))
@@ -69,10 +78,10 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Pose and Jacobian in actuated coordinates, compared with the main chain.
+    """Compare fk_jacobian of robots with loops to their main chains without loops.
 
-    The results are checked first. The robot's Jacobian is the Jacobian of the main chain times the
-    derivative of the chain joints.
+    Before the time measurement, the two results are compared. The Jacobian of the robot with loops
+    equals the Jacobian of the main chain times the derivative of the chain joints by the actuators.
     """
     found = []
     for name in CHAINS:
@@ -178,7 +187,7 @@ def times(plan: Plan) -> list[Limit]:
 
 
 def iterations(plan: Plan) -> list[Limit]:
-    """Return times per pose of iterative functions."""
+    """Return the times per pose of the iterative functions in FOLLOWED."""
     found = []
     repeats = max(plan.calls // VECTORS, 1)
     for name, function, bars in FOLLOWED:

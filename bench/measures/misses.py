@@ -1,8 +1,8 @@
 """The command ``python -m bench misses`` counts the reachable targets that each solver misses.
 
-chasles solves all targets of all sets. The other libraries solve a sample of each set. A target is
-missed if no solution reported as exact reaches it within 1e-9. Least-squares results do not count
-as solutions.
+Each robot has several sets of target poses. chasles solves all targets of each set. The other
+libraries solve a sample of each set. A target is missed if no solution that the solver reports as
+exact reaches the target within 1e-9. Least-squares results do not count as solutions.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,10 @@ RESULT = "misses"
 
 
 def run(short: bool, robot: str | None) -> int:
-    """Print a table per robot, and save all tables after a full run. Return 1 if chasles fails."""
+    """Print a table per robot, and save all tables after a full run.
+
+    Return 1 if chasles misses a target, returns a wrong solution, or does not support a robot.
+    """
     for name, install in absent().items():
         out.print(f"{name} is not installed and not compared: pip install {install}")
     cases = [case for case in CASES if robot is None or case.name == robot]

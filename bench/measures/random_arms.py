@@ -28,11 +28,12 @@ COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar",
 
 
 def run(count: int, first: int) -> int:
-    """Print the times of random arms. Return 1 if an arm with errors exceeds the limit.
+    """Print the times of ik for random arms. Return 1 if a calibrated arm is slower than MAX_P99.
 
     Args:
         count: Number of arms of each kind.
-        first: Number of the first random arm. An arm's number determines its geometry.
+        first: Seed of the first random arm. The next arms have consecutive seeds. The seed
+            determines the geometry of the arm.
     """
     rows = []
     for number in range(first, first + count):
@@ -55,7 +56,7 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
     Args:
         robot: The arm.
         number: Seed of the random poses.
-        bar: Maximum 99th percentile of the call time of an arm that passes.
+        bar: Maximum allowed 99th percentile of the time of one ik call, or None.
     """
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))

@@ -1,4 +1,4 @@
-"""Fixed costs: batches of one pose and no pose, attribute lookup, import and load."""
+"""Fixed costs: batches of size one and zero, attribute lookup, import and load."""
 
 import subprocess
 import sys
