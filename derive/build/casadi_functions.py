@@ -26,11 +26,12 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
             ``casadi.jacobian`` and ``casadi.jtimes`` compute Jacobians and rates from the function.
 
     Returns:
-        The CasADi function. It has one matrix output and takes only the arguments that affect it.
+        The CasADi function, with one matrix output. Its inputs are the robot arguments that affect
+        the output.
 
     Raises:
         UnknownRobotError: The folder has no ``.casadi`` file.
-        MismatchError: CasADi cannot read the file in the folder.
+        MismatchError: CasADi cannot read the robot's ``.casadi`` file.
         MissingFunctionError: The function does not compute positions.
         DescriptionError: The description is invalid.
         InputValueError: The robot has no function of that name.

@@ -39,12 +39,12 @@ class Job:
         suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
         exact: Whether to use the file's values exactly as written.
-        fixed: Joints with fixed values in ``ik``. Empty for the default choice.
+        fixed: Joints with fixed values in ``ik``. If empty, the derivation chooses these joints.
         parametric: Whether to derive the parametric functions too.
-        detail: Level of detail of the article: full, brief or none.
+        detail: Level of detail of the robot's LaTeX article: full, brief or none.
         time_limit: Time limit of the derivation in seconds. 0 means no limit.
         languages: The languages to write, or empty for the default languages.
-        name: Name of the robot. None for the name in the file.
+        name: Name of the robot. If None, the name is read from the description file.
     """
 
     file: Path

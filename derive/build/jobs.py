@@ -59,9 +59,10 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
     Args:
         job: Options that all robots of the file share.
-        tips: Tip links of the robots. If empty, the file's groups or link tree determine them.
+        tips: Tip links of the robots. If empty, the SRDF groups or the link tree of the file define
+            the tip links.
         groups: Names of SRDF groups.
-        srdf: The SRDF file. None for the SRDF file next to the robot file.
+        srdf: Path of the SRDF file. If None, the SRDF file next to the robot file is read.
 
     Raises:
         DescriptionError: The description is invalid.

@@ -18,17 +18,17 @@ class OutOfTime(DerivationError):
 
 
 class _Alarm(BaseException):
-    """Raised by the timer signal. Libraries do not catch it, as it is not an ``Exception``."""
+    """Raised by the timer signal. Libraries that catch ``Exception`` do not catch ``_Alarm``."""
 
 
 class at_most:  # noqa: N801
     """Interrupts the body of the ``with`` statement when the time limit is reached.
 
     Args:
-        seconds: The limit; 0 is no limit.
+        seconds: Time limit in seconds. 0 means no time limit.
 
     Raises:
-        OutOfTime: The body exceeded the limit.
+        OutOfTime: The body of the ``with`` statement exceeded the time limit.
 
     The limit works only in the main thread, on systems with an interval timer.
     """

@@ -1,7 +1,7 @@
 """Shapes for drawing the bodies of a robot: lines, plates and joint symbols.
 
 All points are in the frame of the body that carries the shape. Rigidly connected bodies are drawn
-as one body. Its shapes are in the frame of the first of these bodies.
+as one body. The shapes of rigidly connected bodies are in the frame of the first body.
 """
 
 import math
@@ -26,8 +26,8 @@ INSIDE = 0.15
 WITHOUT_LENGTH = 0.55
 """Barrel length of a cylinder with retracted length 0, as a fraction of the reference length."""
 DETOUR = 1.6
-"""Links along the common normal of two axes are drawn straight if they would be longer than this
-multiple of the straight link.
+"""Maximum length of a link drawn along the common normal of two axes. The unit is the length of the
+straight link. Longer links are drawn straight.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""
@@ -61,8 +61,9 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
     """Returns the bodies with their shapes.
 
     Two consecutive passive revolute joints share the symbol ``universal``, three share the symbol
-    ``ball``. There must be no extended body between the joints. Consecutive prismatic joints have
-    no symbol, because they only position a platform.
+    ``ball``. Joints that share a symbol have the same position, and the bodies between these joints
+    carry no other joint. Consecutive passive prismatic joints have no symbol, because they stand
+    for the free translation of a platform.
 
     Args:
         rigid: The bodies that joints move.
@@ -74,9 +75,10 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
     """Returns groups of consecutive passive joints.
 
-    No extended body lies between the joints of a group.
+    The joints of a group have the same position, and the bodies between these joints carry no other
+    joint.
 
-    A prismatic joint with limits is not in a group, because it has a guide of its own.
+    A prismatic joint with limits is not in a group, because the joint is drawn with a guide.
     """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
@@ -318,7 +320,10 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Point, end: int) -> float:
-        """Returns the signed distance of a line end along an axis, or 0 off the axis."""
+        """Returns the shift of a joint symbol along the joint axis, in meters.
+
+        The shift is 0 if the link line at the joint is not parallel to the joint axis.
+        """
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
             return 0.0
@@ -397,7 +402,8 @@ class _Shapes:
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
     """Returns the end points of the common normal of two lines.
 
-    If the lines are parallel, the normal passes through q.
+    Line 1 passes through the point p with direction u, and line 2 through the point q with
+    direction v. If the lines are parallel, the common normal passes through the point q.
     """
     c = float(u @ v)
     s2 = 1 - c * c

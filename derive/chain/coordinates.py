@@ -55,7 +55,7 @@ class InProportion:
     def D_q(self) -> Matrix:
         """Returns the matrix of the derivatives.
 
-        Its entries are constant: 1, -1 or ratios of couplings.
+        The entries of the matrix D_q are constants: 1, -1 or coupling ratios.
         """
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
@@ -96,11 +96,12 @@ class LoopRates(Protocol):
 
 @dataclass(frozen=True)
 class SolvedRates:
-    """Rates of these terms if the loops have a closed-form solution.
+    """Rates of the named terms of a mechanism whose loops have a closed-form solution.
 
     Attributes:
         terms: Table of named terms.
-        loops: Time derivatives of the solved angles. Callers may add entries.
+        loops: Time derivatives of the solved loop angles, keyed by angle. Callers may add
+            derivatives of other angles.
         q: The coordinates.
     """
 

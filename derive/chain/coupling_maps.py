@@ -33,7 +33,7 @@ def coupling_maps(
 
     Args:
         robot: The description.
-        terms: Table of named terms, which grows.
+        terms: Table of named terms. This function adds the terms of the maps to the table.
         arguments: The arguments ``q``, ``qd`` and ``qdd``.
     """
     if not robot.couplings:

@@ -1,9 +1,10 @@
 """Jacobians, their time derivatives, Hessian, twists and accelerations from screw theory.
 
 Column j of a Jacobian is (v_j; omega_j). Let joint j move at unit velocity: then omega_j is the
-angular velocity, and v_j is the velocity of the observed point. There are three Jacobians. The
-Jacobian `space` observes the point at the base origin, in base axes. The Jacobian `mixed` observes
-the tool origin, in base axes. The Jacobian `body` observes the tool origin, in tool axes.
+angular velocity, and v_j is the velocity of the observed point. There are three Jacobians. In the
+Jacobian `space`, v_j is the velocity of the point at the base origin, in base axes. In the Jacobian
+`mixed`, v_j is the velocity of the tool origin, in base axes. In the Jacobian `body`, v_j is the
+velocity of the tool origin, in tool axes.
 
 Let z be the axis of a revolute joint and r = (r_x, r_y, r_z) the point in joint axes. At unit
 velocity, the point moves with z x r = (-r_y, r_x, 0).

@@ -38,9 +38,9 @@ def from_aside() -> Array:
 def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     """Returns a configuration within the limits whose joints lie well apart in the default view.
 
-    The configuration is the best of up to two thousand configurations with round angles. The score
-    is the smallest distance between joints in the image plus the spread of all joints. Bent joints,
-    and joints below the base, reduce the score.
+    The configuration is the best of up to two thousand configurations with the joint angles
+    ``ANGLES``. The score is the smallest distance between joints in the image plus the spread of
+    all joints. Joint angles other than 0 and joints below the base reduce the score.
 
     Args:
         rigid: The bodies of a serial robot.
@@ -51,7 +51,7 @@ def drawn_configuration(rigid: RigidBodies) -> tuple[float, ...]:
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # Rounded, because the last digits of equal costs differ between computers.
+    # The costs are rounded, because their rounding errors differ between computers.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 
@@ -81,7 +81,7 @@ def _of_joint(
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """Returns all combinations of the values. If there are too many, an even sample is returned."""
+    """Returns all combinations of joint values, or ``TRIED`` evenly spread combinations."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
     # Multiples of square roots of primes, taken modulo 1, are spread evenly.

@@ -41,8 +41,9 @@ class Levers:
     """Position of a point relative to every joint axis of one group.
 
     Attributes:
-        from_axis: Tool position relative to each joint axis, in group axes.
-        turned: Tool position relative to the last joint axis, in the axes after this joint.
+        from_axis: Vector from each joint axis to the point, in the axes of the group frame.
+        turned: Vector from the last joint axis to the point, in the axes that rotate with the last
+            joint.
     """
 
     from_axis: tuple[Vector, ...]

@@ -1,4 +1,4 @@
-"""Minimal form of a chain. All equations of a serial robot are built from it.
+"""Minimal form of a chain. The equations of every serial robot are built from this minimal form.
 
 A chain is a product of rotations about z, constant rotations about x (tilts) and translations.
 Adjacent rotations about z are merged. Therefore consecutive parallel axes share one angle, which is
@@ -7,10 +7,10 @@ the sum of their joint angles:
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
 A *group* consists of consecutive parallel axes between two tilts. All axes of a group are along the
-z axis of the group frame. The angles phi of a group are its *stations*, one for each joint. The
-translation of a station is its *reach*, which rotates with the station. Antiparallel axes stay in
-one group and have the sign -1. Rotations by constant right angles only permute the axes, so they
-need no operations.
+z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
+translation to the next joint axis. This translation is the *reach* of the station. The reach
+rotates with the angle phi. Antiparallel axes stay in one group and have the sign -1. Rotations by
+constant right angles only permute the axes, so they need no operations.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,7 +44,10 @@ ANGLE_FRACTIONS = 24
 
 @dataclass(frozen=True)
 class SlidingJoint:
-    """A prismatic joint: its index among the moving joints, and its direction in station axes."""
+    """A prismatic joint with its index among the moving joints.
+
+    The direction is in axes that rotate with the angle of the station.
+    """
 
     joint: int
     direction: Vector
@@ -52,7 +55,10 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """A link frame or the tool frame: its constant orientation, and its origin in station axes."""
+    """A link frame or the tool frame, with its constant orientation.
+
+    The origin is in axes that rotate with the angle of the station.
+    """
 
     name: str
     orientation: Basis
@@ -64,12 +70,12 @@ class Station:
     """One angle of a group, with the prismatic joints and frames that the angle rotates.
 
     Attributes:
-        joint: Index of the revolute joint that defines the angle. None for the angle before the
-            first joint of a group.
+        joint: Index of the revolute joint of the station. The index is None for the first station
+            of a group, which has no revolute joint.
         sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
-        angle: Angle of the station axes relative to the group frame.
-        reach: Vector from this joint axis to the next, in station axes.
+        angle: Rotation of the station about the z axis of the group frame.
+        reach: Vector from this joint axis to the next, in axes that rotate with the angle.
         slides: The prismatic joints between this joint axis and the next.
         frames: The link frames between this joint axis and the next.
     """
@@ -89,7 +95,7 @@ class Station:
         return (*turning, *(slide.joint for slide in self.slides))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> "Station":
-        """Returns the station with rotated or reflected vectors."""
+        """Returns a station with the function ``change`` applied to each vector."""
         slides = (replace(slide, direction=change(slide.direction)) for slide in self.slides)
         frames = (
             LinkFrame(frame.name, _mapped(frame.orientation, change), change(frame.origin))
@@ -243,11 +249,12 @@ class _Builder:
 
     Attributes:
         groups: The finished groups.
-        stations: The stations of the incomplete group.
-        turned: Sum of the joint values in the incomplete group. The values of opposite axes are
-            negative.
-        offset: Sum of the constant angles in the incomplete group.
-        unsettled: Constant angle that the axes of the last station must still rotate.
+        stations: The stations of the last group, which is not finished yet.
+        turned: Sum of the joint values in the last group. The value of a joint axis opposite to the
+            group axis is subtracted.
+        offset: Sum of the constant angles in the last group.
+        unsettled: Constant angle after the last joint that the angle of the last station does not
+            contain yet.
         sign: -1 if the joint axes are opposite to the group axes, otherwise 1.
     """
 
@@ -311,9 +318,9 @@ class _Builder:
         self.stations[-1] = filled.mapped(partial(_flipped, self.sign))
 
     def _settle(self) -> None:
-        """Rotates the axes of the last station by the constant angles after its joint.
+        """Adds the constant angles after the last joint to the angle of the last station.
 
-        The translation before the end of the group then needs no other angle.
+        The vectors of the last station are rotated back by the sum of these constant angles.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         settled = replace(self.stations[-1], angle=self._angle())

@@ -46,7 +46,7 @@ ROLES = {
     **{f"twist_{representation}": "twist" for representation in REPRESENTATIONS},
     **{f"acceleration_{representation}": "acceleration" for representation in REPRESENTATIONS},
 }
-"""Role of each function."""
+"""Role of each kinematic function, such as ``pose`` or ``twist``, keyed by function name."""
 TWIST_UNIT = "m/s, rad/s"
 BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
@@ -200,8 +200,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # Converts both joint indices to coordinate indices. The first index is the variable of
-        # differentiation.
+        # Converts the two joint indices of the Hessian to coordinate indices. The first index is
+        # the variable of differentiation.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()

@@ -66,7 +66,8 @@ class Parametric:
     Attributes:
         geometry: The robot geometry as variables.
         arguments: The arguments ``q`` and ``p``.
-        values: The value of each motion as a function of q, p and torques.
+        values: Angle or length of each motion of the extended chain, as a function of q, p and the
+            torques.
         forward: Forward kinematics of the extended chain.
         pose: Name of the tool pose.
         torques: The gravity torques, or None without compliance.
@@ -148,7 +149,7 @@ class Parametric:
 
     @cached_property
     def _rates(self) -> dict[sp.Symbol, dict[int, sp.Expr]]:
-        """The rates dv_m/dx that are not zero, one dictionary over m for each x."""
+        """The nonzero derivatives dv_m/dx of the motion values, as ``{x: {m: derivative}}``."""
         found: dict[sp.Symbol, dict[int, sp.Expr]] = {}
         symbols = [value.free_symbols for value in self.values]
         for variable in (x for argument in self.arguments.values() for x in argument.symbols):

@@ -10,7 +10,7 @@ from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.values import shortened
 
 PLACEMENTS = 1024
-"""Cache size for placement matrices. No robot has more placements."""
+"""Maximum number of placements whose matrices are cached."""
 
 
 def product_of_exponentials(
@@ -27,7 +27,7 @@ def product_of_exponentials(
     Returns:
         ``S_space`` (6, moving joints) and ``M_0_ee`` (4, 4). Each column of ``S_space`` is a screw
         (v; omega) in the base frame. ``M_0_ee`` is the home pose of the tool, with all joints at
-        zero. It excludes the offsets of couplings.
+        zero. The home pose excludes the offsets of couplings.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.

@@ -36,7 +36,7 @@ class TreeBody:
 
     Attributes:
         name: Unique name of the body.
-        parent: Index of the body that carries the joint. It is -1 for the ground and for parts of
+        parent: Index of the body that carries the joint, or -1 for the ground and for parts of
             struts.
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint, or None for the ground and strut sections.
@@ -121,7 +121,8 @@ class RigidBodies:
         row = list(
             self.robot.linear_map.C.row([j.name for j in self.robot.moving].index(joint.name))
         )
-        # A joint at a constant value is described by the first coordinate with the ratio 0.
+        # If the value of a joint is constant, the joint refers to the first coordinate with the
+        # ratio 0.
         moving = [k for k, ratio in enumerate(row) if ratio != 0] or [0]
         coordinates = self.robot.coordinates
         return [(k, float(joint.direction * row[k]), coordinates[k].limits) for k in moving]
@@ -167,8 +168,8 @@ class RigidBodies:
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         displacement = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ displacement)
-        # In planar mechanisms, an end frame may define only a point. Its z axis is then in the
-        # plane.
+        # In planar mechanisms, an end frame may define only a point. The z axis of such a frame is
+        # in the plane of the mechanism.
         length = max(float(np.linalg.norm(displacement)), 1e-300)
         along = abs(displacement @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
@@ -178,7 +179,7 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        # Rounded, because the last digits of equal components differ between computers.
+        # The components are rounded, because their rounding errors differ between computers.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 

@@ -7,9 +7,9 @@ the controller readings r:
     T = fk(coordinates_from_readings(r)),
     r = readings_from_coordinates(q), where q is one of ik(T).
 
-Newton's method computes the reading of each drive from the start r = q / gain. It converges
-quadratically. Springs couple the drives. An outer iteration therefore repeats the computation with
-the deflections at the last readings.
+Newton's method computes the reading of each drive. The start value is r = q / gain, and the
+convergence is quadratic. Springs couple the drives. The readings are therefore computed several
+times, each time with the joint deflections at the previous readings.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ _ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Returns both conversion functions, keyed by name.
+    """Returns ``coordinates_from_readings`` and ``readings_from_coordinates``, keyed by name.
 
     The dictionary is empty for ideal drives and rigid joints.
 
@@ -44,7 +44,8 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         q: The true coordinates.
 
     Raises:
-        DescriptionError: A joint is so compliant that its conversion may have no inverse.
+        DescriptionError: A joint is so compliant that the map from readings to coordinates may have
+            no inverse.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:

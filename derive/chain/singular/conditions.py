@@ -1,7 +1,7 @@
 """Conditions under which an arm is singular: factors of the Jacobian minors are 0.
 
 All minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A condition is a
-smallest set of factors that makes all minors 0.
+minimal set of factors: if all its factors are 0, all minors are 0.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,15 +16,15 @@ from .factors import Factored
 Condition = tuple[sp.Expr, ...]
 """Factors of Jacobian minors that are 0 at the same time."""
 MAX_TOGETHER = 3
-"""Maximum number of factors in a condition. Larger sets rarely have a common zero."""
+"""Maximum number of factors in a condition. More than three factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
 MIN_ZEROS = 6
-"""Minimum number of common zeros at which another factor is tested."""
+"""Minimum number of sampled zeros for dropping a factor from a condition."""
 IMPLIED = 1e-4
-"""Largest value of a factor that counts as 0 at a zero of the other factors.
+"""Maximum absolute value of a factor that counts as 0.
 
-For example, 1 + cos q has a double zero. A factor of size e there changes sin q by sqrt(2 e).
+For example, 1 + cos q has a double zero. If 1 + cos q is e, sin q is about sqrt(2 e).
 """
 SEED = 40
 
@@ -126,7 +126,7 @@ def _parts(expression: sp.Expr) -> list[sp.Expr]:
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
     """Whether factors have a common zero.
 
-    Newton's method with minimum-norm steps searches for it.
+    Newton's method with minimum-norm steps searches for the common zero.
     """
     return next(roots(factors, q, STARTS), None) is not None
 

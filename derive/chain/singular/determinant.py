@@ -1,8 +1,8 @@
 """Factored minors of the Jacobian of an arm. The arm is singular if all minors are 0.
 
 A square Jacobian has one largest minor, its determinant. The minor has the smallest blocks for one
-choice of frame and reference point (:mod:`.views`). It is the product of the determinants of these
-blocks.
+choice of frame and reference point (:mod:`.views`). The minor is the product of the determinants of
+its blocks.
 """
 
 import math
@@ -21,10 +21,10 @@ MAX_JOINTS = 7
 LARGEST_BLOCK = 4
 """Maximum block size for which the determinant is expanded."""
 LARGEST_OF_SEVERAL = 3
-"""Maximum block size if the Jacobian has several largest minors."""
+"""Maximum block size if the Jacobian is not square and therefore has several largest minors."""
 
 MAX_OBLIQUE = 4
-"""Maximum number of constant rotations by other angles than quarter turns.
+"""Maximum number of constant rotations by angles that are not multiples of 90 degrees.
 
 Each rotation doubles the number of terms.
 """
@@ -59,8 +59,8 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
     Returns:
         The factored minors, up to sign. The robot is singular where all minors are 0. The tuple is
         empty if the robot is singular in every configuration. The result is None for coupled or
-        helical joints, and for lengths that contain pi or inexact decimal numbers. It is also None
-        if all blocks of a minor are large.
+        helical joints, and for lengths that contain pi or inexact decimal numbers. The result is
+        also None if a minor has a block with too many joints for a symbolic determinant.
     """
     joints = robot.moving
     if len(q) != len(joints) or robot.couplings or any(j.kind == "helical" for j in joints):
@@ -73,7 +73,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         return None
     values = {parameter.symbol: float(parameter.value) for parameter in robot.parameters}
     found = minors(robot, S, values)
-    # The reference points may contain lengths that do not occur in the screws.
+    # The coordinates of reference points may contain lengths that do not occur in the screws.
     if not all(_is_exact(minor.view.point) for minor in found):
         return None
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL

@@ -195,7 +195,7 @@ def _half(degree: int) -> int:
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
     """Multiplies pairs of factors whose degree in a tangent is odd.
 
-    A factor that is only a half-angle tangent becomes half the sine of the angle.
+    A factor t = tan(q/2) becomes sin(q)/2 by multiplication with cos(q/2)^2.
     """
     odd = [f for f in factors if _degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -208,6 +208,7 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Both factors contain the half angle. Their product does not.
+        # The factors single[0] and alone[0] contain the half angle. The product of single[0] and
+        # alone[0] does not contain the half angle.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

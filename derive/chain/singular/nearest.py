@@ -1,4 +1,4 @@
-"""Numeric search for singular configurations, for minors without short factors.
+"""Numeric search for singular configurations if the Jacobian minors have no short factors.
 
 A configuration is singular if a wrench y does no work on any joint (J^T y = 0). An arm with fewer
 joints than Jacobian rows is singular if joint velocities x do not move the tool (J x = 0). Newton's
@@ -163,7 +163,8 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Smaller singular values are rounding errors, which differ between computers.
+    # Singular values below RANK_LOST times the largest singular value are rounding errors. Rounding
+    # errors differ between computers.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))

@@ -1,7 +1,7 @@
 """Screws of a chain as polynomials in lengths, cosines and sines.
 
-The ring has generators for the cosines and sines of constant angles and for roots of integers.
-Therefore a result holds for any value of a constant angle. The squares of sines and roots are
+The ring has generators for the cosines and sines of constant angles and for roots of integers. The
+polynomials therefore hold for any values of the constant angles. The squares of sines and roots are
 replaced in every polynomial.
 """
 
@@ -23,7 +23,8 @@ class ScrewRing:
     Attributes:
         q: The coordinates.
         constants: Symbols of the parameters, and the symbols that stand for functions of constants.
-        meanings: The function of constants that each of these symbols stands for.
+        meanings: Dictionary from symbol to function of constants, such as the cosine of a constant
+            angle.
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
         slides: Symbols of the prismatic coordinates.
@@ -86,7 +87,10 @@ class ScrewRing:
         return columns
 
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
-        """Returns a screw moved by joint k. The inverse motion has the sense -1."""
+        """Returns a screw moved by joint k.
+
+        The argument sense is 1 for the motion of joint k and -1 for the inverse motion.
+        """
         v, w = self.S[k][:3], self.S[k][3:]
         ring, zero = self.ring, self.ring.zero
         if all(x == zero for x in w):

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 DRAWS = 4
 """Number of generic configurations."""
 STARTS = 24
-"""Number of random configurations from which zeros of factors are searched."""
+"""Number of random start configurations of the search for zeros of factors."""
 HOLDS = 1e-6
 """Tolerance of a relation: sine of an angle, or distance as a fraction of the arm length."""
 SEED = 30
@@ -51,7 +51,10 @@ class _Configuration:
         return float(np.linalg.norm(across)) / self.size
 
     def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
-        """Returns the relative distance of a point from a plane that contains the axis."""
+        """Returns the distance of a point from a plane, divided by the size of the arm.
+
+        The plane contains the axis of joint i and the direction ``other``.
+        """
         normal = np.cross(self.directions[i], other)
         away = abs(float((point - self.points[i]) @ normal))
         return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
@@ -74,11 +77,15 @@ WHOLE_WRIST = 3
 WRIST = "the wrist center"
 STRETCHED = "; the arm is stretched or folded"
 Relation = Callable[[_Configuration], float]
-"""Deviation of a configuration from a relation between axes. It is 0 if the relation holds."""
+"""Deviation of a configuration from a relation between axes. The deviation is 0 if the relation
+holds.
+"""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describes the axes where factors of minors are 0. The text is empty if no relation matches.
+    """Describes how the joint axes lie if the factors of a singularity condition are 0.
+
+    The text is empty if no relation between axes matches.
 
     Args:
         robot: A serial robot.

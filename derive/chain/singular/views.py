@@ -1,7 +1,8 @@
 """Selects the frame and reference point for which the Jacobian has the most zeros.
 
-The choice changes neither the rank of the Jacobian nor its determinant (Murray, Li and Sastry 1994,
-3.4). The frame of a middle body and an intersection of axes give small blocks.
+Frame and reference point change neither the rank nor the determinant of the Jacobian (Murray, Li
+and Sastry 1994, 3.4). A frame in the middle of the chain gives the Jacobian small blocks. A
+reference point where joint axes intersect also gives small blocks.
 """
 
 import math
@@ -25,7 +26,9 @@ NOTHING = 1e-9
 """Jacobian entries below this value count as 0, for lengths of about one meter."""
 SEED = 20
 TRIES = 3
-"""Number of generic configurations. An entry that is 0 in all of them counts as always 0."""
+"""Number of random configurations. A Jacobian entry that is 0 in all these configurations counts as
+always 0.
+"""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class View:
 
 @dataclass(frozen=True)
 class Minor:
-    """A square submatrix of the Jacobian in one view.
+    """A square submatrix of the Jacobian for one frame and one reference point.
 
     Attributes:
         view: The frame and reference point of the Jacobian.
@@ -79,12 +82,13 @@ class Minor:
 def minors(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
-    """Returns the largest square submatrices of a Jacobian, in views with small blocks.
+    """Returns the largest square submatrices of a Jacobian, in frames that give small blocks.
 
-    There is one submatrix if the Jacobian has as many nonzero rows as joints. If there are more
-    joints, each submatrix omits joints and has a view of its own. If there are fewer joints, each
-    submatrix omits rows. All submatrices then share the view that is simplest in total. Submatrices
-    that are singular in every configuration are omitted.
+    There is one submatrix if the Jacobian has as many nonzero rows as joints. If the robot has more
+    joints than nonzero rows, each submatrix omits joints. Each submatrix then has its own frame and
+    reference point. If the robot has fewer joints than nonzero rows, each submatrix omits rows.
+    Submatrices that omit rows share the frame and reference point for which their largest block is
+    smallest. Submatrices that are singular in every configuration are omitted.
 
     Args:
         robot: A serial robot.
@@ -177,7 +181,10 @@ def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Returns cross products of vectors (3, ...). This is several times faster than np.cross."""
+    """Returns cross products of vectors (3, ...).
+
+    Explicit products are several times faster than np.cross.
+    """
     (a1, a2, a3), (b1, b2, b3) = a, b
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
