@@ -116,7 +116,7 @@ def view(
     exact: Exact = False,
 ) -> None:
     """Show a moving robot in the browser; the view ends when the user presses Ctrl-C."""
-    # The other subcommands do not need these imports.
+    # The imports are slow, and only the subcommand `view` needs them.
     from chasles.view import LiveView, write_html  # noqa: PLC0415
     from chasles.view.meshes import count_meshes  # noqa: PLC0415
 
@@ -166,8 +166,9 @@ def workspace(
 ) -> None:
     """Sample the positions that the tool reaches.
 
-    The size is a volume, an area for a planar robot, or the length of the path for a robot with one
-    coordinate. A file that ends in .npz holds the counts of all cells instead of a picture.
+    The command prints the size of the reachable region. The size is a volume, an area for a planar
+    robot, or a path length for a robot with one coordinate. A file that ends in .npz holds the
+    counts of all cells instead of a picture.
     """
     from chasles import study  # noqa: PLC0415
 
@@ -241,7 +242,7 @@ def pdf(
 
 
 def _article(robot: str, build: Path, *, base: str | None, tip: str | None, exact: bool) -> Path:
-    """Return the article of a robot, and derive a missing article."""
+    """Return the LaTeX article of a robot. If the article does not exist, derive the robot."""
     generated = shipped_folders().get(robot)
     if generated and (generated / f"{robot}.tex").is_file():
         return generated / f"{robot}.tex"

@@ -1,7 +1,8 @@
-"""Robots with kernels: compiled libraries for all processors of a platform.
+"""Write robots with kernels. A kernel is a compiled library for all processors of a platform.
 
 On x86-64, a kernel contains the scalar code three times: for every processor, for processors with
-AVX2 and for processors with AVX-512. The code is selected when the library is opened.
+AVX2 and for processors with AVX-512. When the kernel is opened, the code for the processor of the
+machine is selected.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_
 
 _MANIFEST = "manifest.json"
 _LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
-"""Processor levels of an architecture with the value of -march."""
+"""Instruction set levels for each machine architecture, with the value of the flag -march."""
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:
@@ -29,8 +30,8 @@ def write_portable(manifest: Manifest, folder: Path) -> Path:
         folder: The folder that will contain the robot's folder.
 
     Raises:
-        CacheError: If the folder cannot be written.
-        ChaslesError: If the compilation fails.
+        CacheError: The folder cannot be written.
+        ChaslesError: The compilation fails.
     """
     target = folder / manifest.name
     try:
@@ -73,7 +74,7 @@ def _compile_levels(folder: Path) -> None:
         objects.append(f"level_{level}.o")
         at_level = replace(compiler, flags=(*flags, *own, "-c"))
         at_level.compile([GLUE_FILE], objects[-1], folder)
-        # The functions of all levels have the same names.
+        # The objects of all instruction set levels define the same names, so hide these names.
         run(["objcopy", "--localize-hidden", objects[-1]], folder)
     # The flag -s removes the debugger's symbols.
     replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)

@@ -55,8 +55,8 @@ _REASONS = {"stalled": "no closer pose found"}
 _PLAIN = re.compile(r"[-+.,e\d\s]+", re.IGNORECASE)
 """Numbers without units."""
 _FAR = 20.0
-"""Ratio of the target's distance to the distance of the nearest pose. Above this ratio, the target
-is probably in millimeters."""
+"""Maximum plausible ratio of two distances from the base: target to nearest reachable pose. Above
+this ratio, the target is probably in millimeters."""
 _QUATERNIONS = {"wxyz": ("w", *_XYZ), "xyzw": (*_XYZ, "w")}
 
 
@@ -278,7 +278,7 @@ def _all(
     seed: FloatArray | None,
     fixed: dict[str, float] | None,
 ) -> _Found:
-    """Return all solutions. Without an exact one, accept the rounding errors of printed poses."""
+    """Return all solutions. If there is no exact solution, accept rounding errors of the target."""
     if task not in arm.manifest.inverses:
         raise InputValueError(_no_closed_form(arm, task))
     if fixed and task != "pose":
@@ -398,7 +398,7 @@ def _print_near(arm: chasles.Robot, near: _Near, T: FloatArray, task: TaskName) 
 
 
 def _print_task_hint(arm: chasles.Robot, T: FloatArray, task: TaskName, found: _Found) -> None:
-    """Print the tasks that are possible with a different orientation."""
+    """Print the tasks that can be solved if the tool orientation is not prescribed."""
     if found.reason != _ORIENTATION:
         return
     freer = [one for one in _FREER if one != task and one in arm.manifest.inverses]

@@ -27,7 +27,7 @@ _UNITS = {
     "mm": (LENGTH, 0.001),
 }
 _DIGITS = "0123456789."
-"""The last characters of numbers without a unit."""
+"""Characters that can end a number without a unit."""
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z°]*)", re.IGNORECASE)
 
 
@@ -160,5 +160,5 @@ def rounded(number: float, digits: int) -> float:
 
 
 def shown_unit(unit: str) -> str:
-    """Return the display unit for the function `shown`."""
+    """Return the unit in which `shown` prints a value: deg for angles, mm for lengths."""
     return {ANGLE: "deg", LENGTH: "mm"}.get(unit, unit)

@@ -28,7 +28,7 @@ class View:
 
 
 def view(array: Any) -> View:
-    """Return the memory of an array. The numbers of a JAX array are computed first.
+    """Return the address and shape of an array in GPU memory. Wait for a pending JAX computation.
 
     Raises:
         InputValueError: The array is not contiguous, or not in the memory of a GPU.
@@ -71,7 +71,7 @@ def stream(like: Any) -> int:
 
 
 def is_jax(array: Any) -> bool:
-    """Whether an array belongs to JAX. Work of JAX is not ordered after the kernel."""
+    """Whether an array belongs to JAX. JAX does not wait for kernels of chasles."""
     return _package(array) == "jaxlib"
 
 

@@ -13,7 +13,7 @@ from chasles import ChaslesError, InputValueError
 from cuda.bindings import driver, nvrtc
 
 THREADS = 128
-"""Number of threads in a block. Kernels allow no more."""
+"""Number of threads in a block. The kernels are compiled for at most this number of threads."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Source:
     """The exported source of a robot.
 
     Attributes:
-        text: The text of the robot's header.
-        headers: The texts of the other headers, keyed by name.
+        text: The text of the CUDA header of the robot.
+        headers: The texts of the headers that the robot's header includes, keyed by file name.
     """
 
     text: str

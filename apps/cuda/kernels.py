@@ -108,8 +108,8 @@ class Kernels:
             inputs: Arrays with a column for each pose.
             shapes: The shapes of the inputs without the batch dimension.
             results: The shapes of the results without the batch dimension.
-            tables: Arrays (n,) that all poses share, or None. If tables are passed, the last result
-                is the solution slot.
+            tables: Arrays (n,) that all poses share, or None for an omitted array. If `tables` is
+                not empty, the last array in the result contains the solution slot of each pose.
         """
         from . import compiled  # noqa: PLC0415
 

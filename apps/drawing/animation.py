@@ -57,8 +57,8 @@ def animate(
             single coordinate moves through a full turn, or through its range.
         file: The file to write, .gif or .mp4. An .mp4 file needs ffmpeg, from the system or from
             `pip install 'chasles[film]'`.
-        views: One or more views, as for `draw`. Without views, a planar robot is shown in its
-            plane. Other robots are shown in the axonometric view.
+        views: One or more views, as for `draw`. By default, a planar robot is shown in its plane.
+            Spatial robots are shown in the axonometric view.
         fps: Frames per second.
 
     Returns:
@@ -133,7 +133,7 @@ def _closes(bodies: Skeleton, q: FloatArray) -> NDArray[np.bool_]:
 
 
 def _closed(bodies: Skeleton, q: FloatArray, move: FloatArray) -> FloatArray:
-    """Return the largest part of a displacement that keeps the loops closed."""
+    """Return the longest initial part of a displacement along which all loops stay closed."""
     parts = np.linspace(0, 1, _PARTS)
     closes = _closes(bodies, q + parts[:, None] * move)
     closed = int(np.argmin(closes)) if not closes.all() else _PARTS
@@ -159,7 +159,7 @@ def _pictures(
         figure = figure_of(moment, (), has_path=True, boxes=boxes, places=places)
         # The first frame has no path yet.
         figure.legends[0].set_visible(k > 0)
-        # The labels keep their places, so links can pass below a label.
+        # Links can pass below the fixed labels, so each label gets an outline.
         halo = [withStroke(linewidth=_HALO, foreground=figure.get_facecolor())]
         for label in (text for ax in figure.axes for text in ax.texts if text.get_text()):
             label.set_path_effects(halo)
@@ -193,7 +193,7 @@ def _ffmpeg(target: Path) -> str:
     if found is not None:
         return found
     try:
-        import imageio_ffmpeg  # noqa: PLC0415 - the package of an extra
+        import imageio_ffmpeg  # noqa: PLC0415 - the extra chasles[film] installs the package
 
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:

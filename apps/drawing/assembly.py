@@ -27,7 +27,7 @@ class AssemblyModes(NamedTuple):
     Attributes:
         z: (k, n_z) configurations. A rod keeps its rotation about its own axis. No body depends on
             this rotation.
-        margin: (k,) margins of the modes. The margin is 0 at a singularity.
+        margin: (k,) singularity margin of each assembly mode. The margin is 0 at a singularity.
     """
 
     z: FloatArray

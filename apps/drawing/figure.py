@@ -39,7 +39,8 @@ _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Maximum number of automatically selected ghosts. More ghosts would be hard to distinguish."""
+"""Maximum number of automatically selected additional configurations in pale colors. More pale
+configurations would be hard to distinguish."""
 _VISIBLE = 1e-3
 """Maximum distance of coinciding configurations, relative to the robot size."""
 _PATH = "#cc79a7"
@@ -92,8 +93,8 @@ def draw(
             visible.
         ghosts: Additional configurations in pale colors: True draws the nearest other solutions for
             the tool pose, at most three. "modes" draws other assembly modes at q, at most three.
-            `Solutions` for one pose or coordinates (g, n) are also possible. The legend names
-            solutions with coinciding links.
+            `Solutions` for one pose, or coordinates (g, n), select the configurations. If the links
+            of two solutions coincide, the legend states their coincidence.
         path: The tool path of a `Trajectory`, `Motion`, `Plan` or of configurations (k, n) is
             drawn.
         views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
@@ -181,7 +182,7 @@ def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
 
 
 def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return (body poses (g, bodies, 4, 4), names) of the ghosts."""
+    """Return (body poses (g, bodies, 4, 4), labels) of the additional pale configurations."""
     robot = bodies.robot
     if ghosts is None or ghosts is False:
         return np.empty((0, len(bodies.bodies), 4, 4)), ()
@@ -242,7 +243,7 @@ def _labels(found: Solutions) -> tuple[str, ...]:
 def _with_coinciding(
     bodies: Skeleton, q: FloatArray, pale: FloatArray, labels: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Add a note to the label of each ghost that an earlier configuration covers."""
+    """Return the labels. State in a label if the links coincide with an earlier configuration."""
     seen = [(corners(bodies, bodies.poses(q)), "the drawn robot")]
     found = []
     for number, (ghost, label) in enumerate(zip(pale, labels, strict=False), 1):

@@ -36,8 +36,8 @@ class Lettering:
         ax: The axes.
         scene: The scene that is drawn on the axes.
         size: Font size [pt].
-        places: Offset of each label from its point [m], or None for an omitted label. A listed
-            label keeps its offset between the frames of an animation.
+        places: Offset of each label from its point [m], or None for an omitted label. A label with
+            an offset keeps this offset in all frames of an animation.
         taken: The bounding boxes of all placed labels [pixels].
     """
 
@@ -75,7 +75,7 @@ class Lettering:
         return found
 
     def write_lengths(self) -> list[Any]:
-        """Write each dimension along its line, if there is space."""
+        """Write the length of each dimension along the dimension line, if there is space."""
         decimals = _decimals([dimension.length for dimension in self.scene.dimensions])
         return [
             text

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 RADIUS, HALF = 1.0, 1.7
 """Radius and half the length of a revolute joint's cylinder, in drawing units."""
 SMALL = 0.6
-"""Radius of pins and balls of closures and struts, in drawing units."""
+"""Radius of the symbols of loop-closing joints and strut ends, in drawing units."""
 BOX = 1.25
 """Half the edge of a prismatic joint's box, in drawing units."""
 _CORNERS = 32
@@ -26,7 +26,8 @@ _HALF_GROUND = 2.6
 _LATER = 1e-6
 """Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
 _EDGE_ON = 0.25
-"""Minimum projected length of a unit vector. A shorter vector points along the line of sight."""
+"""Minimum projected length of a unit vector. A vector with a smaller projection points along the
+line of sight."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
 _SYMBOL = 4
@@ -142,7 +143,7 @@ class _Marks:
                 yield from self._shape(body, shape, points, axis)
 
     def _points_of(self, kind: str) -> dict[str, FloatArray]:
-        """Return the last point of each shape of a kind, keyed by joint name."""
+        """Return the last point of each shape of the kind `kind`, keyed by joint name."""
         return {
             shape.name: _moved(T, np.array(shape.points[-1]))
             for body, T in zip(self.skeleton.bodies, self.poses, strict=True)
@@ -158,7 +159,7 @@ class _Marks:
         return self.view.depth(points) + self.unit * above
 
     def _behind(self, points: FloatArray) -> float:
-        """Return the depth of a plate's farthest point. Lines then appear on the plate."""
+        """Return the depth of a plate's farthest point, so that lines are drawn over the plate."""
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:
@@ -202,7 +203,7 @@ class _Marks:
             yield from self._joint(self._style(body, shape), shape, points[0], axis)
 
     def _long(self, shape: Shape, points: FloatArray) -> FloatArray:
-        """Extend a guide to its carriage."""
+        """Extend the guide line of a prismatic joint so that the line reaches the carriage."""
         at = self.carriages.get(shape.name) if shape.kind == "guide" else None
         if at is None:
             return points
@@ -410,7 +411,7 @@ def circle() -> FloatArray:
 def hull(points: FloatArray) -> FloatArray:
     """Return the corners (k, 2) of the convex hull of points (m, 2), counterclockwise."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
-    if len(ordered) < 3:  # noqa: PLR2004 - two points are already their convex hull
+    if len(ordered) < 3:  # noqa: PLR2004 - the hull of one or two points is the points
         return np.array(ordered)
     lower, upper = _half(ordered), _half(ordered[::-1])
     return np.array(lower[:-1] + upper[:-1])

@@ -65,7 +65,7 @@ class Scene:
         ghosts: Lines of the bodies (k, 2) of each ghost [m].
         path: (k, 2) the projected tool path [m], or None.
         frames: The base frame and the tip frame.
-        anchors: Points of the labels of all coordinates.
+        anchors: Points at which the coordinate labels are placed.
         dimensions: Dimensions of the bodies, in a planar view.
     """
 
@@ -107,8 +107,8 @@ def scenes(
         ghosts: (g, bodies, 4, 4) poses of the bodies of each ghost.
         path: (k, 3) tool positions, or None.
         views: The projections.
-        span_of: (m, bodies, 4, 4) poses that determine the symbol size. None means the poses and
-            the ghosts.
+        span_of: (m, bodies, 4, 4) body poses that determine the symbol size, or None to use `poses`
+            and `ghosts`.
     """
     everything = span_of if span_of is not None else np.concatenate([poses[None], ghosts])
     points = np.concatenate([corners(skeleton, one) for one in everything])
@@ -189,7 +189,7 @@ def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimen
 
 def _sides(around: FloatArray) -> list[Dimension]:
     """Return the sides of a triangle. A flat triangle becomes a line."""
-    if len(around) != 3:  # noqa: PLR2004 - the sides of a triangle are lengths
+    if len(around) != 3:  # noqa: PLR2004 - a triangle has three corners
         return []
     u, v = around[1] - around[0], around[2] - around[0]
     if abs(u[0] * v[1] - u[1] * v[0]) > _FLAT * float(max(u @ u, v @ v)):

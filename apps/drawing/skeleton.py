@@ -15,7 +15,7 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""Position within the range (0 to 1) of a coordinate with its reference at a limit."""
+"""Relative position within the range, 0 to 1, for a coordinate whose reference is at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
@@ -54,8 +54,8 @@ class Skeleton:
         tip_placement: (4, 4) pose of the tip in the frame of this body.
         size: Diagonal of the bounding box at the reference configuration, or at zero coordinates
             [m].
-        q_drawn: (n,) default configuration of drawings. For loops, this is the reference
-            configuration.
+        q_drawn: (n,) default configuration of drawings. For a robot with loops, q_drawn is the
+            reference configuration.
         closures: The joints that close loops, except the struts.
         actuators: Index of each actuated coordinate in q, keyed by its index in z.
     """
@@ -85,8 +85,8 @@ class Skeleton:
                 iteration. None selects the branch of the reference configuration.
 
         Returns:
-            (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN if
-            loops do not close.
+            (..., bodies, 4, 4) body poses. `poses(q)[..., tip, :, :] @ tip_placement` is
+            `robot.fk(q)`. Body poses are NaN if loops do not close.
 
         Raises:
             OutOfReachError: Loops do not close at a single q.
@@ -102,10 +102,11 @@ class Skeleton:
 
         Args:
             z: (..., n_z) configurations, in the order of `robot.configuration_variables`. For a
-                serial robot, these are (..., n) coordinates [rad or m].
+                serial robot, z contains the (..., n) coordinates [rad or m].
 
         Returns:
-            (..., bodies, 4, 4). With open loops, each strut lies between its two end points.
+            (..., bodies, 4, 4) body poses. With open loops, each strut lies between its two end
+            points.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))
@@ -149,13 +150,13 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # A batch gives NaN for an open loop. A single configuration raises an error.
+    # For an open loop, `configuration` returns NaN for a batch, but raises for one configuration.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 
 
 class _Motions:
-    """Bodies on joints as arrays, with the local pose P + sin v A + (1 - cos v) B + v C."""
+    """Body poses for joint values v: each local pose is P + sin v A + (1 - cos v) B + v C."""
 
     def __init__(self, bodies: list[Body]) -> None:
         self.parents = [body.parent for body in bodies]

@@ -39,7 +39,7 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
     Args:
         name: Names of the function and the argument, for error messages.
         values: The numbers.
-        shape: The expected shape. None accepts any shape.
+        shape: The expected shape, or None to accept every shape.
 
     Raises:
         InputTypeError: The values are not real numbers.
@@ -72,7 +72,7 @@ def number(name: str, value: Any) -> float:
 
     Raises:
         InputTypeError: The value is not a real number.
-        ShapeError: The value is an array with dimensions.
+        ShapeError: The value is an array with one or more dimensions.
     """
     array = real(name, value)
     if array.ndim:

@@ -1,14 +1,15 @@
 """Equations of static equilibrium of the rigid bodies of a robot.
 
-A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is a
-scalar product. The factors are the wrench and the body's twist (v, omega) at the base origin. The
+A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
+the scalar product of the wrench and the twist (v, omega) of the body at the base origin. The
 unknowns are the forces x of struts and closures. For each coordinate j of the joint tree, the
-virtual work of all forces is
+virtual work of all forces is 0:
 
-    G_j x + Q_j + tau_j = 0. Q_j is the generalized force of weights and tool wrench. tau_j is the
-    actuator force on the coordinate.
+    G_j x + Q_j + tau_j = 0
 
-The rows without an actuator determine x. The rows with an actuator then determine tau.
+Q_j is the generalized force of weights and tool wrench. tau_j is the actuator force on the
+coordinate. The equations of coordinates without an actuator determine x. With this x, the equations
+of actuated coordinates determine tau.
 """
 
 from __future__ import annotations
@@ -64,15 +65,15 @@ class Equilibrium:
         cylinders: Names of the struts with two sections.
         driven: For each actuator, a pair (strut or row of G, motion per unit of q).
         free_rows: The rows of G without an actuator.
-        unknowns: The struts and closures with unknown forces. A closure occurs once for each
-            unknown component.
+        unknowns: Names of the struts and closures with unknown forces. The name of a closure occurs
+            once for each unknown force component.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
         G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.
     """
 
     def __init__(self, robot: Robot, skeleton: Skeleton, poses: FloatArray) -> None:
-        """Computes the equations at poses that contain no NaN."""
+        """Set up the equilibrium equations. The poses must not contain NaN."""
         self.robot, self.skeleton, self.poses = robot, skeleton, poses
         tree = [body for body in skeleton.bodies if body.span is None]
         self.carries = np.eye(len(tree), dtype=bool)
@@ -189,8 +190,8 @@ class Equilibrium:
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:
         """Return the normal (m, 3) of the plane in which a loop moves, or None.
 
-        The closure of a planar loop is assumed to transmit forces in the plane only. Three other
-        components of the closure would be statically indeterminate.
+        The closure of a planar loop is assumed to transmit forces in the plane only. The force
+        normal to the plane and the moments in the plane would be statically indeterminate.
         """
         a, b = closure.bodies
         path = np.flatnonzero(self.carries[:, a] ^ self.carries[:, b])

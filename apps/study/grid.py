@@ -2,19 +2,20 @@
 
 The estimate counts visited cells, because the density of points is not uniform. A line along x
 enters and leaves the body. At each end, the last visited cell adds half a cell on average. The
-visited cells therefore have a larger volume than the body. The difference is h/2 times the area of
-the open faces of the cells. A cell has the side h. The open faces along x have the area of the
-surface projected along x. The correction along each axis is a factor 1 - c. The number c is half
-the number of open faces per cell. The product of the three factors is exact for boxes and never
-negative. The points are too few if a random half of the points misses many of the visited cells.
-The estimate then enlarges the cells.
+visited cells therefore have a larger volume than the body. The excess volume is h/2 times the area
+of the open faces of the cells, where h is the side of a cell. The open faces along x have the area
+of the surface projected along x. For each axis, the estimate multiplies the volume by a factor 1 -
+c. The number c is half the number of open faces per cell. The product of the factors for x, y and z
+is exact for boxes and never negative. The points are too few if a random half of the points misses
+many of the visited cells. With too few points, larger cells are used.
 
-Four errors remain. If the surface is parallel to the grid, all lines end at the same position
-within their cells. The excess is then between 0 and h per open face. Open faces of such a surface
-are coplanar with the adjacent faces. The points may miss a cell that contains only a small corner
-of the body. A power law extrapolates the number of missed cells from a random half of the points.
-With few cells, the lines end at few positions, so the average position is uncertain. For bodies
-other than boxes, the second order of the correction is not exact.
+Four errors remain. First, if the surface is parallel to the grid, all lines end at the same
+position within their cells. The excess volume is then between 0 and h times the area of the open
+faces. Open faces of a parallel surface are coplanar with the adjacent faces. Second, the points may
+miss a cell that contains only a small corner of the body. A power law extrapolates the number of
+missed cells from a random half of the points. Third, with few cells, lines through the body end at
+few positions within the cells. The average end position is then uncertain. Fourth, the second order
+of the correction is not exact for bodies other than boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -47,12 +48,13 @@ _SLOPING = 0.1
 
 
 _CHANCE = 0.5
-"""Error from the position of the grid, relative to the square root of the number of faces."""
+"""Standard error of the number of cells, per square root of the number of open faces. The unknown
+position of the grid relative to the body causes this error."""
 _SECOND = 0.5
 """Relative error of the second-order correction. The correction is exact only for boxes."""
 _MISSED = 0.1
-"""Maximum fraction of the visited cells that a random half of the points may miss. Above this
-fraction, the number of missed cells cannot be extrapolated."""
+"""Maximum fraction of the visited cells that a random half of the points may miss. If the points
+miss a larger fraction, the number of missed cells cannot be extrapolated."""
 _FEWEST = 4
 """Minimum number of cells along the longest side. With fewer cells, nearly all cells are at the
 surface."""
@@ -67,7 +69,7 @@ class Grid:
     Attributes:
         lower: (3,) lower corner [m].
         side: The side of a cell [m].
-        shape: Number of cells along x, y and z. The number is 1 along a direction without extent.
+        shape: Number of cells along x, y and z. A direction without extent has one cell.
     """
 
     lower: FloatArray
@@ -199,7 +201,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # Even the largest cells contain too few points. The volume of the box is the only bound.
+    # Even the largest cells contain too few points. The size is only known to be at most the box.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 

@@ -85,9 +85,9 @@ def conic(poses: ArrayLike) -> ConicArc:
     """Return the arc of the conic section through five points, from the first to the last.
 
     Args:
-        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. Positions have
-            the orientation of the base. The positions are coplanar, and no three positions are
-            collinear.
+        poses: (5, 4, 4) poses in the order along the arc, or (5, 3) positions [m]. With positions,
+            the tool keeps the orientation of the base frame. The positions are coplanar, and no
+            three positions are collinear.
 
     Returns:
         The arc. The orientation is a smooth curve through the orientations of the poses.

@@ -181,7 +181,7 @@ def task_curve(task: Task, curve: PoseCurve, start: float = 0.0, end: float = 0.
 
     Args:
         task: "position", "position_pitch" or "planar", as in `task_line`.
-        curve: The curve of the tool. The task replaces its orientation.
+        curve: The curve of the tool pose. The task replaces the orientation of the curve.
         start: Pitch or angle at the start [rad].
         end: Pitch or angle at the end [rad]. The pitch or angle is linear in s.
 
@@ -262,8 +262,8 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
 
     Args:
         T_start: (4, 4) pose at the start.
-        T_end: (4, 4) pose at the end. The tool rotates about one axis. For half a turn, the sign of
-            this axis is ambiguous.
+        T_end: (4, 4) pose at the end. The tool rotates about one axis. For a rotation by half a
+            turn, the sign of the rotation axis is ambiguous.
 
     Returns:
         The line. For a pure rotation, the length s of the line is the rotation angle [rad].
@@ -480,7 +480,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
     T = real(f"{name}: poses", poses)
     if T.ndim == 2 and T.shape[1] == 3:  # noqa: PLR2004 - the rows are positions
         T = poses_at(np.broadcast_to(np.eye(3), (len(T), 3, 3)), T)
-    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - the rows are matrices
+    if T.ndim != 3 or T.shape[1:] != (4, 4) or len(T) < 3:  # noqa: PLR2004 - each row is a pose
         raise ShapeError(
             f"{name}: expected three or more poses (m, 4, 4) or positions (m, 3), got {T.shape}"
         )

@@ -1,11 +1,12 @@
 """The redundancy parameters of a motion, resolved over the whole curve.
 
-The method is dynamic programming over the self-motion. At knots on the curve, the inverse solves
-the pose for a grid of parameters. Every sequence of configurations within the limits has a cost,
-the integral of squared joint rates. The search finds the sequence with the smallest cost. The
-search continues with finer grids around the best sequence. A cubic spline passes through the
-parameters. A spline may exceed a limit that the motion follows. The last attempt therefore uses a
-monotone interpolation.
+The method is dynamic programming over the self-motion. At knots on the curve, the inverse
+kinematics is computed for a grid of redundancy parameters. Every sequence of configurations within
+the joint limits has a cost, the integral of squared joint rates. The search finds the sequence with
+the smallest cost. The search continues with finer grids around the best sequence. A cubic spline
+interpolates the redundancy parameters between the knots. If the configurations at the knots are at
+a joint limit, a spline may exceed the limit. The last attempt therefore uses a monotone
+interpolation.
 """
 
 from __future__ import annotations
@@ -36,12 +37,13 @@ _TRIES = (
     (65, 4.0, 0.001, CubicSpline),
     (129, 1.0, 0.0001, PchipInterpolator),
 )
-"""Attempts of the search. An attempt has a number of knots, a relative grid resolution and an
-interpolation. It also has a margin from the limits, relative to the joint range.
+"""Settings of each search attempt: number of knots, relative grid resolution, margin and
+interpolation. The margin is a distance from the joint limits, relative to the joint range.
 
-The next attempt follows if no sequence exists, or if the joints leave the limits between the knots.
-A spline through configurations at a limit exceeds the limit between the knots. A monotone
-interpolation stays between the knot values, but the second derivatives jump at the knots.
+If an attempt finds no sequence, or if the joints leave the limits between the knots, the search
+continues with the next attempt. A spline through configurations at a limit exceeds the limit
+between the knots. A monotone interpolation stays between the knot values, but the second
+derivatives jump at the knots.
 """
 _CELLS = {1: 96, 2: 18, 3: 8}
 """Number of grid values per parameter, for each number of parameters."""
@@ -50,7 +52,7 @@ _MAX_GRID = 6000
 _FINEST = 1e-3
 """Step of the finest grid, relative to the parameter range."""
 _GAIN = 1e-3
-"""The grid becomes finer below this relative decrease of the cost."""
+"""Minimum relative decrease of the cost. If the cost decreases less, the grid step is halved."""
 _STEP = 1.0
 """Maximum distance of the configurations at successive knots [rad or `unit_length`]."""
 _RANDOM = 1024
@@ -93,7 +95,7 @@ def resolve_redundancy(
     Args:
         robot: A robot with redundancy parameters (`robot.redundancy`).
         T: (m, 4, 4) closely spaced poses of the tool in the base frame.
-        q_seed: (n,) coordinates before the path [rad or m].
+        q_seed: (n,) coordinates from which the robot moves to the start of the path [rad or m].
         limits: "robot", None for no limits, or (n, 2) lower and upper limits.
 
     Returns:
@@ -320,7 +322,7 @@ def _bounds(robot: Robot, label: str, limits: Any) -> FloatArray:
 
 
 def _inwards(bounds: FloatArray) -> FloatArray:
-    """Return changes (n, 2) that move each finite limit inwards by the whole range."""
+    """Return (n, 2) changes of the limits: plus and minus the range, or 0 for infinite limits."""
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])
 
@@ -334,7 +336,7 @@ def _first_outside(path: JointPath, bounds: FloatArray) -> int:
 def _through(
     interpolation: Callable[..., Any], s: FloatArray, parameters: FloatArray
 ) -> Callable[..., FloatArray]:
-    """Return the curve through parameters, or a constant for a single knot."""
+    """Return a curve that interpolates parameters at the knots s. One knot gives a constant."""
     if len(s) == 1:
         return lambda at, order=0: np.tile(parameters * float(order == 0), (len(at), 1))
     spline: Callable[..., FloatArray] = interpolation(s, parameters)

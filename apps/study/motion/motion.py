@@ -36,21 +36,22 @@ Redundancy = Literal["fixed", "minimum_norm", "global"]
 _HALVINGS = 4
 """Number of times that the sample spacing is halved, before a joint jump is reported."""
 _SAMPLES = 521
-"""Number of sample poses if the redundancy is resolved over the whole curve. The limits are
-satisfied at these poses."""
+"""Number of sample poses if the redundancy is resolved over the whole curve. The joint limits are
+satisfied at the sample poses."""
 _ROUNDING = 1e-9
 """Relative excess over the curve length that counts as a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A robot on a curve.
+    """A motion of a robot whose tool or joints follow a curve.
 
     Attributes:
         robot: The robot.
         curve: The curve of the tool pose, of task coordinates or of the robot's coordinates.
         time_scaling: The curve length as a function of time.
-        q_seed: (n,) coordinates near the start. They select the branch on a curve of the tool.
+        q_seed: (n,) coordinates near the start. For a curve of the tool, q_seed selects the branch
+            of the inverse kinematics.
         fixed: Names or indices of joints that keep their values at q_seed, or a mapping of joints
             to values. The curve must be a curve of the tool pose. Fixed joints that are not
             redundancy parameters require an iteration.
@@ -58,7 +59,8 @@ class Motion:
             their values at q_seed. With "minimum_norm", minimum-norm steps from q_seed in the
             joints of the main chain solve each pose. With "global", the parameters minimize the
             integral of the squared joint rates over the curve, as in `resolve_redundancy`. The
-            motion stays within the limits. The start is then free.
+            motion stays within the limits. With "global", the start configuration may differ from
+            q_seed.
 
     Raises:
         InputValueError: `redundancy` or `fixed` is not possible for the curve, the time scaling is

@@ -5,10 +5,11 @@ the main chain joints theta:
 
     theta <- theta + J^+(theta) e(theta),   e = (p - p(theta); log(R R(theta)^T))
 
-The pseudo-inverse J^+ gives the smallest joint step. Cylinder lengths do not affect the norm. The
-configuration at a pose depends only on the start configuration and the pose. A closed curve
-therefore returns to the same configuration. Integrated minimum-norm rates would not return to the
-start configuration. A different configuration may be nearer to the start configuration.
+The pseudo-inverse J^+ gives the step of the joints with the smallest norm. Cylinder lengths do not
+affect this norm of joint steps. The configuration at a pose depends only on the start configuration
+and the pose. A closed curve therefore returns to the same configuration. Integrated minimum-norm
+rates would not return to the start configuration. A different configuration may be nearer to the
+start configuration.
 
 Source:
     D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969, for
@@ -59,8 +60,8 @@ def minimum_norm(
     """Return coordinates on a curve of the tool by minimum-norm steps.
 
     The derivatives with respect to s match the twist of the curve up to rounding errors. The
-    null-space components of the derivatives are fourth-order differences. The differences are
-    inaccurate near singularities.
+    null-space components of the derivatives are fourth-order differences. Near singularities, the
+    fourth-order differences are inaccurate.
 
     Args:
         robot: A robot with as many joints in its main chain as coordinates.
