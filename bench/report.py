@@ -52,7 +52,7 @@ class Ratio:
         wrenfold".
         own: Minimum time of chasles [ns].
         peer: Minimum time of the other library [ns].
-        median: Median ratio of all rounds. Above 1, chasles is faster.
+        median: Median ratio of all rounds. A ratio above 1 means that chasles is faster.
         least: Minimum ratio of all rounds.
         bar: Required value of the median ratio, or None if no value is required.
     """

@@ -1,8 +1,8 @@
 """``python -m bench studies`` compares workspaces, reach, motions and plans with plain loops.
 
-The loops call other libraries for fewer configurations. Each iteration computes forward kinematics
-with the grid cell, or the inverse within limits. Times are per configuration, or per sample for a
-motion.
+Plain Python loops call other libraries for fewer configurations than chasles. An iteration for the
+workspace computes the forward kinematics and the grid cell of the tool. An iteration for the reach
+solves the inverse of one pose. Times are per configuration, or per sample for a motion.
 """
 
 import resource
@@ -24,14 +24,14 @@ from ..peers.forward import Call, pinocchio, toolbox
 from ..report import out
 
 LOOPED = 20_000
-"""Number of configurations in another library's loop."""
+"""Number of configurations for the forward kinematics of another library."""
 ASKED = 200
 """Number of poses that another library's inverse solves."""
 SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
 LINED, PROCESS = 1000, 4901
-"""Number of samples of a line, and of the well manipulator's process."""
+"""Number of samples on a line of ur5e, and number of samples of the well manipulator's motion."""
 
 
 def run(samples: int) -> int:
@@ -65,7 +65,7 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """Time the rates and the time-optimal scaling of a line, and the motion of a process."""
+    """Measure the time for joint rates, time-optimal scaling and a motion sequence."""
     path = line(arm.fk(HOME), arm.fk(HOME + AWAY))
     motion = Motion(arm, path, time_scaling("quintic", path.length, duration=1), HOME)
     motion.sample(LINED)
@@ -80,7 +80,7 @@ def _motions(table: Table, arm: chasles.Robot) -> None:
 
 
 def process(robot: chasles.Robot) -> MotionSequence:
-    """Return the process of section 5 of the well manipulator paper."""
+    """Return the motion sequence in section 5 of the well manipulator paper."""
     initial = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
     turned = initial + np.radians([30, 0, 0, 0, 0, 0, 0])
     ready = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
@@ -116,7 +116,7 @@ def _lined() -> float:
 
 
 def _plans(table: Table, arm: chasles.Robot) -> None:
-    """Time plans of an arm among obstacles, and distances at configurations."""
+    """Measure the time to plan paths among obstacles, and the time to compute distances."""
     floor = np.eye(4)
     floor[2, 3] = -0.2
     space = configuration_space(

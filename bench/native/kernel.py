@@ -30,11 +30,13 @@ ROOM = 512
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function, called for each row of an array. Each call overwrites the results.
+    """A compiled function that is called for each row of an input array.
+
+    Each call overwrites the results of the previous call.
 
     Attributes:
         library: The loaded library.
-        size: Number of inputs in a row.
+        size: Number of input numbers of one call, the length of a row of the input array.
         results: The results of the last call, one row per output.
         shapes: The shape of each output.
     """
@@ -45,7 +47,7 @@ class Kernel:
     shapes: tuple[tuple[int, ...], ...]
 
     def at(self, row: np.ndarray) -> list[np.ndarray]:
-        """Return the results of one row."""
+        """Return the results for one row of inputs."""
         self.run(np.ascontiguousarray(row).reshape(1, self.size))
         sized = zip(self.results, self.shapes, strict=True)
         return [values[: math.prod(shape)].reshape(shape).copy() for values, shape in sized]
@@ -60,7 +62,7 @@ class Kernel:
 
 
 def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
-    """Compile a robot function as chasles does. A row contains all inputs."""
+    """Compile a robot function with the flags of chasles. An input row contains all arguments."""
     inputs, outputs = robot.functions[function].inputs, robot.functions[function].outputs
     sizes = [math.prod(array.shape) for array in inputs]
     arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]

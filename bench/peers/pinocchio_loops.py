@@ -1,8 +1,9 @@
 """A five-bar in Pinocchio as an open tree with a closure constraint.
 
 Newton's method solves the constraint. The constraint Jacobian gives the rates,
-``J_passive z' = -J_actuated q'``. The code is specific to the five-bar. It selects the rows and
-columns of the plane, and starts each pose from the last configuration.
+``J_passive z' = -J_actuated q'``. The code is specific to the five-bar. The code uses only the
+constraint rows in the plane of the five-bar. Newton's method starts each pose from the previous
+configuration.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Peers for forward kinematics, one module each.
+"""Other libraries that compute forward kinematics, with one module for each library.
 
-Each module has one or more of these functions:
+The module of a library has at least one of the functions `calls`, `loops` and `batches`:
 
     `calls(arm)`:    Returns Python calls for one pose, as a list of Call.
     `loops(arm)`:    Returns compiled functions in a C loop, as a list of Loop.
@@ -36,7 +36,7 @@ INSTALL = {
 """The required pip packages of each other library."""
 
 SLOW_TO_BUILD = frozenset(("pinocchio_cpp",))
-"""Libraries with a first build longer than a short run of all other benchmarks."""
+"""Libraries that take longer to compile than a short run of all other benchmarks."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Call:
 
     Attributes:
         name: Name of the other library and its interface.
-        fk: The timed function from q (n,) to a pose in the library's type.
-        fk_jacobian: The timed function from q (n,) to pose and mixed Jacobian in the library's
-            types.
+        fk: The timed function. The argument is q (n,), the result is a pose in the library's type.
+        fk_jacobian: The timed function. The argument is q (n,). The results are pose and mixed
+            Jacobian in the library's types.
         read: Converts results of the library to arrays (T,) or (T, J), with T (4, 4) and J (6, n).
     """
 
@@ -89,7 +89,7 @@ def setups(
     leave_out: frozenset[str] = frozenset(),
     only: Sequence[str] = tuple(INSTALL),
 ) -> list[Any]:
-    """Return all interfaces of a kind ("calls", "loops", "batches") for an arm, chasles first.
+    """Return the interfaces of chasles and of other libraries for an arm. chasles comes first.
 
     Raises:
         DisagreementError: Poses or Jacobians of another library differ from the results of chasles.

@@ -65,7 +65,8 @@ def _external(arm: Arm) -> tuple[ca.Function, ca.Function]:
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         text = (Path(folder) / "functions.c").read_text(encoding="utf-8")
-    # The compiler flags hide symbols without an export attribute. This option adds the attribute.
+    # The compiler flags hide symbols without an export attribute. With GCC_HASCLASSVISIBILITY, the
+    # C code of CasADi adds this attribute.
     source = Source(f"casadi-{arm.name}", {"functions.c": text}, ("-DGCC_HASCLASSVISIBILITY",))
     path = str(compiled(source))
     return ca.external("fk", path), ca.external("fk_jacobian", path)

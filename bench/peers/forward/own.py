@@ -14,7 +14,10 @@ from . import Batch, Call
 
 NAME = "chasles"
 PLAIN = "chasles, one sine at a time"
-"""Name of the variant with libm sines. The C++ of the other libraries also uses libm."""
+"""Name of the variant that computes sines by the C math library (libm).
+
+The C++ code of the other libraries also uses libm.
+"""
 PLAIN_FLAGS = ("-DCHASLES_PLAIN",)
 
 
@@ -39,7 +42,10 @@ def plain_loop(arm: Arm) -> Loop:
 def generated_loop(
     folder: Path, name: str, joints: int, pair: bool = True, flags: Sequence[str] = ()
 ) -> Loop:
-    """Compile a loop over the generated C in a folder. Without `pair`, the loop calls fk only."""
+    """Compile a C loop that calls the generated C of a robot.
+
+    Without `pair`, the loop calls only fk, not fk_jacobian_mixed.
+    """
     both = f"{name}_fk_jacobian_mixed(q, T, J);" if pair else "(void)q, (void)T, (void)J;"
     main = f"""
 #include "{name}.c"

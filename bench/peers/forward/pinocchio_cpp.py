@@ -37,7 +37,7 @@ def loops(arm: Arm) -> list[Loop]:
 
 
 def source() -> Source:
-    """Return one source for all arms of the library, because compilation takes long."""
+    """Return one C++ source for all arms, because one compilation of Pinocchio is slow."""
     text = SOURCE.read_text(encoding="utf-8")
     folders = [f"-isystem{folder}" for folder in FOLDERS]
     return Source("pinocchio", {SOURCE.name: text}, (*DEFINITIONS, *folders))

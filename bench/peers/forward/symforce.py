@@ -1,4 +1,4 @@
-"""SymForce: C++ generated during the run from the same equations."""
+"""SymForce generates C++ from the equations in `formulas.py` during the benchmark."""
 
 import tempfile
 from pathlib import Path
