@@ -26,6 +26,6 @@ def check_type(name: str, value: Any, *kinds: type) -> None:
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
     """Returns the three known names that are most similar to an unknown name."""
-    from difflib import get_close_matches  # noqa: PLC0415 - for errors only
+    from difflib import get_close_matches  # noqa: PLC0415 - only an error needs difflib
 
     return ", ".join(get_close_matches(name, [*known], n=3, cutoff=0.0))

@@ -26,7 +26,7 @@ class Shape:
             "revolute", "helical", "universal" and "ball" are joint symbols with one point. For a
             joint that closes a loop, the symbol is "pin", "ball" or "weld". A prismatic joint has a
             "guide" (from end to end) with a "carriage", or a "sleeve" with a "ram" (up to the ram's
-            end). A strut has the symbols "barrel" and "piston", or "rod" from end to end.
+            end). A strut is drawn as "barrel" and "piston", or as a "rod" between its end points.
         name: Name of the joint, closure or strut. For a link or plate, this is the
             name of its body.
         points: The points in the body's frame, (points, 3) [m].
@@ -96,7 +96,8 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: The first three rows of the pose of each frame in its body.
+        frames: Pose of the frame on each of the two bodies, relative to the body. Each pose has its
+            first three rows.
     """
 
     name: str
@@ -111,10 +112,10 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries this body's joint. The ground and bodies of struts
-            have None.
+        parent: Index of the body that carries this body's joint, or None for the ground and for
+            bodies of struts.
         placement: The first three rows of the pose in the parent, at joint value 0.
-        joint: The joint that carries the body. The ground and bodies of struts have None.
+        joint: The joint that carries the body, or None for the ground and for bodies of struts.
         span: The end points of a strut body, or None for other bodies.
         shapes: The shapes in the frame of the body. If several bodies are fixed to each other, the
             first body has all shapes.
@@ -157,7 +158,7 @@ class SkeletonFacts:
 
 
 def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
-    """Checks the indices, and the joint or span of each body.
+    """Checks the indices of bodies and coordinates, and that each body has a joint or end points.
 
     Args:
         found: The bodies.

@@ -24,14 +24,16 @@ class ShapeError(InputValueError):
 class DescriptionError(ChaslesError, ValueError):
     """A robot description is invalid or cannot be compiled.
 
-    A description built in Python has no file, and the other attributes may also be empty.
+    For a description built in Python, `file` is "". The attributes `line`, `field`, `value` and
+    `expected` may also be empty.
 
     Attributes:
         file: Name of the file as passed by the caller, or "" without a file.
         line: Line number, starting at 1, or None if no line is known.
         field: Dotted path of the field, or "" for the description as a whole.
         value: The value found, or None if no value was found.
-        expected: Description of a valid value, or "" if only the message contains it.
+        expected: Text that describes a valid value, or "" if only the message describes a valid
+            value.
     """
 
     def __init__(
@@ -58,7 +60,7 @@ class LoopError(DescriptionError):
             the distance is the smallest difference between its length and the distance between its
             ends. The value is None if no distance was found.
         remedies: Lengths, angles and coordinates with the interval of values that close the loop.
-            The smallest change comes first.
+            The remedy that changes its value least comes first.
     """
 
     def __init__(
@@ -69,7 +71,10 @@ class LoopError(DescriptionError):
 
 
 class DerivationError(ChaslesError):
-    """The compiler is missing or could not derive a robot. The message contains its output."""
+    """The compiler is missing or could not derive a robot.
+
+    The message contains the output of the compiler.
+    """
 
 
 class OutOfReachError(ChaslesError, ValueError):
@@ -93,7 +98,10 @@ class NotInstalledError(ChaslesError, ImportError):
 
 
 class KernelError(ChaslesError):
-    """A robot's compiled functions cannot be built, found or opened. Base class of five errors."""
+    """A robot's compiled functions cannot be built, found or opened.
+
+    Base class of CompilerNotFoundError, CompileError, CacheError, ManifestError and MismatchError.
+    """
 
 
 class CompilerNotFoundError(KernelError):

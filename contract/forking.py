@@ -17,18 +17,19 @@ Result = TypeVar("Result")
 
 @contextmanager
 def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
-    """Starts work in a forked process, with a copy of this process's state.
+    """Runs a function in a forked process, with a copy of this process's state.
 
-    On systems other than Linux, or while other threads run, this process runs the work itself. The
-    work then starts when the result is requested. A fork could copy a lock that another thread
-    holds. No thread would release this lock.
+    On systems other than Linux, or while other threads run, there is no fork. This process then
+    runs the function when the result is requested. A fork during other threads could copy a locked
+    lock, and no thread of the forked process would release the lock.
 
     Args:
-        work: Function that computes the result. The result must be plain data.
+        work: The function to run. Its result must be plain data.
 
     Yields:
-        A function that waits for the result, and returns the result or raises the error of the
-        work. The process ends at the end of the ``with`` block.
+        A function that waits for the result of ``work`` and returns the result. If ``work`` raised
+        an error, the yielded function raises this error. The process ends at the end of the
+        ``with`` block.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         yield work
@@ -39,7 +40,7 @@ def run_in_fork(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
 
 @contextmanager
 def forked(work: Callable[[], object]) -> Iterator[Connection]:
-    """Starts work in a forked process. The process ends at the end of the ``with`` block.
+    """Runs a function in a forked process until the end of the ``with`` block.
 
     Yields:
         The connection from which :func:`received` reads the result or the error.
@@ -61,7 +62,6 @@ def forked(work: Callable[[], object]) -> Iterator[Connection]:
 
 
 def _send(work: Callable[[], object], sender: Connection) -> None:
-    """Runs the work, and sends the result or the error."""
     sender.send(outcome_of(work))
 
 
@@ -74,7 +74,7 @@ def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
 
 
 def received(receiver: Connection) -> Any:
-    """Receives the result of a process, or raises the error of its work.
+    """Receives the result of a function in a forked process, or raises the error of the function.
 
     Raises:
         EOFError: The process ended without a result.
@@ -88,7 +88,8 @@ def received(receiver: Connection) -> Any:
 def _picklable(error: BaseException) -> BaseException:
     """Returns the error. An error that cannot be pickled becomes a RuntimeError."""
     text = "".join(traceback.format_exception(error))
-    # With dask, pickle includes causes and contexts. Errors of lxml cannot be pickled.
+    # Remove the cause and context of the error. With dask, pickle would include both, and errors of
+    # lxml cannot be pickled.
     error.__cause__ = error.__context__ = None
     try:
         pickle.loads(pickle.dumps(error))

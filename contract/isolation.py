@@ -34,23 +34,23 @@ class Limits:
 
 
 class IsolatedWorkError(RuntimeError):
-    """Isolated work exceeded a limit, or its process crashed."""
+    """A function in a separate process exceeded a limit, or the process crashed."""
 
 
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
-    """Returns the result of work in a separate process. The process cannot write files.
+    """Runs a function in a separate process that cannot write files, and returns the result.
 
-    On Linux, the process is a fork. The fork avoids locks that other threads may hold. If a library
-    waits for such a lock, the time limit ends the process. On other systems, a new interpreter
-    starts. The start takes one second, and ``work`` must be picklable.
+    On Linux, the process is a fork. If other threads held a lock at the fork, a library in the
+    process may wait for the lock forever. The time limit ends this wait. On other systems, a new
+    Python interpreter starts, which takes one second. ``work`` must then be picklable.
 
     Args:
-        work: Computes plain data.
+        work: The function to run. Its result must be plain data.
         limits: Limits of the process.
 
     Raises:
-        IsolatedWorkError: The work exceeded a limit, or its process crashed. Exceptions that the
-            work raises are passed on unchanged.
+        IsolatedWorkError: ``work`` exceeded a limit, or the process crashed. Exceptions that
+            ``work`` raises are raised again unchanged.
     """
     run = _forked if sys.platform == "linux" else _started
     try:

@@ -1,6 +1,7 @@
 """The manifest of a generated robot: every fact that the runtime needs, as plain data.
 
-The compiler writes these records, and the runtime reads the records. Both use the annotations.
+The compiler writes the records of this module to `manifest.json`, and the runtime reads the
+records. Writer and reader convert each field by its type annotation.
 """
 
 from __future__ import annotations
@@ -46,14 +47,14 @@ class Coordinate:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A passive joint or an entry of z, with its unit."""
+    """A passive joint or a variable of the loop configuration z, with its unit."""
 
     name: str
     unit: str
 
 
 class Redundancy(NamedTuple):
-    """A redundancy parameter. It selects one of infinitely many inverses.
+    """A redundancy parameter, whose value selects one of infinitely many inverse solutions.
 
     Attributes:
         name: Parameter name, the key in `fixed=`.
@@ -70,7 +71,7 @@ class Redundancy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The reference configuration. It selects the branch."""
+    """The reference configuration (q, z). z selects the branch of the loops."""
 
     q: tuple[float, ...]
     z: tuple[float, ...]
@@ -140,11 +141,12 @@ class GeometryParameter:
             for a compliance, or "1" for a gain or a ratio.
         joint: Name of the joint, closure or strut, "base", "tool", or "" for a parameter of the
             description.
-        part: The group. "parameter" is a parameter of the description. "joint" is the joint's own
-            description, and "offset" its coordinate offset. "axis" means axis corrections.
-            "transmission" means gain and waves of the drive, and "coupling" the ratios of the
-            coupling. "compliance" is the deflection under gravity. "loop" means end positions and
-            strut lengths. "base" and "tool" mean corrections of these frames.
+        part: The group of the parameter. "parameter": a named dimension of the description.
+            "joint": a dimension of the joint. "offset": the coordinate offset of the joint. "axis":
+            a correction of the joint axis. "transmission": gain and periodic error of the joint's
+            drive. "coupling": a ratio between motor and joint. "compliance": the joint deflection
+            under gravity. "loop": the end position or length of a strut. "base" and "tool": a
+            correction of the base or tool frame.
         meaning: Meaning of the parameter, in a few words.
     """
 
@@ -175,13 +177,14 @@ class FunctionInfo:
         symbol: Name in C.
         summary: One line that describes the result.
         identity: The identity that the function satisfies, or "" if none is stated.
-        role: The role of the function.
+        role: What the function computes, such as the pose or an inverse.
         inputs: The inputs in the order of the C arguments.
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
-        margin: Name of the margin function, or "" if every loop always closes. The margin function
-            has the same first input. It returns a distance from open loops for each loop.
-        steps: The loop of each entry of a margin function's result.
+        margin: Name of the margin function, or "" if every loop always closes. The only input of
+            the margin function is the first input of this function. The margin function returns how
+            far each loop is from opening.
+        steps: For a margin function: name of the loop to which each entry of the result belongs.
     """
 
     name: Name
@@ -235,8 +238,8 @@ class Cleaning:
         position: Upper bound (m) of the tool displacement from cleaning within the joint limits.
             The bound is 0.0 if no value was cleaned.
         orientation: Upper bound (rad) of the tool rotation from cleaning. For a robot with loops,
-            both bounds are maxima over random configurations. The notes state the number of
-            configurations.
+            both bounds are maxima over random configurations. The notes of the manifest state the
+            number of configurations.
         numbers: The cleaned values, in order from the base to the tool.
     """
 
@@ -257,8 +260,8 @@ class LoopFacts:
         reference: The reference configuration, or None if the manifest states no reference.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
-        coupling: C of theta = C q + c for a coupled serial robot with joints theta and
-            coordinates q, or () without couplings.
+        coupling: The matrix C in theta = C q + c for a coupled serial robot, or () without
+            couplings. theta are the joint values, q the coordinates.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -299,7 +302,7 @@ class ContractTolerances:
     """Tolerances that belong to the generated code.
 
     Attributes:
-        dead_point: The largest margin of a loop at a dead point.
+        dead_point: A loop is at a dead point if its margin function returns at most this value.
     """
 
     dead_point: float
@@ -326,15 +329,15 @@ class Manifest:
         cleaning: The cleaned values of the description, and their effect.
         geometry: The elements of the vector p of the parametric functions, or () without such
             functions.
-        robot_file: For a robot with loops, the template of a robot file with other dimensions. For
-            an arm with masses, the springs section of a robot file. Otherwise "".
+        robot_file: For a robot with loops: the text of a robot file with a placeholder for each
+            dimension. For an arm with masses: the springs section of a robot file. Otherwise "".
         inverse: Solution method of the inverse, or the reason for a missing inverse.
         skeleton: The rigid bodies.
         load: The masses and the gravity of the description.
         description_sha256: SHA-256 of the description.
         languages: The generated files of each language.
         versions: The versions of the libraries with which the robot was derived.
-        folder: The folder of the manifest. It is not stored in the manifest.
+        folder: The folder of the manifest. The manifest file does not contain this folder.
         digest: SHA-256 of the manifest. The manifest contains the hashes of all files. This SHA-256
             is not stored in the manifest.
     """
@@ -375,7 +378,8 @@ class Manifest:
         Args:
             role: Name of the role.
             domain: Name of the coordinate vector that is the first input.
-            codomain: Name of the coordinate vector that maps and branches return.
+            codomain: Name of the coordinate vector that the function returns, or "" for a function
+                that does not return coordinates.
 
         Returns:
             The first match in the manifest, or None if no function matches.
@@ -435,7 +439,7 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        The value is False for geared motors and for motors of spindles.
+        For the motor of a gearbox or of a spindle, the entry is False.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)

@@ -27,14 +27,15 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def output_file(path: str | os.PathLike[str], *, is_new: bool = False) -> Iterator[Path]:
-    """Yields a temporary file that moves to a path at the end.
+    """Yields the path of a temporary file. At the end, the file is renamed to the output path.
 
-    After an error, the path keeps its former content. A device or a pipe is written directly.
+    After an error, the file at the output path keeps its former content. A device or a pipe is
+    written directly.
 
     Args:
         path: The file to write.
-        is_new: Whether an existing file is an error, even if another process has just created the
-            file.
+        is_new: If True, an existing file at the path raises an error, even if another process has
+            just created the file.
 
     Raises:
         InputValueError: The file cannot be written.
@@ -71,7 +72,7 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
         InputValueError: A file cannot be written.
     """
     with ExitStack() as stack:
-        # The stack closes the files in reverse order.
+        # ExitStack closes the files in reverse order.
         for path, content in reversed(list(contents.items())):
             stack.enter_context(output_file(path)).write_bytes(content)
 

@@ -1,6 +1,7 @@
 """Reads, checks and writes `manifest.json`, the contract between compiler and runtime.
 
-Reading includes all checks. The runtime can therefore use a manifest without further checks.
+The reader checks the complete manifest, so that the runtime can use the manifest without further
+checks.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def _check_unique(names: Sequence[str], place: Place) -> None:
 
 
 def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Place) -> None:
-    """Checks the first input and the number of entries of a margin function."""
+    """Checks the input of a margin function, and that each entry of its result has a loop name."""
     first = replace(function.inputs[0], unit="", meaning="")
     if function.margin:
         inputs = [replace(a, unit="", meaning="") for a in margin.inputs] if margin else []

@@ -47,7 +47,7 @@ class Check:
 
 
 def one_of(choices: Collection[str]) -> Check:
-    """Returns the check that a text is among the allowed choices."""
+    """Returns a check that passes if a text is one of the allowed choices."""
     return Check(" or ".join(f'"{choice}"' for choice in choices), lambda text: text in choices)
 
 
@@ -71,7 +71,7 @@ class Place:
 
 
 def _is_name(text: str) -> bool:
-    # Generated C contains the names. The names must therefore be identifiers.
+    # Names of robots and functions are identifiers in generated C and in Python.
     return bool(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text)) and not iskeyword(text)
 
 
@@ -158,7 +158,10 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """Error for a value of the wrong form. Each enclosing JSON level adds a key."""
+    """Error for a JSON value of the wrong form.
+
+    `keys` is the path to the value. Each enclosing JSON object or list adds its key to the path.
+    """
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -229,7 +232,7 @@ def _fields_reader(record: Any) -> Reader:
                 try:
                     found[item.name] = reader(values[item.key])
                 except _MismatchError as error:
-                    raise error.within(item.key)  # noqa: B904 - re-raises the same error
+                    raise error.within(item.key)  # noqa: B904 - raises `error` again
             elif item.default is MISSING:
                 raise _AbsentError(item.key)
         return record(**found)
@@ -263,7 +266,7 @@ def _list_reader(kinds: tuple[Any, ...]) -> Reader:
             try:
                 found.append(reader(item))
             except _MismatchError as error:
-                raise error.within(k)  # noqa: B904 - re-raises the same error
+                raise error.within(k)  # noqa: B904 - raises `error` again
         return tuple(found)
 
     return read_list
@@ -278,7 +281,7 @@ def _mapping_reader(inner: Reader) -> Reader:
             try:
                 found[key] = inner(item)
             except _MismatchError as error:
-                raise error.within(key)  # noqa: B904 - re-raises the same error
+                raise error.within(key)  # noqa: B904 - raises `error` again
         return MappingProxyType(found)
 
     return read_mapping
@@ -321,7 +324,8 @@ def write(record: Any, value: Any) -> dict[str, Any]:
     """Writes a record as plain JSON data.
 
     Args:
-        record: The dataclass. For a subclass, only the fields of this class are written.
+        record: The dataclass whose fields are written. If the class of ``value`` is a subclass of
+            ``record``, additional fields of the subclass are not written.
         value: An instance of the dataclass.
     """
     found: dict[str, Any] = {}
@@ -351,5 +355,6 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # The sum avoids -0.0. Its sign would depend on the order of additions.
+    # Adding 0.0 replaces -0.0 by 0.0. The sign of a zero would depend on the order of additions in
+    # the derivation.
     return float(value) + 0.0 if kind is float else value
