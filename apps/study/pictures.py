@@ -49,7 +49,7 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
 
 def _image(ax: Any, grid: Any, normal: int, values: Any, **style: Any) -> Any:
-    """Draw a value for each cell of a grid, seen along an axis. Masked cells stay empty."""
+    """Draw the cells of a grid as an image in the view along an axis. Masked cells stay empty."""
     with requires("chasles[study]"):
         from matplotlib import colormaps  # noqa: PLC0415
 

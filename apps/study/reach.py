@@ -138,13 +138,14 @@ def reach(
         orientations: (k, 3, 3) tool orientations at every position. The default is
             `uniform_orientations(20)`.
         redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
-            within its limits. Solutions for all these values are counted.
+            within its limits. The solutions for all redundancy values are counted.
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to show a progress bar. None shows the bar only on a terminal.
 
     Raises:
-        AttributeError: The robot has no `ik`. The message lists other inverses of the robot.
+        AttributeError: The robot has no `ik`. The message lists the robot's other inverse
+            kinematics functions.
         ShapeError: Targets or orientations have the wrong shape.
         InputValueError: A number is not finite, or `orientations` is passed with poses.
     """
@@ -358,7 +359,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """Return the coordinate with the largest excess, on the branch with the smallest excess."""
+    """Return the coordinate with the largest limit violation, on the least violating branch."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

@@ -27,16 +27,16 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Number of points of a piece. A piece is enough work for a thread. Its Sobol net fits in the
-cache."""
+"""Number of sample points that a thread processes as one piece of work. A Sobol net of this size
+fits in the cache."""
 BLOCK = 1 << 12
-"""Number of points processed at once. The poses and Jacobians of so many points fit in the
+"""Number of points processed at once. The poses and Jacobians of this number of points fit in the
 cache."""
 _BITS = 52
 """Number of bits of a coordinate in the unit cube, one bit less than in a double."""
 _NET_KEY = 0
-"""Second seed of the random digits of the Sobol net. Each piece has a different second seed. Its
-digits are therefore independent of the net."""
+"""Second entry of the random seed for the Sobol net. Each piece of sample points has a different
+second entry. The random numbers of a piece are therefore independent of the Sobol net."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
     lower, upper = box_of(robot)
     if sampling == "grid":
         side = _side(count, robot.n)
-        if side < 2:  # noqa: PLR2004 - a grid has two ends
+        if side < 2:  # noqa: PLR2004 - a grid has both limits of each coordinate
             raise InputValueError(
                 f"samples = {count}: a grid of {robot.n} coordinates has {2**robot.n} or more nodes"
             )

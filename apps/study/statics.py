@@ -27,8 +27,8 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""Maximum squared component of a strut in a unit internal force. Above this value, equilibrium does
-not determine the force in a strut."""
+"""Maximum squared strut force in an internal force state of norm 1. If the squared force is larger,
+equilibrium does not determine the force in the strut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +100,9 @@ def gravity_forces(
 ) -> FloatArray:
     """Return the forces of weights in the coordinates of the actuators.
 
-    The sign convention is the same as in `robot.actuator_forces`. The forces have the same power as
-    the weights. The actuators hold the opposite forces.
+    The sign convention is the same as in `robot.actuator_forces`. At any velocity, the returned
+    forces and the weights have the same power. To hold the robot, the actuators apply the negative
+    of the returned forces.
 
     Args:
         robot: The robot.
@@ -138,7 +139,7 @@ def static_loads(
     """Return the loads of all joints, struts and closures of a robot at rest.
 
     The closure of a planar loop transmits forces in the plane only. A loop is planar if all its
-    axes are parallel. Forces normal to the plane load the joints of the tree.
+    axes are parallel. The joints of the joint tree carry the force components normal to the plane.
 
     Args:
         robot: The robot.
@@ -269,7 +270,10 @@ class _Solved:
         )
 
     def _filled(self, found: FloatArray) -> FloatArray:
-        """Return values of the whole batch. Open loops and loads without a solution are NaN."""
+        """Expand results of the solved configurations to the whole batch.
+
+        Configurations with open loops, and loads without a solution, have NaN.
+        """
         values = np.full((len(self.closed), *found.shape[1:]), np.nan)
         values[np.flatnonzero(self.closed)[self.solved]] = found[self.solved]
         return values.reshape(*self.shape, *found.shape[1:])

@@ -62,7 +62,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class MotionSequence:
-    """Stages of a robot's motion. Every method returns a longer sequence.
+    """Stages of a robot's motion. Every method returns a new sequence with additional stages.
 
     Attributes:
         robot: The robot.
@@ -116,8 +116,8 @@ class MotionSequence:
             profile: As in `time_scaling`.
             space: "coordinates", or "chain" for a straight line in the joints of the main chain.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of the path fraction. The fraction runs
-                from 0 to 1.
+            limits: duration, speed, acceleration and jerk of a path coordinate that runs from 0 at
+                the start of the line to 1 at its end.
         """
         begin = self.q_end
         if space == "chain" and self.robot.loops:
@@ -163,8 +163,8 @@ class MotionSequence:
             redundancy: "fixed" or "minimum_norm", as in `Motion`.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. For a
-                plan, duration is the time of the whole path. For a plan, the other limits refer to
-                the path length in the coordinates.
+                plan, duration is the time of the whole path. For a plan, speed, acceleration and
+                jerk refer to the path length in the coordinates.
 
         Raises:
             InputValueError: The curve or the plan does not start at q_end, the plan has no path, or

@@ -11,7 +11,7 @@ In the equations, x and z are the directions of the tool's first and third axes.
 
     z'' = alpha x z + omega x (omega x z)
 
-The equations of the angle assume that the tool stays in the x-y plane of the base.
+The equations of A assume that the tool moves only in the x-y plane of the base.
 """
 
 from __future__ import annotations
@@ -40,9 +40,8 @@ def task_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates with respect to s from a curve in task coordinates.
 
-    A joint does not move if the inverse for the task keeps the joint constant. The number of moving
-    joints must equal the number of task coordinates. Otherwise, the task does not determine the
-    joint rates.
+    A joint does not move if the inverse for the task keeps the joint constant. The task determines
+    the joint rates only if the number of moving joints equals the number of task coordinates.
 
     Args:
         robot: A robot with the inverse of the task.
@@ -104,9 +103,9 @@ def parameter_rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of the coordinates on a curve with known redundancy parameters.
 
-    The rate a' of an angle a(q) is known, for example of the swivel angle. A motion c along the
-    null vector n of the Jacobian gives this rate: D_n a c = a' - D_p a. D_n and D_p are derivatives
-    along n and along a particular rate p.
+    The rate a' of an angle a(q) is known. The swivel angle is an example of the angle a. A motion c
+    along the null vector n of the Jacobian gives this rate: D_n a c = a' - D_p a. D_n and D_p are
+    derivatives along n and along a particular rate p.
 
     Args:
         robot: The robot.

@@ -1,8 +1,9 @@
 """Time-optimal motion. At each moment, a rate or an acceleration is at its limit.
 
 The curve q(s) is sampled with its exact derivatives on a grid. Reachability analysis determines the
-fastest profile s(t) on this grid. Between the nodes, limits may be exceeded slightly. The largest
-excess on a ten times finer grid then stretches the time scaling.
+fastest profile s(t) on this grid. Between the grid nodes, limits may be exceeded slightly. A ten
+times finer grid therefore measures the largest excess over a limit. The whole motion is slowed down
+until the motion satisfies all limits.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -41,8 +42,8 @@ _REFINEMENTS = 3
 _ROUNDS = 4
 """Maximum number of grids. Each grid adds nodes where the previous time scaling exceeds a limit."""
 _CLOSEST = 1e-5
-"""Minimum node spacing relative to the curve length. Over smaller distances, rounding errors of
-rates would look like accelerations."""
+"""Minimum node spacing relative to the curve length. Between closer nodes, rounding errors of rates
+would look like accelerations."""
 _LOCAL = 1.01
 """Maximum stretching factor without a finer grid."""
 _HIDDEN = 1.0
@@ -50,7 +51,7 @@ _HIDDEN = 1.0
 _BEFORE = 1e-9
 """Distance of the last sample from the next node, relative to the time between nodes."""
 _NONE = 1e9
-"""Acceleration limit for the path length of the tool, too large to be reached."""
+"""Acceleration of the tool along its path that no motion reaches. The number means no limit."""
 _MARGIN = 1e-5
 """Relative margin of the duration for maxima between two samples."""
 
@@ -66,7 +67,7 @@ def time_optimal(
     """Return the same motion in the minimum time within limits.
 
     Args:
-        motion: A motion on the curve. Its time scaling has no effect.
+        motion: A motion on the curve. The time scaling of this motion has no effect.
         rate_limits: () or (n,) maximum rates [rad/s or m/s].
         acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
         tool_speed: The maximum speed of the tool's origin [m/s], or None for no limit.
@@ -185,7 +186,8 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return (time factor of at least 1, additional grid nodes) for the limits.
 
-    The second result lists additional grid nodes where the factor is larger.
+    A motion that is slower by the time factor satisfies the limits. The additional grid nodes are
+    positions on the curve that need a time factor above `_LOCAL`.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
     again if its estimated maximum is too large. The estimate is the larger end value plus a

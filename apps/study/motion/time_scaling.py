@@ -68,7 +68,8 @@ class TimeScaling:
             t: (m,) times [s]. Before the start and after the end, rates are 0.
 
         Returns:
-            Three arrays (m,), in the unit of the path, per second, and per second squared.
+            (length, rate, acceleration), three arrays (m,). With the path unit u, the array units
+            are u, u/s and u/s^2.
         """
         time = real("TimeScaling: t", t)
         inside = np.clip(time, 0, self.duration)

@@ -113,8 +113,8 @@ class Trajectory(StudyResult):
 
         Raises:
             InputValueError: The file cannot be read or belongs to a different robot, a column is
-                missing, a cell is not a number, or times are not ascending. `robot` may also be
-                missing.
+                missing, a cell is not a number, or times are not ascending. The same error is
+                raised if the file needs `robot`, but `robot` is None.
             ShapeError: The shapes of the arrays do not match the robot.
         """
         if by_suffix(path, {".npz": True, ".csv": False}):

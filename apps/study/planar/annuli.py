@@ -100,7 +100,7 @@ def area(annuli: Sequence[Annulus]) -> float:
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Return the angles at which other circles cross a circle. The last angle closes the turn."""
+    """Return the angles at which other circles cross a circle, and the first angle plus 2 pi."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

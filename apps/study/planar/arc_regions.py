@@ -29,10 +29,10 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _BLOCK = 20_000
-"""Maximum number of point-arc pairs at once. So many pairs fit in the processor cache."""
+"""Maximum number of point-arc pairs at once. Arrays of this size fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Direction [rad] of the rays for counting crossings. Rays in an odd direction are rarely tangent
-to arcs."""
+"""Direction [rad] of the rays for counting crossings. Rays in this uncommon direction are rarely
+tangent to arcs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
 def bounded(
     candidates: Sequence[BorderArc], inside: Callable[[FloatArray], BoolArray]
 ) -> ArcRegion:
-    """Return the region with a border on candidate arcs.
+    """Return the region whose border consists of parts of the candidate arcs.
 
     Args:
         candidates: Arcs that contain the whole border.

@@ -30,7 +30,7 @@ class MovingAxes:
         names: Names of the joints.
         directions: (m, 3) directions of the axes in the base frame.
         points: (m, 3) the point of each axis nearest to the base origin [m].
-        turns: (m,) whether a joint is revolute. Other joints are prismatic.
+        turns: (m,) True for a revolute joint, False for a prismatic joint.
         limits: (m, 2) limits of each joint relative to the configuration [rad or m].
         place: (3,) position of the point [m].
     """
@@ -60,7 +60,7 @@ class MovingAxes:
         return bool(abs(abs(first[2]) - 1) <= SAME_ARC and abs(first @ n) <= SAME_ARC)
 
     def without_first(self) -> MovingAxes:
-        """The axes without the first axis."""
+        """Return all axes except the first axis."""
         rest = slice(1, None)
         return MovingAxes(
             self.names[rest],

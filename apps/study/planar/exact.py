@@ -2,9 +2,10 @@
 
 If the axes that move the point are parallel, the workspace is planar. With prismatic joints along
 the axes, the workspace is a prism. If parallel horizontal axes follow a vertical first axis, the
-workspace is a body of revolution. The plane of the motion may be offset from the first axis. In
-both cases, the rotations about the axes are applied one by one, from the tip to the base. The
-border of the swept region consists of arcs. `meridian.py` computes volumes.
+workspace is a body of revolution. The plane of the motion may be offset from the first axis. For
+planar arms and for bodies of revolution, the rotations about the axes are applied one by one, from
+the tip to the base. The border of the swept region consists of arcs. `meridian.py` computes
+volumes.
 """
 
 from __future__ import annotations
@@ -140,16 +141,16 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     """Return the exact workspace of an arm whose joints move a point in a plane.
 
     Args:
-        robot: A serial arm. Joints that do not move the point, such as a roll about the tool, are
-            ignored. The other joints must have one of two structures. A planar arm has parallel
-            revolute joints, and prismatic joints along their axes. The other structure is a
-            vertical first axis that parallel horizontal axes follow.
+        robot: A serial arm of type A or B. An arm of type A has parallel revolute joints, and
+            prismatic joints along their axes. An arm of type B has a vertical first axis, and all
+            following axes are parallel and horizontal. Joints that do not move the point, such as a
+            roll about the tool, are ignored.
         point: "tool" for the tool origin, or "wrist" for an intersection of consecutive axes, such
-            as the center of a spherical wrist. The wrist is the last intersection with one of the
-            two structures before it.
+            as the center of a spherical wrist. The wrist is the last intersection that an arm of
+            type A or B moves.
 
     Raises:
-        InputValueError: The arm has neither of the two structures.
+        InputValueError: The arm has neither type A nor type B.
     """
     check_type("exact_workspace: robot", robot, Robot)
     if robot.loops:

@@ -2,12 +2,12 @@
 
 The plane has the distance d from a vertical axis. The region in the plane has points (u, v), where
 u = 0 is nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 +
-d^2) at height v. The point (-u, v) describes the same circle. Since rho d(rho) = u du, the volume
-is an integral over the region (Pappus).
+d^2) at height v. The points (u, v) and (-u, v) describe the same circle. Since rho d(rho) = u du,
+the volume is an integral over the region (Pappus).
 
 In a rotation by an angle s of less than a full turn, the point u describes an arc of angle s. The
-arc of the point -u begins pi - 2 a(u) later, with a(u) = atan2(d, u). If both points belong to the
-region, the arcs overlap by
+arc of the point -u begins at an angle of pi - 2 a(u) after the arc of u, with a(u) = atan2(d, u).
+If (u, v) and (-u, v) belong to the region, their arcs overlap by the following angle:
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
@@ -97,8 +97,8 @@ class Meridian:
     def curves(self) -> list[FloatArray]:
         """Return the border as curves of points (k, 2) in (rho, z) [m].
 
-        If the region crosses u = 0, the border includes straight lines at the distance of the plane
-        from the axis. No point of the plane is nearer to the axis.
+        The points of the plane at u = 0 are nearest to the axis. If the region crosses u = 0, the
+        border includes straight lines at the distance of u = 0 from the axis.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])
@@ -162,7 +162,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
         """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # The overlap of both arcs begins or ends at these values of u.
+    # At u = turned, the overlap of the arcs of u and -u begins or ends.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:

@@ -96,8 +96,8 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is not a planar platform of this kind, or the angle is not
-            finite.
+        InputValueError: The robot is not a planar platform with three legs of two links or a
+            cylinder, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -116,14 +116,15 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
     fixed point. The tool has the distance t from the fixed point, and a distance between |t - r|
     and t + r from the center. The tool stays in the annulus if t <= outer - r and t >= inner + r.
-    If the hole of the annulus moves around the tool, t <= r - inner replaces the second
-    condition.
+    If the hole of the annulus moves around the tool, the condition t <= r - inner replaces the
+    condition t >= inner + r.
 
     Args:
         robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot is not a planar platform of this kind.
+        InputValueError: The robot is not a planar platform with three legs of two links or a
+            cylinder.
     """
     check_type("dexterous_workspace: robot", robot, Robot)
     legs = []
@@ -205,7 +206,7 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
         resolution: Number of cells along the longest side.
 
     Raises:
-        InputValueError: The robot is not a planar platform of this kind, or there is no angle.
+        InputValueError: The robot is not a planar platform with three legs, or `phi` is empty.
     """
     check_type("orientation_grid: robot", robot, Robot)
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))

@@ -44,7 +44,7 @@ class SingularityCurves(StudyResult):
         return summary_repr(self, self.robot, *facts, methods="plot(), save(path)")
 
     def plot(self, ax: Any = None) -> Any:
-        """Plot the curves of both types.
+        """Plot the type-1 and type-2 singularity curves.
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
@@ -75,7 +75,7 @@ def singularity_curves(
         phi: The platform angle [rad].
         x: Lower and upper bound of x [m]. The default is the region that all legs reach.
         y: Lower and upper bound of y [m]. The default is the region that all legs reach.
-        slot: Solution slot of `ik_planar`, which states the branch of each leg. Slot 0 is the
+        slot: Solution slot of `ik_planar`, which states the branch of each leg. Slot 0 contains the
             reference branch.
         resolution: Number of grid lines per axis.
 
@@ -85,7 +85,7 @@ def singularity_curves(
     Raises:
         MissingFunctionError: The robot is not a planar platform.
         InputValueError: The bounds are not in ascending order, or the resolution is below 2. If x
-            or y is None, `constant_orientation_workspace` may also raise an error.
+            or y is None, the errors of `constant_orientation_workspace` are also possible.
 
     Source:
         C. Gosselin, J. Angeles, Singularity analysis of closed-loop kinematic chains, 1990.

@@ -1,17 +1,18 @@
 """Workspaces of planar platforms for a range of angles.
 
-At the platform angle phi, a leg reaches an annulus with radii a and b about c(phi). The center
-c(phi) moves on an arc of radius r about a point m. A leg reaches a position at all angles under two
-conditions. The position is at most b away from the farthest point of the arc, and at least a away
-from the nearest point. Circles bound the positions of each condition. The circles about the ends of
-the arc have radii a and b. The circles about m have radii b - r, r + a and |r - a|. So circular
-arcs bound the total workspace.
+At the platform angle phi, a leg reaches an annulus with inner radius a and outer radius b about
+c(phi). The center c(phi) moves on an arc of radius r about a point m. A leg reaches a position at
+all angles under two conditions. The position is at most b away from the farthest point of the arc,
+and at least a away from the nearest point. For each condition, the region of valid positions is
+bounded by circles. The circles about the ends of the arc have radii a and b. The circles about m
+have radii b - r, r + a and |r - a|. So circular arcs bound the total workspace.
 
-The border of the inclusive workspace also contains other curves, on which two legs reach their
-limits. A square of half diagonal d is inside if all legs reach its center with a margin of d at one
-angle. The square is outside if, at each angle, a leg misses the center by d. The inside test and
-the outside test have a closed form. Other squares are subdivided. The area of the remaining squares
-is the error.
+The border of the inclusive workspace also contains curves that are not circular, on which two legs
+reach their limits. The inclusive workspace is computed by squares. A square of half diagonal d is
+inside if all legs reach its center with a margin of d at one angle. The square is outside if, at
+each angle, some leg would have to be longer or shorter by more than d to reach the center. The
+inside test and the outside test have a closed form. A square that is neither inside nor outside is
+subdivided. The area of the remaining squares is the error.
 """
 
 from __future__ import annotations
@@ -92,12 +93,13 @@ def orientation_range_workspace(
 
     Args:
         robot: As for `constant_orientation_workspace`.
-        phi_min: The smallest angle of the rotation [rad].
+        phi_min: The smallest angle of the range [rad].
         phi_max: The largest angle of the range [rad].
-        tolerance: Relative error of the inclusive area at which the subdivision stops.
+        tolerance: Relative error of the area of the inclusive workspace at which the subdivision
+            stops.
 
     Raises:
-        InputValueError: The robot is not a planar platform of this kind, the angles are not
+        InputValueError: The robot is not a planar platform with three legs, the angles are not
             ascending, or the tolerance is not positive.
 
     Source:
@@ -216,7 +218,7 @@ def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArra
     """Return whether all legs reach points (m, 2) with a margin, at some angle.
 
     The angles at which a leg reaches a point form intervals. An interval ends at the border of the
-    annulus or of the range. Only these angles are tested.
+    annulus or of the range. Only the ends of the intervals and the start of the range are tested.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)

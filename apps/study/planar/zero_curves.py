@@ -55,7 +55,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
     zero, one = np.zeros(len(low)), np.ones(len(low))
     s = find_root(f_at, (zero, one), args=(np.arange(len(low)),)).x
     points = low + s[:, None] * (high - low)
-    # Near a pole the absolute values increase.
+    # A sign change at a pole is not a zero: near a pole, the absolute function values increase.
     points[~(np.abs(values(points)) < size)] = np.nan
     return sides, points
 
@@ -74,7 +74,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # In a cell with four zeros, the value at the cell center selects the pairs.
+            # A cell with four zeros contains two curves. The sign at the center pairs the zeros.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found
@@ -92,7 +92,7 @@ def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArra
             neighbors.setdefault(one, []).append(other)
             neighbors.setdefault(other, []).append(one)
     curves = []
-    # Open curves are followed first. Each curve is followed from one of its ends.
+    # Open curves are followed before closed curves. Each open curve is followed from one end.
     for start in sorted(neighbors, key=lambda n: (len(neighbors[n]), n)):
         path = [start]
         while neighbors[path[-1]]:

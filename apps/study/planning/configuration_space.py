@@ -1,11 +1,11 @@
 """Configuration space of a robot among obstacles.
 
 Segments between configurations are checked continuously, not at samples. A segment is free if the
-clearance exceeds the largest motion of any robot point on the segment. Otherwise, the segment is
-halved. A segment with a length below the resolution counts as blocked. `loop_bounds.py` bounds the
-joint motion caused by loops. `hulls.py` bounds the body motion caused by joints. A segment near a
-dead point or a parallel singularity counts as blocked. Therefore no segment connects different
-assembly modes.
+clearance exceeds the largest motion of any robot point on the segment. If the clearance is smaller,
+the segment is halved, and both halves are checked. A segment with a length below the resolution
+counts as blocked. `loop_bounds.py` bounds the joint motion caused by loops. `hulls.py` bounds the
+body motion caused by joints. A segment near a dead point or a parallel singularity counts as
+blocked. Therefore no segment connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -45,8 +45,8 @@ class ConfigurationSpace:
     """The configurations within limits, with a test for contacts of bodies and obstacles.
 
     The shapes of bodies, rods and cylinders are the rounded lines and plates of the robot's
-    drawing. Bodies connected by a joint may touch. Bodies that touch in each of many random
-    configurations may also touch.
+    drawing. Contact between bodies that a joint connects is ignored. Contact between two bodies is
+    also ignored if they touch in every one of many random configurations.
 
     Attributes:
         robot: The robot.
@@ -258,9 +258,10 @@ def configuration_space(
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return the limits. A revolute loop actuator without limits gets a full turn.
+    """Return the (smallest, largest) coordinates (n,) of the configuration space.
 
-    The full turn is centered at the reference configuration.
+    An unlimited actuator of a loop may rotate by half a turn in both directions from the reference
+    configuration.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:

@@ -1,13 +1,13 @@
 """The bodies of a robot as rounded shapes, and bounds of their motion.
 
-The shapes follow the drawing. Each line of a body is a capsule, and each plate is a rounded hull of
-its corners. Each rod or cylinder is a capsule between its ends. Lines and plates of the ground
-between several joints are ignored.
+The shapes of the bodies are the lines and plates of the robot's drawing. Each line of a body is a
+capsule, and each plate is a rounded hull of its corners. Each rod or cylinder is a capsule between
+its ends. Lines and plates of the ground between several joints are ignored.
 
-A sum over the joints before a point bounds the motion of the point. Each term is the joint motion
-times the lever arm at the middle configuration. Lever arms at the middle configuration are enough.
-A joint moves all following axes together with the point. The bound is a convex function of the
-point. The corners therefore bound the whole shape.
+The motion of a point is bounded by a sum over the joints between the base and the point. Each term
+is the joint motion times the lever arm of the point at the middle configuration. The lever arms of
+other configurations are not needed, because a joint moves all following axes together with the
+point. The bound is a convex function of the point. The corners therefore bound the whole shape.
 """
 
 from __future__ import annotations
@@ -131,8 +131,9 @@ class Hulls:
 
         Returns:
             (bodies, hulls) maximum displacement [m] of each hull from the center of the box. Row k
-            ignores the joints up to the joint of body k. The ignored joints move all following
-            shapes together. They do not change the distances between these shapes.
+            ignores the joints up to the joint of body k. The ignored joints move body k and all
+            following shapes together. The ignored joints do not change the distances between body k
+            and the following shapes.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints

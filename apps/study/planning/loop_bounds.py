@@ -7,14 +7,14 @@ a step w of all joints, with the actuator steps d, Taylor's formula gives
 
     |x - x0| <= |B dc/dq d| + |B| w^T H w / 2
 
-Suppose that a box of x satisfies this inequality strictly. The joints then stay inside the box. On
-the border, the inequality would not hold. The iteration of the right-hand side F converges to the
-box from below. The function F is convex and increasing in w. A step d of the iteration and the next
-step d' satisfy d' >= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The
-matrix |B| H w bounds the difference of B dc/dx from the identity in the box. The box is slightly
-widened, so the eigenvalues of this matrix are below 1. So B dc/dx is regular in the box. The
-solution is continuous and on one branch. The bounds do not include rounding errors. Rounding errors
-are about 1e-13.
+Suppose that a box of x satisfies this inequality strictly. Then the passive joints stay inside the
+box during the whole actuator step. If the joints reached the border of the box, Taylor's inequality
+would be violated there. The iteration of the right-hand side F converges to the box from below. The
+function F is convex and increasing in w. A step d of the iteration and the next step d' satisfy d'
+>= F'(w) d > 0. The steps converge to 0, so no eigenvalue of F' exceeds 1. The matrix |B| H w bounds
+the difference of B dc/dx from the identity in the box. The box is slightly widened, so the
+eigenvalues of |B| H w are below 1. So B dc/dx is regular in the box. The solution is continuous and
+on one branch. The bounds do not include rounding errors. Rounding errors are about 1e-13.
 
 Source:
     L. V. Kantorovich, Functional analysis and applied mathematics, 1948, for bounds by second
@@ -56,12 +56,12 @@ _FITS = 1e-9
 _ROUNDS = 30
 """Maximum number of iterations for the ranges of the joint values."""
 _WIDER = 1 + 1e-6
-"""Factor by which the box grows. A larger box makes the inequality strict."""
+"""Factor that enlarges the box, so that the box satisfies Taylor's inequality strictly."""
 _ROUNDING = 1e-12
-"""Minimum half width of the box [rad or m]. Joints at rest have rounding errors."""
+"""Minimum half width of the box [rad or m]. Values of motionless joints have rounding errors."""
 _CONDITION = 1e10
-"""Maximum condition number of the equations. Above this value, the actuators do not determine the
-joints."""
+"""Maximum condition number of the loop equations. If the condition number is larger, the actuators
+do not determine the joints."""
 _CLOSED = 1e-9
 """Maximum closure error of loops [rad or m] at the ends of a segment."""
 
@@ -75,8 +75,7 @@ class LoopBounds:
         given: (g,) indices in z of the joints that actuators move directly.
         gears: (g, n) motion of each directly moved joint per unit of each actuator.
         turns: (z,) whether a joint is revolute.
-        widest: (z,) joint motion up to which the bounds hold [m]. For revolute joints, this motion
-            is inf.
+        widest: (z,) maximum joint motion for which the bounds hold [m], or inf for revolute joints.
         curvature: (equations, z, z) bounds of the second derivatives of the equations.
         lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
             the length at joint values 0, then the slopes. The row is zero for an equation without a
@@ -292,7 +291,11 @@ def _coefficients(
     turns: BoolArray,
     scale: FloatArray,
 ) -> NDArray[np.complex128]:
-    """Return the coefficients of e^(i m angle), m = 0, 1, 2, -2, -1, or of powers."""
+    """Return the polynomial coefficients of a loop equation, with one array axis per joint.
+
+    A revolute joint has coefficients of e^(i m angle), m = 0, 1, 2, -2, -1. A prismatic joint has
+    coefficients of its powers 0, 1, 2.
+    """
     shape = tuple(_ANGLES if turns[j] else _LENGTHS for j in joints)
     if np.prod(shape, dtype=float) > _LARGEST:
         raise InputValueError(
@@ -313,7 +316,7 @@ def _coefficients(
 
 
 def _orders(turns: bool) -> FloatArray:
-    """Return the orders m of e^(i m angle), or the powers."""
+    """Return the orders m of e^(i m angle) for a revolute joint, or powers of a prismatic joint."""
     return np.array([0.0, 1.0, 2.0, -2.0, -1.0]) if turns else np.arange(3.0)
 
 
@@ -337,6 +340,6 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The first array axis belongs to the next joint. The sum runs over the previous array axes.
+        # Each product sums over the first axis of `sizes`, so the next joint has the first axis.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

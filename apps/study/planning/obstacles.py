@@ -23,7 +23,7 @@ from ..arguments import above_0, finite
 FloatArray = NDArray[np.float64]
 
 _POINT = 1e-9
-"""A capsule below this length [m] is a sphere."""
+"""Maximum length of a capsule [m] that is treated as a sphere."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,7 +88,7 @@ def occupancy_map(
     """Return the occupancy map of an array.
 
     Args:
-        occupied: (nx, ny) whether each cell is occupied. The first index is along x.
+        occupied: (nx, ny) whether each cell is occupied. The first array index counts along x.
         cell_size: Side of a cell [m].
         origin: (2,) lower corner of the first cell [m].
 

@@ -134,7 +134,7 @@ class Roadmap:
         return graph
 
     def _check(self, graph: Any, points: FloatArray, path: list[int]) -> tuple[bool, int]:
-        """Remove the first blocked edge. Return (whether there is one, number of checks)."""
+        """Remove the first blocked edge. Return (whether an edge was removed, number of checks)."""
         checked = 0
         for i, j in pairwise(path):
             if graph[i][j]["free"]:
@@ -206,7 +206,7 @@ def prm(
 
 
 def _points(space: Space, count: int, dispersion: float, rng: np.random.Generator) -> FloatArray:
-    """Return at most `count` free points. The distances are at least `dispersion`."""
+    """Return at most `count` free points. Two points are at least `dispersion` apart."""
     lower, upper = space.lower, space.upper
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):

@@ -28,7 +28,7 @@ def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> 
 
     Raises:
         InputTypeError: The space is not a `Space`, or the plan is not a `Plan`.
-        InputValueError: The number of attempts is not a count.
+        InputValueError: The number of attempts is negative or not an integer.
     """
     check_type("shortcut: space", space, Space)
     check_type("shortcut: plan", plan, Plan)
