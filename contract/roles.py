@@ -38,7 +38,7 @@ VECTORS = {
     "task": "a part of the tool's pose",
     "": "none of these",
 }
-"""The vectors that functions receive first or return."""
+"""Names and meanings of the coordinate vectors that functions take as first input or return."""
 
 ROLES = {
     "pose": "pose of the tool",
@@ -84,7 +84,10 @@ INTERMEDIATE = {
     "nominal inverse",
     *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
 }
-"""Roles of functions that only methods call. These functions are not attributes of a robot."""
+"""Roles of generated functions that only methods of the robot call.
+
+A function with one of these roles is not an attribute of the robot.
+"""
 
 TASK_COMPONENTS = {
     "position": 3,
@@ -129,18 +132,20 @@ class Role:
     Attributes:
         name: One of :data:`ROLES`.
         domain: The vector of the first input, one of :data:`VECTORS`.
-        codomain: The vector that a map, its derivatives or its branches return.
+        codomain: The vector that a map between coordinate vectors returns. Derivatives of the map
+            and functions that return all its branches have the codomain of the map.
         fixed: Indices in q of the coordinates that are inputs of an inverse after the pose. A fixed
             coordinate is constant during the refinement.
         labels: The branch label of each solution slot, for an inverse or for all branches of loops.
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
         components: The task components in the first input of an inverse, in order. Each component
-            is one of :data:`TASK_COMPONENTS`. A full pose has ().
+            is one of :data:`TASK_COMPONENTS`. The tuple is empty if the task is a complete pose.
         free: Indices in q of the coordinates that the task leaves free. The inverse sets these
             coordinates to 0.
         searches: Whether the closed form can miss configurations with joint angles at multiples of
-            90 degrees. If true, the runtime also searches from the least-squares solutions.
+            90 degrees. If `searches` is true and no slot is valid, Newton's method starts from the
+            least-squares solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})
@@ -160,7 +165,7 @@ class Role:
 
     @property
     def is_intermediate(self) -> bool:
-        """Whether only methods call the function. Such a function is no robot attribute."""
+        """Whether only robot methods call the function, so that it is not a robot attribute."""
         return self.name in INTERMEDIATE
 
     @property

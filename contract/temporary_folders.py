@@ -13,15 +13,17 @@ if sys.platform != "win32":
 TEMPORARY = ".chasles-"
 """Prefix of temporary folder names. The folder of CHASLES_CACHE may contain other files."""
 _SUFFIX = "[0-9a-f]" * 16
-"""Pattern of the random digits at the end of the folder names. Folder names of users do not
-match."""
+"""Pattern of the 16 random hexadecimal digits at the end of temporary folder names.
+
+The pattern excludes folders that users created.
+"""
 _ABANDONED = 86400.0
 """Age [s] after which a temporary folder is removed if the file system has no locks."""
 
 
 @contextmanager
 def temporary_folder(parent: Path, name: str = "") -> Iterator[Path]:
-    """Yields a temporary folder. The folder is removed at the end.
+    """Yields a temporary folder, which is removed at the end of the ``with`` block.
 
     Folders that killed processes left in the same parent are removed first. Each process locks its
     folders. The system releases the locks of a killed process.
