@@ -22,7 +22,7 @@ def check(
     """Reports the errors, warnings and notes of a robot description.
 
     In a robot file, all independent errors are found, because the check continues with a corrected
-    value after each error. The check ends early if no correction is possible, for example after an
+    value after each error. The check ends early if an error has no corrected value, for example an
     unknown convention. In other formats, the check finds the first error only. If the description
     has no errors, the loops of the robot are solved at the reference.
 
@@ -34,8 +34,9 @@ def check(
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The errors, sorted by line; for a valid robot, the warnings and notes. Notes state limits at
-        which the loops cannot be closed. The last note states whether the check ended early.
+        The errors, sorted by line; for a valid robot, the warnings and notes. For a robot with
+        loops, notes list the joint limits at which the loops cannot be closed. The last note states
+        whether the check ended early.
 
     Raises:
         UnknownRobotError: No robot has this name.

@@ -39,9 +39,11 @@ from .terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
-"""Maps the inputs of a function to the margin function that guards it."""
+"""Name of the function that computes the loop margin, keyed by the inputs: actuator or chain
+coordinates.
+"""
 _UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
-"""Roles of functions without a loop margin."""
+"""Roles of functions that are not checked against a margin function."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,8 @@ class Derivation:
         inverse: The inverse kinematics, or None if no inverse was requested.
         written: Functions with handwritten C code that reads tables of the robot.
         families: The families of closed-form inverses that were tried.
-        closure: The equations of iterated loops. None for other robots.
+        closure: The equations of the loops that are solved by iteration. None if no loop is solved
+            by iteration.
         geometry: The parametric functions, or None if none was requested.
         parametric_loops: The closure equations for variable geometry. None if no parametric
             function was requested.
@@ -123,8 +126,8 @@ def derive(
         description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
             Python.
         functions: Names of the functions; by default, all functions of the robot.
-        fixed: Joints with fixed values. They are inputs of ``ik`` after the pose. If empty, a
-            redundant robot uses its default choice.
+        fixed: Joints with fixed values. The fixed joint values are inputs of ``ik`` after the pose.
+            If ``fixed`` is empty, the default joints of a redundant robot have fixed values.
         parametric: Whether to derive the parametric functions too, such as ``fk_p``.
         families: The families of closed-form inverses to try, in order.
 
@@ -302,7 +305,7 @@ class _LoopMakers:
         is_closed = not self.loops.forward.open
         made = tool_functions(self.loops, of_tool) if is_closed and of_tool else {}
         made |= {name: self.symbolic[name](self.loops) for name in chosen if name in self.symbolic}
-        # Tool functions and main-chain functions share terms.
+        # The functions of the tool pose reuse terms of the functions of the main chain.
         return made | (self.iteration.tool_functions(of_tool) if self.iteration else {})
 
 

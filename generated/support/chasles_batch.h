@@ -14,7 +14,8 @@
 #define LANES_MAX_OUTPUTS 512 /* maximum number of doubles in all outputs of a function */
 #define LANES_MAX_ARGUMENTS 8 /* maximum number of inputs or outputs */
 #define LANES_LINE 8          /* doubles in a cache line */
-/* Work memory for the inputs, the outputs, and the collected rows with one extra cache line each.
+/* Number of doubles in the work memory. The memory holds the inputs, the outputs, and the collected
+ * rows of each output. The rows of each output need one extra cache line.
  */
 #define LANES_MAX_WORK (LANES_MAX_INPUTS + 2 * LANES_MAX_OUTPUTS + LANES_MAX_ARGUMENTS * LANES_LINE)
 /* Results above this size [bytes] do not fit into the caches and bypass them. */
@@ -78,8 +79,8 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *input_steps, double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-    /* The work memory is aligned to a page. Storing and loading at other addresses may take twice
-     * as long. */
+    /* The work memory is aligned to a page. Storing to and loading from unaligned memory may take
+     * twice as long. */
     lanes work[LANES_MAX_WORK] __attribute__((aligned(4096)));
     lanes_stream streams[LANES_MAX_ARGUMENTS];
     const int *sizes = shape->sizes + shape->inputs;

@@ -31,9 +31,9 @@
 /* Largest leg residual at which a pose counts as reached; this value accepts poses with seven
  * digits. */
 #define CLOSURE_ON_LEGS 1e-7
-/* If the forward kinematics deviates more than this value from the pose of the legs, its pose
- * belongs to another assembly mode. Assembly modes closer than this value are next to a
- * singularity, where rounding of the coordinates moves the pose by 1e-8 or more. */
+/* If the pose of the forward kinematics deviates from the pose of the legs by more than this value,
+ * the two poses belong to different assembly modes. Assembly modes closer than this value are next
+ * to a singularity, where rounding of the coordinates moves the pose by 1e-8 or more. */
 #define CLOSURE_SAME_MODE 1e-4
 
 #endif

@@ -12,13 +12,13 @@
 
 #ifdef __TINYC__
 /* The compiler tcc accepts neither its own INFINITY nor a negated infinity in constant expressions.
- * Without parentheses, -INFINITY is a product of finite constants. */
+ * Without parentheses, -INFINITY expands to -1e308 * 1e308, a product of finite constants. */
 #undef INFINITY
 #define INFINITY 1e308 * 1e308
 #endif
 
 #define CHASLES_SOLVED 1e-9    /* largest residual of a valid solution [m, rad] */
-#define CHASLES_AT_LIMIT 1e-12 /* limit violation of a coordinate that counts as rounding */
+#define CHASLES_AT_LIMIT 1e-12 /* limit violations up to this value count as rounding errors */
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots of an inverse */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
@@ -90,8 +90,8 @@ static inline int chasles_is_inside(int n, const chasles_moves *moves, const dou
     return inside;
 }
 
-/* Writes the distance of each solution from the seed without limits, which is a lower bound of its
- * distance with limits. */
+/* Writes the distance of each solution from the seed. The limits are ignored, so the distance is a
+ * lower bound of the distance within the limits. */
 static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
                                      const double *q_seed, double *distance)
 {
@@ -104,7 +104,7 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
 
 /* Returns the solution slot with the smallest distance, or -1 if all distances are infinite. If
  * distances differ only by rounding, the lowest slot is returned, because the slot number replaces
- * the rounding bits. */
+ * the last bits of the distance. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
@@ -142,9 +142,9 @@ static inline int chasles_none(const chasles_slots *of, const double *q_seed, do
     return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
 }
 
-/* Returns the result of chasles_nearest, given the distances without limits. Tests the solutions by
- * increasing distance without limits, until no later solution can be nearer. Changes the
- * distances. */
+/* Returns the result of chasles_nearest. The input `distance` contains the distances from
+ * chasles_distances, which ignores the limits. Solutions are tested in the order of these
+ * distances, until no later solution can be nearer. Changes the array `distance`. */
 static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
                                           const double *q_seed, double *distance, double *q,
                                           double *residual, double *margin)
@@ -167,10 +167,10 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
     }
 }
 
-/* Writes the solution nearest to the seed, its residual and margin. Returns the slot of this
- * solution; for equal distances, the lowest slot. Without a solution, sets q to NaN, writes the
- * smallest residual and its margin, and returns the reason. The arrays q and q_seed may be the
- * same. */
+/* Writes the solution nearest to the seed, its residual and margin. Returns the slot of the nearest
+ * solution. If several solutions have equal distances, returns the lowest slot. Without a solution,
+ * sets q to NaN, writes the smallest residual and its margin, and returns the reason. The arrays q
+ * and q_seed may be the same. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {

@@ -34,8 +34,8 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
     return _mm256_cvtsd_f64(_mm256_min_pd(two, _mm256_permute_pd(two, 5)));
 }
 
-/* Writes the solution nearest to the seed and returns its slot, if no limit shifts or excludes this
- * solution. Otherwise, returns a negative number.
+/* Selects the solution nearest to the seed without regard to the limits. If this solution is within
+ * the limits, writes the solution and returns its slot. Otherwise, returns a negative number.
  *
  * `branches` contains `width` SIMD vectors for each group of LANES solution slots; the number of
  * groups is LANES_COUNT(slots). */

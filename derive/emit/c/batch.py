@@ -29,7 +29,9 @@ _SETS = (
     (1, "avx2", " && CHASLES_HAS_AVX2"),
     (0, "baseline", ""),
 )
-"""Index, name and required processor feature of each instruction set. The widest set is first."""
+"""Index, name and required processor feature of each instruction set. The instruction set with the
+widest vectors is first.
+"""
 
 
 def files(
@@ -52,8 +54,8 @@ def files(
 def has_lanes(function: SymbolicFunction) -> bool:
     """Whether SIMD lanes can compute the function.
 
-    The function must be small and must not call a solver. It must not compute start values for
-    another function.
+    The function must be small and must not call a solver. The function must not compute start
+    values for another function.
     """
     size = sizes(function)
     return (
@@ -250,8 +252,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Only functions with branches contain square roots and angles, which strength reduction
-        # replaces.
+        # Strength reduction replaces expensive square roots and angles. Only functions with
+        # solution branches contain square roots and angles.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"

@@ -21,7 +21,7 @@ from .scalar import branches_file, branches_flag
 from .sections import summary
 
 WIDEST = 8
-"""Branches in an AVX-512 vector."""
+"""Number of solution branches that one AVX-512 vector contains."""
 
 
 def files(
@@ -162,7 +162,7 @@ def _angles_last(program: Program, sign: Input) -> tuple[Program, list[Variable]
         sign: The branch sign that alternates between lanes.
 
     Returns:
-        The reordered program, and the angles that were moved.
+        The reordered program, and the variables of the angles at its end.
     """
     varying: set[Operand] = {sign}
     late: set[Operand] = set()

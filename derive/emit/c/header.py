@@ -28,12 +28,13 @@ def header(
     programs: Programs,
     further: Sequence[str] = (),
 ) -> str:
-    """Returns the C header of a robot. Its comments address firmware engineers.
+    """Returns the C header of a robot, with comments for firmware engineers.
 
     Args:
         robot: The robot; its name is the prefix of all C names.
         functions: The functions, with documented arguments and results.
-        programs: The programs of the functions. The header states their operation counts.
+        programs: The programs of the functions. The header states the operation counts of the
+            programs.
         further: Commented declarations of wrapper functions.
     """
     # The prefix avoids a clash with the common headers if a robot is named hexapod or lanes.

@@ -95,7 +95,10 @@ def bounds(limits: Limits) -> tuple[str, str]:
 
 
 def turns(derivation: Derivation, function: Signature) -> list[str]:
-    """Returns the period of each coordinate. Coordinates without a period have 0."""
+    """Returns a C expression for the period of each coordinate.
+
+    The expression is ``0`` for a coordinate without a period.
+    """
     return ["CHASLES_FULL_TURN" if wraps else "0" for wraps in periodic(derivation, function)]
 
 

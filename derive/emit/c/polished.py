@@ -27,7 +27,7 @@ SUPPORTS = tuple(f"chasles_polish{part}.h" for part in (*PARTS, "_tolerances"))
 def polished_files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """Returns the files for the refined inverse of an arm.
 
-    Other robots do not need these files.
+    The dictionary is empty for a robot without a refined inverse.
     """
     robot = derivation.robot
     refined = [function for function in derivation.written if function.solver == SOLVER]

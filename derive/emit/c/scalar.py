@@ -154,7 +154,7 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
 
 
 def _filled(function: SymbolicFunction) -> dict[str, str]:
-    """Maps arrays of calls to results that the calls can write directly.
+    """Maps an output array of a call to the function result that the call can write directly.
 
     A call must not write a result before all inputs are read.
     """

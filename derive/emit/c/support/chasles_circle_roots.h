@@ -20,7 +20,8 @@
 #define CHASLES_MAX_ROOTS 32
 /* Number of terms in a Taylor series. The first omitted term is 1e-14 of the largest term. */
 #define CHASLES_TERMS 11
-/* Maximum number of examined intervals. Typical poses need fifty, degenerate poses far more. */
+/* Maximum number of examined intervals. Typical poses need fifty intervals, degenerate poses far
+ * more. */
 #define CHASLES_MAX_PARTS 400
 /* Maximum number of halvings of a cell. The smallest width is 1e-6 rad. Roots closer than this
  * width count as one root. */
@@ -72,7 +73,7 @@ static const double chasles_circle_cosine[CHASLES_CELLS + 72] = {
 };
 /* clang-format on */
 
-/* Pascal's triangle. Its rows are padded to vectors. */
+/* Pascal's triangle. The rows of the triangle are padded to full SIMD vectors. */
 #define CHASLES_PADDED 16
 static const double chasles_circle_pascal[CHASLES_TERMS][CHASLES_PADDED] = {
     {1.0},
@@ -109,8 +110,9 @@ typedef struct {
     double imaginary[CHASLES_MAX_ROOTS]; /* half the distance of two close roots, or 0 */
 } chasles_circle_roots;
 
-/* Computes Taylor series of a polynomial at several angles. The argument is scaled by a radius. The
- * factor weight[k][m] is (m radius)^k / k! with the sign of the derivative. */
+/* Computes Taylor series of a polynomial at several angles. The argument of a series is the
+ * distance from the angle of the series, divided by a radius. The factor weight[k][m] is (m
+ * radius)^k / k! with the sign of the derivative. */
 CHASLES_INLINE void chasles_circle_taylor(const chasles_circle_series *series, int degree,
                                           const double (*weight)[CHASLES_DEGREE + 1],
                                           const double *c, const double *s, chasles_vector *t)
@@ -152,14 +154,16 @@ static void chasles_circle_add(chasles_circle_roots *roots, double angle, double
     }
 }
 
-/* Error [rad] from which a computed root may represent several roots. */
+/* Sets `unresolved` if the error [rad] of a computed root is so large that the root may represent
+ * several roots. */
 static void chasles_circle_doubt(chasles_circle_roots *roots, double error)
 {
     roots->unresolved = roots->unresolved || !(error < CHASLES_DOUBT);
 }
 
-/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. New term i is
- * side^i times the sum over k of (k over i) (side / 2)^k times old term k. */
+/* Computes the Taylor series on half of an interval. The value of `side` is -1 or 1. New
+ * coefficient i is side^i times the sum over k of binomial(k, i) (side / 2)^k times old coefficient
+ * k. */
 static void chasles_circle_half(const chasles_circle_part *whole, double side,
                                 chasles_circle_part *half)
 {
@@ -195,8 +199,8 @@ static double chasles_circle_at(const double *t, double z, double *slope)
     return value;
 }
 
-/* Finds the zero of a Taylor series by Newton's method. The series has different signs at both
- * ends. */
+/* Finds the zero of a Taylor series by Newton's method. The values of the series at `low` and
+ * `high` have different signs. */
 static double chasles_circle_zero(const double *t, double low, double high)
 {
     double slope;

@@ -9,16 +9,19 @@
 /* Size [rad] of the last Newton step to a root of the determinant. Further steps would only change
  * rounding errors. */
 #define CHASLES_ROOT_FOUND 1e-9
-/* A Taylor series is recomputed if the polynomial is less than this multiple of its error (five
- * digits). */
+/* A Taylor series is recomputed if the sum of its terms is less than this multiple of its rounding
+ * error. The series then has fewer than five correct digits. */
 #define CHASLES_BLURRED 1e5
-/* Distance [rad] below which two roots of the determinant may have exchanged their null vectors. */
+/* If two roots of the determinant are closer than this distance [rad], the null vectors of the two
+ * roots may be exchanged. */
 #define CHASLES_TWINS 1e-3
 /* The sign of the polynomial is uncertain below this multiple of its error. */
 #define CHASLES_UNSURE 10.0
-/* Half the distance [rad] of two roots with an uncertain sign between them. */
+/* Half the distance [rad] between two roots if the sign of the polynomial between the roots is
+ * uncertain. */
 #define CHASLES_EDGE 1e-4
-/* Error [rad] from which a root of the determinant may represent several roots. */
+/* If the error [rad] of a root of the determinant exceeds this value, the root may represent
+ * several roots. */
 #define CHASLES_DOUBT 3e-4
 
 #endif

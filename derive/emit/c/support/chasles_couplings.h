@@ -4,24 +4,26 @@
  * A full turn of a joint may move several coordinates by fractions of a turn. The limits of
  * coordinates and joints form a polytope. For each revolute joint, the search tries the number of
  * full turns nearest to the seed within the limits, and the adjacent numbers. If no solution is
- * within the limits, the search tries four numbers on each side. */
+ * within the limits, the search tries up to four full turns more and up to four full turns
+ * fewer. */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
 #include "chasles_nearest.h"
 
-#define CHASLES_MAX_WINDINGS 4 /* full turns on each side of the nearest value */
+/* Maximum distance from the number of full turns that is nearest to the seed. */
+#define CHASLES_MAX_WINDINGS 4
 
 /* The couplings of n coordinates q and the joints theta. The independent joints phi determine q. */
 typedef struct {
     int n, joints;
     const double *measure; /* phi = measure q + constants (n, n) */
-    const double *step;    /* motion of q for a full turn of each phi (n, n), or 0 if impossible */
+    const double *step;    /* change of q per full turn of each phi (n, n); 0 if it cannot turn */
     const double *joint;   /* theta = joint q + offset (joints, n) */
     const double *offset;
-    const int *only;     /* the only phi that moves each joint, or -1 (joints) */
-    const double *ratio; /* motion of each joint per unit of this phi */
-    const int *alone;    /* the only coordinate that each phi moves by full turns, or -1 (n) */
+    const int *only;     /* index of the phi that alone moves each joint, otherwise -1 (joints) */
+    const double *ratio; /* change of each joint per unit of the phi in `only` */
+    const int *alone;    /* index of the only coordinate that a turn of phi changes, or -1 (n) */
 } chasles_couplings;
 
 /* Returns the scalar product of two rows. Zeros are skipped, because limits may be infinite. */
@@ -34,7 +36,8 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the allowed range of an independent joint. The range excludes the constants of phi. */
+/* Writes the limits of an independent joint phi minus the constant of phi. The limits of the
+ * coordinates and of the joints determine these limits. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {
@@ -80,9 +83,9 @@ static inline double chasles_distance_within(const chasles_couplings *c, const c
     return distance;
 }
 
-/* Writes the first and the last number of full turns to try for an independent joint. There are
- * `width` turns on each side of the nearest value. Returns 0 if no number of turns is within the
- * limits or the seed is not finite. */
+/* Writes the first and the last number of full turns to try for an independent joint. Both numbers
+ * differ by at most `width` from the number nearest to the seed. Returns 0 if no number of turns is
+ * within the limits or the seed is not finite. */
 static inline int chasles_turns(const chasles_couplings *c, const chasles_moves *moves,
                                 const double *slot, const double *q_seed, int j, int width,
                                 double *first, double *last)
@@ -103,7 +106,7 @@ static inline int chasles_turns(const chasles_couplings *c, const chasles_moves 
 }
 
 /* Returns whether an independent joint may make full turns. A coordinate with period 0 in `moves`
- * must not make full turns, for example a fixed coordinate. */
+ * must not make full turns. A fixed coordinate has the period 0. */
 static inline int chasles_can_turn(const chasles_couplings *c, const chasles_moves *moves, int j)
 {
     const double *step = c->step + j * c->n;

@@ -5,8 +5,9 @@
  * (AVX-512). The file defines the type `lanes`, its functions, and conversions between rows and
  * lanes. Each lane has the same result as scalar C, including NaN and infinities. The last digits
  * of transcendental functions may differ. The error of an angle is at most 2 units in the last
- * place. With FMA, the error of a cosine or sine is at most 1.5 units. Other functions come from
- * libmvec, the vector library of glibc. Their error is at most 4 units. */
+ * place. With FMA, the error of a cosine or sine is at most 1.5 units in the last place. Other
+ * functions come from libmvec, the vector library of glibc. The error of a libmvec function is at
+ * most 4 units in the last place. */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
@@ -25,10 +26,11 @@ static const double lanes_sine[] = {1.589623007685026e-10,  -2.505074776274793e-
 static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
                                       -2.755731417926397e-07,  2.4801587288851585e-05,
                                       -0.0013888888888873056,  0.041666666666666595};
-/* pi/2 as a sum of doubles. Rounding down keeps the reduced angle of -0 at -0. */
+/* pi/2 as a sum of doubles. Because the doubles are rounded down, range reduction maps the angle -0
+ * to -0. */
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
                                            1.0828566739219139e-32};
-#define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes larger angles */
+#define LANES_FARTHEST 1e5 /* maximum angle [rad]; libmvec computes functions of larger angles */
 /* Minimax polynomial for |t| <= 1/2 with z = t^2, lowest power first. atan t = t + t z P(z) to
  * 2^-57. */
 static const double lanes_arctangent[] = {
@@ -39,7 +41,7 @@ static const double lanes_arctangent[] = {
 #define LANES_TINY 5e-324 /* the smallest positive double */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
 /* LANES_SCHEDULED lets the compiler interleave two independent vectors. LANES_SPARING spills fewer
- * registers to memory. It suits code with long chains of dependencies. */
+ * registers to memory. LANES_SPARING suits code with long chains of dependencies. */
 #ifdef __clang__
 #define LANES_SCHEDULED
 #define LANES_SPARING
@@ -274,8 +276,8 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
     /* Restores the sign of -0, which the sum has lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
-    /* Each quarter turn swaps the cosine and the sine. The sine is negative in quarters 2 and 3,
-     * the cosine in 1 and 2. */
+    /* Each quarter turn swaps the cosine and the sine. The sine is negative after 2 or 3 quarter
+     * turns, the cosine after 1 or 2 quarter turns. */
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
     *s = (lanes)(sine_bits ^ swapped ^ ((quarter << 62) & INT64_MIN));
@@ -295,9 +297,10 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
-/* Computes the angle of a point (y, x) from one quotient: the smaller of |x| and |y| divided by the
- * larger, or the tangent of the difference to pi/4. Only the sum in the quotient and the division
- * cause rounding errors. The angle is wrong if |x| and |y| differ and their sum overflows. */
+/* Computes the angle of a point (y, x) as the arc tangent of one quotient. Let a be the smaller and
+ * b the larger of |x| and |y|. Near a diagonal, the quotient is (a - b) / (a + b), otherwise a / b.
+ * Only a + b and the division cause rounding errors. The angle is wrong if |x| and |y| differ and
+ * their sum overflows. */
 LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
     const double *const p = lanes_arctangent;
@@ -308,7 +311,8 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     const lanes_where steep = LANES_LT(width, height);
     const lanes large = LANES_CHOICE(steep, height, width);
     const lanes small = LANES_CHOICE(steep, width, height);
-    /* The condition is true for two infinities (the quotient is then 0), false for two zeros. */
+    /* If x and y are infinite, `diagonal` is true and the quotient is 0. If x and y are 0,
+     * `diagonal` is false. */
     const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
     const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
     const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
@@ -323,8 +327,9 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
     odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
     even = LANES_FMA(zz, even, LANES_OF(p[0]));
     odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
-    /* The angle is measured from the nearest axis or diagonal, `count` eighths of a turn from the x
-     * axis. The angle is measured backwards if either the point is steep or x < 0, but not both. */
+    /* The arc tangent is the angle of the point from the nearest axis or diagonal. This axis or
+     * diagonal is `count` eighths of a turn from the x axis. The arc tangent has a negative sign if
+     * exactly one of |y| > |x| and x < 0 holds. */
     const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
     const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
     const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));

@@ -18,11 +18,11 @@ typedef struct {
 } chasles_seeds;
 #endif
 
-/* Selects in each SIMD lane the solution that is nearest to the seed without limits. `found`
- * receives the n coordinates of this solution, shifted by full turns to the values nearest to the
- * seed, its residual and its margin. `least` receives the distance of the solution, with the slot
- * number in place of the rounding bits. `is_inside` becomes 1 in lanes whose solution is within the
- * limits, otherwise 0.
+/* Selects in each SIMD lane the solution that is nearest to the seed. The limits are ignored.
+ * `found` receives the n coordinates of this solution, shifted by full turns to the values nearest
+ * to the seed, its residual and its margin. `least` receives the distance of the solution. The slot
+ * number replaces the last bits of this distance. `is_inside` becomes 1 in lanes whose solution is
+ * within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals
  * and k margins. */
@@ -44,8 +44,8 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
             LANES_NAME(lanes_fabs)(&move, &move);
             largest = LANES_MAX(move * moves->scale[j], largest);
         }
-        /* The slot number replaces the rounding bits, as in chasles_least. Comparisons with NaN are
-         * false. */
+        /* The slot number replaces the last bits of the distance, as in chasles_least. Comparisons
+         * with NaN are false. */
         key = (lanes)(((lanes_mask)largest & ~(int64_t)CHASLES_ROUNDING) | slot);
         const lanes_where is_nearer =
             LANES_AND(LANES_LT(key, *least), LANES_LE(residual, by->tolerance));
@@ -65,7 +65,7 @@ LANES_INLINE void LANES_NAME(chasles_select_lanes)(int n, int k, const lanes *sl
     *is_inside = LANES_NUMBER(holds);
 }
 
-/* Selects the solution of one SIMD lane within the limits by chasles_nearest. */
+/* Calls chasles_nearest, which respects the limits, for the solutions of one SIMD lane. */
 static LANES_TARGET __attribute__((noinline, unused)) int LANES_NAME(chasles_nearest_lane)(
     int n, int k, const double *slots, const double *q_seed, const chasles_seeds *by, double *q,
     double *residual, double *margin)

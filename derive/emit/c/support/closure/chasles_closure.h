@@ -1,8 +1,8 @@
 /* Solves loops without a closed form by Newton's iteration, which follows a path from a known
  * configuration. This file is part of chasles and is the same for every robot.
  *
- * A function that goes through the loops first calls `at` or `seeded` for the variables w, then
- * `factored`, and then functions of chasles_closure_rates.h for derivatives.
+ * A robot function with loops first calls `at` or `seeded`, which compute the variables w. The
+ * robot function then calls `factored`, and functions of chasles_closure_rates.h for derivatives.
  *
  * This file is included once for each robot, which defines the following macros and tables.
  *
@@ -12,8 +12,8 @@
  *   CLOSURE_AT(s)              computes the equations s->c and their derivative s->D (M x W)
  *                              at s->w.
  *   CLOSURE_BEND(w, wd, D)     computes the rate D of the derivative s->D at the rates wd.
- *   Tables actuated, ratio     contain the variable of each coordinate, and the change of this
- *                              variable per unit of the coordinate.
+ *   Table actuated             contains the index of the variable of each coordinate.
+ *   Table ratio                contains the change of this variable per unit of the coordinate.
  *   Table unknown              contains the indices of the unknown variables.
  *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
  *   Table of_z                 contains the index of each variable in z.

@@ -13,8 +13,9 @@
  *   CLOSURE_Z                  is the number of entries of the nominal configuration z.
  *   CLOSURE_CONFIGURATION(q, z)      computes z at q, or NaN if the nominal loops do not close.
  *   Table actuated             contains the variable of each coordinate.
- *   Table ratio                contains 1 for each coordinate.
- *   Tables unknown, of_z       contain the unknown variables, and their indices in z.
+ *   Table ratio                contains the value 1 for each coordinate.
+ *   Table unknown              contains the indices of the unknown variables.
+ *   Table of_z                 contains the index in z of each unknown variable.
  *   Tables size_u, size_c      contain the scales of unknowns and equations: a length (meter) or 1.
  *
  * The code allocates nothing and has no state. */

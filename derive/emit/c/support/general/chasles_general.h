@@ -247,9 +247,9 @@ static int chasles_general_by_order(const chasles_general_six *six, const double
 #define CHASLES_NUDGES 6
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
-/* Returns a slightly rotated and shifted pose; each number changes the pose in another direction.
- * Every offset has an opposite offset, because the pose may be at the boundary of the
- * reachable set. */
+/* Returns a slightly rotated and shifted pose. The argument `number` selects the direction of the
+ * rotation and of the shift. Every offset has an opposite offset, because the pose may be at the
+ * boundary of the reachable set. */
 static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)
 {
@@ -278,8 +278,9 @@ static void chasles_general_nudged(const double *T, double length, double size, 
     }
 }
 
-/* Tries elimination orders until one certainly finds all solutions. Returns whether one order found
- * all solutions. If two elimination orders find no solution, the pose counts as unreachable. */
+/* Tries elimination orders until one order certainly finds all solutions. Returns 1 if an
+ * elimination order certainly found all solutions, otherwise 0. If two elimination orders find no
+ * solution, the pose counts as unreachable. */
 static int chasles_general_by_orders(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {

@@ -28,8 +28,8 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
 CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
-    /* The null vector n is a product (sin, cos) x (1, cos, sin); its larger row gives both
-     * directions. */
+    /* The null vector n is a product (sin, cos) x (1, cos, sin) of the two joints, written as two
+     * rows. The row with the larger norm determines both angles. */
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     const chasles_vector zero = {0.0};
     const chasles_vector high = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
@@ -57,8 +57,7 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* Computes cos and sin of one joint of the pair, from the entries of y that contain only this
- * joint. */
+/* Computes cos and sin of one joint of the pair from x and y, which depend only on this joint. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {
@@ -69,8 +68,8 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
 }
 
 /* Computes cos and sin of both joints of the pair, from the cosines and sines of the three joints
- * after it. Returns the residual of the equations whose pivots are zero; three products are absent
- * if both pair joints are prismatic. */
+ * after it. Returns the residual of the equations whose pivots are zero. If both joints of the pair
+ * are prismatic, three products of unknowns are absent from the equations. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {
@@ -95,8 +94,8 @@ CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system 
     return left;
 }
 
-/* Computes cos and sin of the last joint; all other joints rotate the x axis by the negative angle
- * of the last joint. */
+/* Computes cos and sin of the last joint. The product of all other rotations maps the x axis to
+ * (cos, -sin, 0) of the last joint. */
 CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, chasles_vector *c,
                                          chasles_vector *s)
 {
@@ -183,7 +182,8 @@ static void chasles_general_plane(const double (*R)[6], double (*n)[6])
 }
 
 /* Finds the two products (sin, cos) x (1, cos, sin) in the span of a and b; these are vectors a + z
- * b whose rows are parallel. Returns 0 if the span does not contain two products of this form. */
+ * b whose rows are parallel. Returns 0 if the span does not contain two products (sin, cos) x (1,
+ * cos, sin). */
 static int chasles_general_products(const double (*n)[6], double (*product)[6])
 {
     const double *a = n[0], *b = n[1];
@@ -235,8 +235,8 @@ static void chasles_general_triangles(const chasles_general_system *system,
 
 /* Returns whether A determines the pair of joints at the given pose. If a joint of the pair is
  * prismatic and the dimensions are round numbers, A is often singular at joint angles that are
- * multiples of 90 degrees. Several solutions of the pair then belong to one solution of the other
- * joints. */
+ * multiples of 90 degrees. Then several solutions for the pair of joints belong to one solution for
+ * the other joints. */
 static int chasles_general_tells_pair(const chasles_general_system *system)
 {
     double least = DBL_MAX, most = 0.0;
@@ -270,7 +270,7 @@ static int chasles_general_isolated(const chasles_general_system *system,
 }
 
 /* Removes starts that solve the six equations but not the other eight. If both joints of the pair
- * are prismatic, half of the roots give removed starts. Returns the number of remaining starts.
+ * are prismatic, half of the starts are removed. Returns the number of remaining starts.
  */
 static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
                                 int count)
