@@ -29,7 +29,8 @@ from .chain.singularity_fragment import singularities
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import arm_drawing, drawing
 from .drawing.region import workspace, workspace_of_loops
-from .inverse.inverse_fragment import inverse, inverse_of_loops
+from .inverse.inverse_fragment import inverse
+from .inverse.inverse_of_loops import inverse_of_loops
 from .loops.example_of_loops import worked_example_of_loops
 from .loops.legs_fragment import legs
 from .loops.loop_geometry import parametric_of_loops

@@ -6,7 +6,7 @@ reference configuration.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from typing import ClassVar
@@ -42,9 +42,11 @@ class ArmStep(LoopStep):
 
     Attributes:
         found: The values of all joints that the arm determines; empty for later steps of an arm.
+        arm: The arm; None for later steps of an arm, and for locked joints.
     """
 
     found: tuple[sp.Expr, ...] = ()
+    arm: LoopArm | None = field(default=None, repr=False, compare=False)
 
     title: ClassVar[str] = "serial arm between known bodies"
     branches: ClassVar[Mapping[int, str]] = {sign: side_of(sign) for sign in SIGNS}
@@ -68,6 +70,11 @@ class ArmStep(LoopStep):
             if symbol in terms.solved:
                 known.loops.setdefault(symbol, partial(_rate, *terms.solved[symbol]))
         return True
+
+    @property
+    def continues(self) -> bool:
+        """Whether an earlier step introduces the arm."""
+        return not self.found
 
     def equations(self) -> StepEquations:
         """Returns only the unknowns, because the inverse of a serial arm has several steps."""
@@ -168,6 +175,7 @@ class _EitherBranch:
             joints=tuple(dict.fromkeys((*first.joints, *values))),
             root=terms.let(sp.sqrt(_least(terms, margins))) if margins else sp.S.Zero,
             found=found,
+            arm=self.arm,
         )
         return values, [first, *others]
 

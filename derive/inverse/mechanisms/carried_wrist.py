@@ -36,7 +36,7 @@ from ..arms.loop_arm import structure_of
 from ..chain_solution import solve_chain
 from ..classify import Attempt
 from ..steps.rotations import last_turn, three_turns, two_turns
-from ..steps.target import Target, of_pose
+from ..steps.target import of_pose
 from ..steps.work import Work
 from ..structure.lines import Axis, Lines, axes_of, home_of, numbers
 from ..structure.words import listed
@@ -120,25 +120,47 @@ class CarriedWrist:
     given = ()
     """No joint value is an input of the inverse."""
 
+    @property
+    def center(self) -> FloatArray:
+        """The wrist center in the platform frame (meter)."""
+        return _center(self.axes)
+
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
         """Returns the platform pose as an argument, and the coordinates of all joints.
 
         Args:
             work: Table that receives the signs and the solution steps.
         """
-        terms, home = work.terms, home_of(self.platform, work.terms)
         values = []
-        for robot in (self.platform, self.wrist):
+        for solve, entries in ((self.place, PLATFORM.symbols), (self.turn, self._seen(work))):
             own = replace(work, turns={}, lengths={})
-            if robot is self.wrist:
-                self._turn(own, of_pose(terms, self._seen(work), home_of(robot, terms)))
-            else:
-                target = of_pose(terms, PLATFORM.symbols, home)
-                solve_chain(own, self.lines, self.found, target, {})
-            values += values_of(own, robot, {})
+            values += solve(own, entries)
             work.choices = own.choices
         moving = zip(self.whole.moving, values, strict=True)
         return (PLATFORM,), [joint.direction * value for joint, value in moving]
+
+    def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Solves for the joints of the platform at a pose, given by its entries."""
+        home = home_of(self.platform, work.terms)
+        solve_chain(work, self.lines, self.found, of_pose(work.terms, entries, home), {})
+        return values_of(work, self.platform, {})
+
+    def turn(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Solves for the joints of the wrist at a tool pose relative to the platform."""
+        target = of_pose(work.terms, entries, home_of(self.wrist, work.terms))
+        terms, axes = work.terms, self.axes.axes
+
+        def wanted(v: Vector) -> Vector:
+            return target.turned(terms, v)
+
+        if len(axes) == TURNS:
+            three_turns(work, (axes[0], axes[1], axes[2]), wanted)
+        elif len(axes) > 1:
+            two_turns(work, (axes[0], axes[1]), wanted)
+        else:
+            e = cross(terms, axes[0].h, IDENTITY[int(np.argmin(np.abs(axes[0].direction)))])
+            last_turn(work, axes[0], e, wanted(e), [])
+        return values_of(work, self.wrist, {})
 
     def platform_pose(self, h: SolvedLoops) -> SymbolicFunction:
         """Returns the platform pose as a function of the main-chain joints."""
@@ -156,7 +178,7 @@ class CarriedWrist:
             coordinates: Number of actuated coordinates.
             size: Length of the mechanism (meter).
         """
-        center = _center(self.axes)
+        center = self.center
         x, y, z, at = _home(self.wrist, self.axes.terms)
         levers = [plane.ball - center for plane in self.planes]
         lengths = [float(np.linalg.norm(lever)) for lever in levers]
@@ -180,21 +202,6 @@ class CarriedWrist:
         columns = [x, y, z, subtracted(terms, p, (P[3], P[7], P[11]))]
         rows = [[dot(terms, axis, column) for column in columns] for axis in axes]
         return [entry for row in (*rows, [sp.S.Zero] * 3 + [sp.S.One]) for entry in row]
-
-    def _turn(self, work: Work, target: Target) -> None:
-        """Solves for the joints of the wrist."""
-        terms, axes = work.terms, self.axes.axes
-
-        def wanted(v: Vector) -> Vector:
-            return target.turned(terms, v)
-
-        if len(axes) == TURNS:
-            three_turns(work, (axes[0], axes[1], axes[2]), wanted)
-        elif len(axes) > 1:
-            two_turns(work, (axes[0], axes[1]), wanted)
-        else:
-            e = cross(terms, axes[0].h, IDENTITY[int(np.argmin(np.abs(axes[0].direction)))])
-            last_turn(work, axes[0], e, wanted(e), [])
 
 
 def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:

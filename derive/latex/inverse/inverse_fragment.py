@@ -1,24 +1,15 @@
 r"""Prints the inverse kinematics."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from itertools import groupby
 
 import sympy as sp
 
-from ...inverse.mechanisms.backward_inverse import moving_inverses
-from ...inverse.mechanisms.carried_wrist import PLATFORM, ROTATIONS, carried_wrist
-from ...inverse.mechanisms.leg_chains import leg_chains
-from ...inverse.mechanisms.mode_check import LEGS
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
-from ...loops.solve.solved_loops import SolvedLoops
-from ...model.plural import counted
-from ...terms.symbolic_function import NativeSolverFunction, SymbolicFunction
 from ..chain.tables import tabular
-from ..loops.loop_page import LoopPage
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.page import Page, listed, sentence, text
@@ -36,128 +27,17 @@ def inverse(page: Page) -> str:
 
     If there are none, the fragment states how far the axes are from a solvable structure.
     """
-    return _written(page, page.inverse, {})
+    return written(page, page.inverse, {})
 
 
-def inverse_of_loops(page: LoopPage) -> str:
-    """Prints the inverse kinematics of the main chain."""
-    chain = page.chain
-    # The only task of a robot with loops is the complete pose.
-    tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
-    of_chain = replace(chain.inverse, solved=tasks)
-    found = page.inverse
-    back = next((f for f in page.functions if f.name in ("ik", LEGS)), None)
-    if back is not None and PLATFORM in back.inputs:
-        return text(_rotations(page.hybrid), _through_the_chain(page, back))
-    moving = moving_inverses(page.hybrid) if found is None and back is not None else None
-    if moving is not None and back is not None:
-        return text(_written(chain, moving, {}).rstrip(), _through_the_chain(page, back))
-    if tasks and found is None and back is not None:
-        return text(_written(chain, of_chain, {}).rstrip(), _through_the_chain(page, back))
-    if tasks:
-        return text(_written(chain, of_chain, {}).rstrip(), _sides_of_loops(found))
-    if found is not None and found.composed is not None:
-        return text(_written(chain, found, {}).rstrip(), _on_every_branch(found.composed))
-    if found is None or not found.solved:
-        return _written(chain, of_chain, {})
-    if not _has_slides(chain, found):
-        # If the arm itself has no closed form, the nominal arm is printed.
-        return text(
-            _written(chain, found, {}).rstrip(), _sides_of_loops(found), _position_task(found)
-        )
-    actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
-    return text(
-        "Loops prevent part of the main chain from rotating, so that this part acts like"
-        " prismatic joints; their displacements are found first.",
-        _written(chain, found, actuators).rstrip(),
-        "The actuators of the joints above follow from them as in the solution of the loops.",
-        _position_task(found),
-    )
+def written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
+    """Prints the structure and the steps of all tasks.
 
-
-def _rotations(hybrid: SolvedLoops) -> str:
-    """Explains the rotations of a platform that carries a wrist."""
-    carried = carried_wrist(hybrid)
-    assert carried is not None
-    names = [escape(joint.name) for joint in carried.wrist.moving]
-    axes = f"The axes of {in_words(names)} meet" if names[1:] else f"The axis of {names[0]} passes"
-    return (
-        f"{axes} {'in' if names[1:] else 'through'} the wrist center $c$ of the platform, which the"
-        " pose of the tool places at $w$. Each of three legs keeps a ball joint $b_i$ of the"
-        " platform in a plane with the unit normal $n_i$ and the offset $d_i$. The rotation $R$ of"
-        r" the platform therefore satisfies \[n_i\cdot R\,(b_i - c) = d_i - n_i\cdot w, \quad"
-        r" i = 1, 2, 3.\] The first equation leaves two angles, and the other two equations are"
-        " linear in the cosine and sine of the second angle. Their resultant is a trigonometric"
-        f" polynomial of degree 4 in the first angle, with up to {ROTATIONS} real roots. The other"
-        " joints of the main chain follow from the rotation."
-    )
-
-
-def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
-    freedoms = page.hybrid.freedoms
-    reached = (
-        f" The tool has {counted(freedoms, 'degree')} of freedom: the residual of an unreachable"
-        " pose is not zero."
-        if freedoms < len(page.hybrid.theta)
-        else ""
-    )
-    legs = [escape(leg.closure) for leg in leg_chains(page.hybrid) or ()]
-    by_legs = (
-        f" The legs that end at {in_words(legs)} are solved as serial arms whose last link has the"
-        " pose of the closure's other frame."
-        if legs
-        else ""
-    )
-    count = function.branches * (ROTATIONS if PLATFORM in function.inputs else 1)
-    slots = f"{count} slots" if count > 1 else "one slot"
-    return (
-        "The actuators follow from these joints as in the solution of the loops from the main"
-        f" chain.{by_legs} Equivalent choices share a slot, so \\texttt{{ik}} has"
-        f" {slots}; in each slot the loops close at the pose.{reached} A slot"
-        " is a solution if \\texttt{fk} returns to the pose; its residual is infinite if the loops"
-        " close there in another assembly mode."
-    )
-
-
-def _position_task(found: Inverses) -> str:
-    if not found.polished_tasks:
-        return ""
-    names = in_words([rf"\texttt{{{escape(task.name)}}}" for task in found.polished_tasks])
-    return (
-        f"The nominal robot does not rotate its tool, and the true robot only slightly: {names}"
-        " solves for the position only, from the same starts."
-    )
-
-
-def _has_slides(chain: Page, found: Inverses) -> bool:
-    count = len(chain.robot.moving)
-    return any(axis.joint >= count for axis in found.classification.lines.axes)
-
-
-def _sides_of_loops(found: Inverses | None) -> str:
-    solved = None if found is None else next(iter(found.solved.values()), None)
-    if solved is None or not (solved.work.sides or solved.work.settled):
-        return ""
-    names = [name for name, _ in solved.work.sides.values()]
-    sides = f" on both sides of {in_words([escape(name) for name in names])}" if names else ""
-    return (
-        f"The actuators follow from the joints as in the solution of the loops{sides}."
-        " Equivalent choices share a slot, so the inverse of"
-        f" the robot has {counted(solved.function.branches, 'slot')}."
-    )
-
-
-def _on_every_branch(function: NativeSolverFunction) -> str:
-    chain, every, fk = (rf"\texttt{{{escape(name)}}}" for name in function.calls)
-    return (
-        f"The function {chain} solves the main chain. From each of its solutions, {every} computes"
-        f" the actuators on every branch of the loops, and {fk} checks them: \\texttt{{ik}} has"
-        f" {counted(function.branches, 'slot')}. The residual is infinite if the loops close at"
-        " the pose in another assembly mode."
-    )
-
-
-def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
+    Args:
+        page: The symbols of the chain.
+        found: Its inverse.
+        actuators: Printed symbols of actuated coordinates that steps determine, keyed by name.
+    """
     classification = found.classification
     if found.general is not None:
         return text(
@@ -166,7 +46,7 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
     if classification.found is None or not found.solved:
         return text(missing_structure(classification))
     tasks = list(printed_tasks(page, found, actuators).values())
-    parts = [structure(page, classification, classification.found), _method(tasks)]
+    parts = [structure(page, classification, classification.found), method(tasks)]
     for task in tasks:
         earlier = tasks[0] if task is not tasks[0] else None
         parts += _task(page, task, earlier, titled=len(tasks) > 1)
@@ -204,7 +84,8 @@ def printed_tasks(
     return found
 
 
-def _method(tasks: Iterable[PrintedTask]) -> str:
+def method(tasks: Iterable[PrintedTask]) -> str:
+    """Explains the subproblems and the steps with two solutions."""
     methods = {step.step.method for task in tasks for step in task.steps}
     numbered = ""
     if any("subproblem" in method for method in methods):
@@ -232,17 +113,41 @@ def _task(
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
-    first = task.steps[0].number
     repeated = _repeated(page, task, earlier) if earlier else 0
     if repeated and earlier:
         yield _referred(page, task.steps[:repeated], earlier.steps[0].number)
+    yield from _steps(page, task, repeated)
+    yield sentence(_rest(page, task), _slots(page, task))
+
+
+def _steps(page: Page, task: PrintedTask, repeated: int = 0) -> Iterable[str]:
+    first = task.steps[0].number
     for group in [*_groups(task)][repeated:]:
         if isinstance(group[0].equation, JointEquation):
             yield _together(page, group)
         else:
             written = (_step(page, step) for step in group)
             yield sentence(*written, _speaking(page, task, group[-1].number - first + 1))
-    yield sentence(_rest(page, task), _slots(page, task))
+
+
+def arm_steps(page: Page, inverses: Inverses, first: int) -> tuple[str, PrintedTask]:
+    """Prints the steps of an arm in a loop, and returns these steps.
+
+    Args:
+        page: The symbols of the arm.
+        inverses: Its only task, ``ik``.
+        first: Number of the first step.
+    """
+    classification = inverses.classification
+    found = classification.found
+    notation, solved = page.equations.notation, inverses.solved["ik"]
+    task = printed_task(page.robot, notation, classification.lines, solved, first, {})
+    return text(
+        "" if found is None else structure(page, classification, found),
+        sentence(_given(page, task), _vectors(page, task)),
+        *_steps(page, task),
+        _rest(page, task),
+    ).rstrip(), task
 
 
 def _given(page: Page, task: PrintedTask) -> str:
@@ -328,11 +233,12 @@ def _anonymous(page: Page, task: PrintedTask) -> list[str]:
 
 def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
     names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
-    own = _numbers(steps[0].number, len(steps))
-    return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
+    own = step_numbers(steps[0].number, len(steps))
+    return rf"\textbf{{{own}:}} {names} as in {step_numbers(first, len(steps)).lower()}."
 
 
-def _numbers(first: int, count: int) -> str:
+def step_numbers(first: int, count: int) -> str:
+    """Names consecutive steps."""
     last = first + count - 1
     if count == 1:
         return f"Step {first}"

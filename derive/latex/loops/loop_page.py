@@ -20,7 +20,7 @@ from ..setting.page import Page
 from ..setting.printed_terms import PrintedTerms
 from ..setting.sharing import PRINTED
 from .members import Letters, Members, members
-from .printed_steps import PrintedLoopStep, VectorPrinter, printed_steps
+from .printed_steps import PrintedLoopStep, VectorPrinter, after, printed_steps
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class LoopPage:
     @cached_property
     def backward_steps(self) -> tuple[PrintedLoopStep, ...]:
         """Returns the solution steps from the main chain."""
-        first = 1 + len(self.forward_steps)
+        first = after(self.forward_steps)
         return printed_steps(
             self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
         )

@@ -5,9 +5,10 @@ Solution steps have equations in their own symbols
 by printed symbols. Short values are written out. All kinds of steps share this code.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import accumulate, islice
 from string import Formatter
 
 import sympy as sp
@@ -134,10 +135,16 @@ def printed_steps(
         joints: Symbols of the joints.
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
+    numbers = accumulate((not step.continues for step in solution.steps), initial=first - 1)
     return tuple(
         _Writer(terms, letters, step, number, values).printed()
-        for number, step in enumerate(solution.steps, first)
+        for step, number in zip(solution.steps, islice(numbers, 1, None), strict=True)
     )
+
+
+def after(steps: Sequence[PrintedLoopStep], first: int = 1) -> int:
+    """Returns the number of the step that follows printed steps, or ``first`` without steps."""
+    return max((step.number for step in steps), default=first - 1) + 1
 
 
 class _Writer:

@@ -17,6 +17,7 @@ from ..setting.notation import OTHER
 from ..setting.page import listed, sentence, text
 from ..setting.printed_terms import Definition, PrintedTerms
 from ..setting.widths import LINE, width
+from .arms_fragment import arms
 from .loop_page import LoopPage
 from .printed_steps import PrintedLoopStep
 
@@ -43,6 +44,7 @@ def solution(page: LoopPage) -> str:
         *[_step(page, step) for step in page.backward_steps],
         _results(page, backward, "All other joints follow as", known=set(main)),
         _by_arms(page) or _open(page, backward, [*actuated]),
+        *arms(page),
     )
 
 
@@ -63,6 +65,8 @@ def _note(page: LoopPage) -> str:
 
 def _step(page: LoopPage, printed: PrintedLoopStep) -> str:
     step = printed.step
+    if step.continues:
+        return ""
     joints = [page.members.with_symbol(name) for name in step.joints]
     opening = rf"\textbf{{Step {printed.number}: {step.title}}} -- {', '.join(joints)}."
     if not (printed.unknown or printed.vectors or printed.results):

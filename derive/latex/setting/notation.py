@@ -6,6 +6,7 @@ table and for tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import count
 
 import sympy as sp
 
@@ -86,7 +87,7 @@ class Notation:
         self.halves = _has_thirds(robot)
         self._expanded: dict[sp.Symbol, sp.Expr] = {}
         self._sizes: dict[sp.Symbol, int] = {}
-        self._terms = self._geometric = 0
+        self._terms, self._geometric = count(1), count(1)
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
         """Returns the signed short symbol for the cosine or sine of a coordinate sum."""
@@ -160,15 +161,15 @@ class Notation:
 
     def term(self) -> sp.Symbol:
         """Returns the symbol of the next shared term. The caller defines it."""
-        self._terms += 1
-        tex = f"{self.letters['term']}_{{{self._terms}}}"
-        return self.symbol(tex, (TERM, (self._terms,)))
+        number = next(self._terms)
+        tex = f"{self.letters['term']}_{{{number}}}"
+        return self.symbol(tex, (TERM, (number,)))
 
     def geometric(self) -> sp.Symbol:
         """Returns the symbol of the next shared term of the screw axes."""
-        self._geometric += 1
-        tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
-        return self.symbol(tex, (TERM, (self._geometric,)))
+        number = next(self._geometric)
+        tex = f"{self.letters['geometry']}_{{{number}}}"
+        return self.symbol(tex, (TERM, (number,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
         """Returns the names of the entries of a pose (4, 4) in row-major order.

@@ -164,6 +164,11 @@ class LoopStep(ABC):
         return ""
 
     @property
+    def continues(self) -> bool:
+        """Whether the step belongs to the preceding step, so that an article prints it there."""
+        return False
+
+    @property
     def branch(self) -> str:
         """Name of the branch, or "" if the solution is unique."""
         return self.branches.get(self.sign, "")

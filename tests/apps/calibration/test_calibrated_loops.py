@@ -25,7 +25,7 @@ from chasles.calibration.fitting.problem import Fit, problem_at
 from chasles.derive import DescriptionError, casadi_function, derive, read, read_text
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.inverse import nominal_mechanism
-from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
+from chasles.derive.latex.inverse.inverse_of_loops import inverse_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS

@@ -1,0 +1,36 @@
+"""The short symbols of an arm whose joints are joints of a robot with loops."""
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from .notation import ENTRY, LETTERS, Notation
+
+
+class ArmNotation(Notation):
+    """The short symbols of an arm that shares constants and terms with a robot.
+
+    The pose that the arm reaches has entries with other letters than the pose of the tool. Cosines
+    and sines of the arm's joints have no short symbols.
+    """
+
+    def __init__(self, whole: Notation, q: Sequence[sp.Symbol], called: Sequence[str]) -> None:
+        # Both notations share their tables, so that a symbol never has two meanings.
+        self.__dict__.update(whole.__dict__)
+        self.q, self.called = tuple(q), tuple(called)
+
+    def trigonometric(self, expression: sp.Expr) -> sp.Expr:
+        """Returns the cosine or sine unchanged."""
+        return expression
+
+    def entries(self) -> tuple[sp.Symbol | None, ...]:
+        """Returns the names of the entries of a pose (4, 4) in row-major order."""
+        r, p = (
+            next(letter for letter in LETTERS[kind][1:] if letter not in self.called)
+            for kind in ("rotation", "position")
+        )
+        named: list[sp.Symbol | None] = []
+        for i, axis in enumerate("xyz", 1):
+            row = [f"{r}_{{{i}{j}}}" for j in (1, 2, 3)] + [f"{p}_{{{axis}}}"]
+            named += [self.symbol(tex, (ENTRY, (tex,))) for tex in row]
+        return (*named, *(None,) * 4)

@@ -1,0 +1,105 @@
+"""Printed steps of serial arms in loops, evaluated at closed configurations.
+
+The configurations come from Newton's method on a NumPy model, which knows no arm.
+"""
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from chasles.derive import derive
+from chasles.derive.latex.loops.arms_fragment import arms, printed_arms
+from chasles.derive.latex.loops.loop_page import LoopPage
+from chasles.derive.latex.setting.transforms import matrix
+from tests.support.generators.leg_platforms import LEG_KINDS, drawn_as
+from tests.support.loops.closures import Model
+
+SAME = 1e-9
+STEP = 0.05
+"""Distance of the actuated coordinates from the reference (radian or meter)."""
+
+
+@cache
+def printed(kind):
+    return LoopPage.of(derive(drawn_as(LEG_KINDS[kind], 0), functions=["actuators"]))
+
+
+def closed(model):
+    """Returns a configuration near the reference at which the loops close (n_z,)."""
+    at = dict(model.mechanism.reference)
+    z = np.array([[float(at.get(name, 0)) for name in model.names]])
+    z = model.newton(z, model.actuated)
+    z[:, model.actuated] += STEP * np.arange(1, len(model.actuated) + 1) / len(model.actuated)
+    z = model.newton(z, model.actuated)
+    assert model.gap(z).max() < SAME
+    return z
+
+
+def symbols_of(page, arm, poses):
+    """Returns the entries of the pose that an arm reaches, keyed by their printed symbols."""
+    notation = arm.symbols.equations.notation
+
+    def number(placement):
+        return np.array(matrix(placement, notation), dtype=float)
+
+    base = np.eye(4) if arm.own.base == page.mechanism.base_frame else poses[arm.own.base][0]
+    T = np.linalg.inv(base @ number(arm.own.begin)) @ poses[arm.own.body][0]
+    entries = zip(notation.entries(), (T @ number(arm.own.arm.end)).ravel(), strict=True)
+    return {symbol: value for symbol, value in entries if symbol is not None}
+
+
+def values_of(arm, known):
+    """Returns the values of the printed steps of an arm."""
+    task = arm.task
+    done = dict(known)
+    for step in task.steps:
+        for symbol, value in step.definitions:
+            done[symbol] = float(value.subs(done))
+        done[step.name] = float(sum(step.solution).subs(done))
+        # The last joint of an angle sum follows as soon as the others are known.
+        rest = [(symbol, value) for symbol, value in task.rest if value.free_symbols <= {*done}]
+        done |= {symbol: float(value.subs(done)) for symbol, value in rest}
+    return done
+
+
+@pytest.mark.parametrize("kind", ["tripteron", "3-UPU"])
+def test_printed_steps_of_an_arm_give_the_joints_of_closed_loops(kind):
+    page = printed(kind)
+    model = Model(page.mechanism)
+    z = closed(model)
+    poses, at = model.poses(z), dict(zip(model.names, z[0], strict=True))
+    own = [arm for arm in printed_arms(page) if arm.like is None]
+    assert own
+    for arm in own:
+        constants = page.chain.equations.notation.values()
+        pose = symbols_of(page, arm, poses) | {s: float(v) for s, v in constants.items()}
+        vectors = dict(pose)
+        for symbol, value in arm.task.definitions:
+            vectors[symbol] = float(value.subs(vectors))
+        errors = []
+        for signs in product((1, -1), repeat=len(arm.task.signs)):
+            found = values_of(arm, vectors | dict(zip(arm.task.signs, signs, strict=True)))
+            joints = {joint.name for joint in arm.own.arm.unknown}
+            apart = [found[page.joints[name]] - at[name] for name in joints]
+            errors.append(np.abs(np.remainder(np.add(apart, np.pi), 2 * np.pi) - np.pi).max())
+        assert min(errors) < SAME
+
+
+def test_legs_of_the_same_shape_share_their_steps():
+    solution = "\n\n".join(arms(printed("3-UPU")))
+    assert solution.count(r"\textbf{Step 1:") == 1
+    assert solution.count("The joints follow as in steps 1 to 5") == 2
+    assert r"$q_{3}$ in place of $q_{1}$" in solution
+    assert r"The branch of the reference configuration has $\sigma_{1}" in solution
+
+
+def test_pose_of_an_arm_has_its_own_letters():
+    page = printed("tripteron")
+    of_tool = {*page.chain.equations.notation.entries()} - {None}
+    for arm in printed_arms(page):
+        own = {*arm.symbols.equations.notation.entries()} - {None}
+        assert own.isdisjoint(of_tool)
+        assert not sp.Tuple(*arm.task.steps[0].solution).free_symbols & of_tool
