@@ -1,8 +1,8 @@
 """Process the pieces of a sample set on threads or on a dask cluster.
 
 Counts over the pieces must not depend on the order of the pieces. Counts, bits and extremes are
-suitable, but sums of floats are not. The result is then the same, bit for bit, for any number of
-threads and workers. A piece can be repeated if its worker was killed.
+suitable, but sums of floats are not. With suitable counts, the result is the same, bit for bit, for
+any number of threads and workers. A piece can be repeated if its worker was killed.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from chasles.contract import requires
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Number of pieces per task of a worker. A task takes a few seconds. With such tasks, communication
-is cheap, and a killed worker loses little."""
+"""Number of pieces per task of a worker. A task takes a few seconds. Tasks of this duration need
+little communication, and little work is lost if a worker is killed."""
 _TASKS_A_WORKER = 2
-"""Number of queued tasks per worker. Workers then do not wait for tasks. More tasks would only fill
-the memory with results."""
+"""Number of queued tasks per worker. With a queued task, a worker never waits for its next task.
+More tasks would only fill the memory with results."""
 _RETRIES = 5
 """Maximum number of repetitions of a task after its worker was killed."""
 
@@ -42,7 +42,7 @@ T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """A function for each piece of a sample set. Every worker of a cluster has a copy."""
+    """A function for each piece of a sample set. Each worker of a cluster copies the object."""
 
     def empty(self) -> T:
         """Return an object with all counts at zero."""
@@ -69,8 +69,8 @@ def tallied(
             core.
         client: A `dask.distributed.Client`, whose workers share the pieces, or None for this
             process.
-        progress: Whether to show a progress bar. None shows the bar if standard error is a
-            terminal.
+        progress: Whether to show a progress bar. With None, the bar is shown if standard error goes
+            to a terminal.
         name: The name of the progress bar.
 
     Raises:
@@ -178,8 +178,8 @@ def progress_of(
     Args:
         name: Name of the task.
         total: Number of work items.
-        shown: Whether to show the bar. None shows the bar if standard error is a terminal and rich
-            is installed.
+        shown: Whether to show the bar. With None, the bar is shown if standard error goes to a
+            terminal. Without the package rich, no bar is shown.
 
     Yields:
         A function that takes the number of newly completed items.

@@ -10,26 +10,26 @@ IN_PLACE = 1e-12
 base, the distance is divided by the distance from the base."""
 STRAIGHT = 1e-9
 """Maximum sine of the angle between the connecting lines of three collinear points. At the maximum
-sine, the radius of the circle is a billion times the distance of the points. The value also bounds
-the relative distance of coplanar points from a plane."""
+sine, the radius of the circle is a billion times the distance of the points. This number is also
+the maximum distance of coplanar points from a plane, relative to the extent of the points."""
 NODES_APART = 2e-3
-"""Node spacing of fourth-order finite differences, relative to the curve length. The truncation
-error relative to higher derivatives is the fourth power of the spacing, 2e-11. Second derivatives
-amplify rounding errors to about 2e-10."""
+"""Node spacing of fourth-order finite differences, relative to the curve length. The relative
+truncation error is about the fourth power of the spacing, 2e-11. Second derivatives amplify
+rounding errors to about 2e-10."""
 
 # --- planar regions bounded by arcs ---
 
 SAME_ARC = 1e-11
-"""Maximum distance of equal circles, and maximum length of arcs that count as points. Both values
-are relative to the size of a region. The value is far above rounding errors and far below
-manufacturing tolerances."""
+"""Maximum distance of circles that count as equal, and maximum length of arcs that count as points.
+The distance and the length are relative to the size of a region. 1e-11 is far above rounding errors
+and far below manufacturing tolerances."""
 TANGENT = 1e-12
-"""Circles count as tangent if a cosine differs from 1 by less than this value. The value is a
-thousand times the rounding error."""
+"""Circles count as tangent if a cosine differs from 1 by less than 1e-12. This tolerance is a
+thousand times the rounding error of a cosine."""
 TEST_DISTANCE = 3e-11
-"""Distance of the test points on both sides of an arc, relative to the size of the region. The
-distance is smaller for short arcs. The distance exceeds SAME_ARC. A test point therefore lies
-outside all equal arcs."""
+"""Distance of the test points on both sides of an arc, relative to the size of the region. For
+short arcs, the test points are closer to the arc. The distance exceeds SAME_ARC, so a test point
+does not lie on another arc that counts as equal."""
 
 # --- static loads ---
 

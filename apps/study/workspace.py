@@ -1,8 +1,9 @@
 """The positions that a tool reaches, with the number and quality of configurations.
 
-Configurations are sampled in the box of the coordinates. Forward kinematics gives the cell of the
-tool origin. The count of this cell increases. Only cells are stored. The memory does not depend on
-the number of configurations.
+Configurations are sampled in the box of the coordinates. Forward kinematics determines the grid
+cell that contains the tool origin. The count of this grid cell increases by 1. The counts of the
+cells are stored, but the configurations are not stored. The memory therefore does not depend on the
+number of configurations.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ _PATH_POINTS = 10_001
 """Number of points on the tool path of a robot with one coordinate. The chords between the points
 give the path length."""
 _SIDE = 8
-"""Number of belts and number of meridians on the sphere of z axes. They form 64 sectors."""
+"""Number of belts and number of meridians on the sphere of z axes. The belts and meridians divide
+the sphere into 64 sectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +53,16 @@ class Workspace(StudyResult):
         robot: The robot's name.
         grid: The cells.
         hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
-        manipulability: (nx, ny, nz) maximum over the configurations of each cell of the minimum
-            singular value of the Jacobian (`Manipulability.min_singular_value`). Cells without hits
-            have the value 0. None if manipulability is not requested.
-        limit_margin: (nx, ny, nz) maximum over the configurations of each cell of the distance to
-            the nearest limit, relative to the coordinate's range (at most 1/2). Cells without hits
-            have the value 0. None if the limit margin is not requested.
+        manipulability: (nx, ny, nz) best manipulability of the configurations in each cell. The
+            manipulability is the minimum singular value of the Jacobian
+            (`Manipulability.min_singular_value`). Cells without hits have the value 0. None if
+            manipulability is not requested.
+        limit_margin: (nx, ny, nz) largest limit margin of the configurations in each cell. The
+            limit margin is the distance to the nearest limit, relative to the coordinate's range
+            (at most 1/2). Cells without hits have the value 0. None if the limit margin is not
+            requested.
         directions: (nx, ny, nz) number of sectors that contain a z axis of the tool, out of 64
-            equal sectors of the sphere. None if not requested.
+            equal sectors of the sphere. None if `quality` does not contain "directions".
         bounds: (2, 3) smallest and largest coordinates of the tool origin [m], found by
             optimization.
         samples: Number of configurations.
@@ -66,7 +70,7 @@ class Workspace(StudyResult):
         sampling: Sampling method of the configurations.
         rng: Seed that reproduces the configurations.
         path_length: Length [m] of the tool path of a robot with one coordinate, with an error
-            estimate. The length is None for other robots.
+            estimate. The path length is None for a robot with two or more coordinates.
     """
 
     _parts = (Grid, SizeEstimate)
@@ -128,7 +132,7 @@ class Workspace(StudyResult):
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """Return the hits (n, m) summed along an axis. The remaining axes keep their order.
+        """Return the hits (n, m) summed along an axis. The two other axes keep their order.
 
         Raises:
             InputValueError: The axis is unknown.
@@ -140,7 +144,7 @@ class Workspace(StudyResult):
 
         Args:
             ax: matplotlib axes for a single view, or None for a new figure with two views. A single
-                view is along the thinnest direction.
+                view looks along the direction in which the workspace is thinnest.
 
         Returns:
             The axes, or an array of axes.
@@ -176,7 +180,7 @@ def workspace(
         threads: Number of threads in this process or in each worker, or "all" for one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations, or None for
             this process.
-        progress: Whether to show a progress bar. None shows the bar only on a terminal.
+        progress: Whether to show a progress bar. With None, the bar is shown only on a terminal.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits, the loops never close, or an argument
@@ -301,8 +305,8 @@ def _axis(method: str, name: str) -> int:
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
     """Return the smallest and largest coordinates of the tool origin.
 
-    Each bound is a local optimum. The optimization uses the exact Jacobian. It starts from the
-    eight best of the first 2^16 samples.
+    Each bound is a local optimum. The optimization uses the exact Jacobian. The optimization starts
+    from the eight best of the first 2^16 samples.
 
     Args:
         robot: The robot.
@@ -348,8 +352,8 @@ def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: in
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # Other optimization methods call BLAS on tiny matrices. The BLAS threads would synchronize, and
-    # synchronization is slow.
+    # The method TNC needs no BLAS. Methods that call BLAS on tiny matrices would be slow, because
+    # the BLAS threads synchronize.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

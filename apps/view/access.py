@@ -1,10 +1,10 @@
 """Restrict the live view to the page with the token in its address.
 
-Every program on this machine can reach a server on 127.0.0.1. A page of any web site in the browser
-can do the same. Three checks keep other pages out. The first check is that the Host header names
-this machine. A foreign name for 127.0.0.1 is rejected. The second check is that a WebSocket has the
-page itself as Origin. The third check is the token in the address, or in the cookie of the first
-response.
+Every program on this machine can reach a server on 127.0.0.1. A page of any web site that is open
+in the browser can also reach the server. Three checks protect the view from foreign pages. First,
+the Host header must name this machine. A foreign name for 127.0.0.1 is rejected. Second, the Origin
+of a WebSocket must be the page itself. Third, a request must contain the token, either in the
+address or in the cookie of the first response.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Access:
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in given)
 
     def cookie(self, host: str) -> str:
-        """Return the Set-Cookie header. Ports share cookies, so its name contains the port."""
+        """Return the Set-Cookie header. The cookie name contains the port: ports share cookies."""
         return f"{_cookie_name(host)}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
     @staticmethod
@@ -103,7 +103,7 @@ def checked_by(access: Access) -> Iterator[None]:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Context in which viser prints nothing, because its address lacks the token."""
+    """Context in which viser prints nothing. The address that viser prints lacks the token."""
     import rich  # noqa: PLC0415
 
     console = rich.get_console()

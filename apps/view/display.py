@@ -27,9 +27,10 @@ from .tool_branches import Branches, branches
 FloatArray = NDArray[np.float64]
 
 _NEAR_LIMIT = 0.05
-"""A coordinate is near its limit below this fraction of its range."""
+"""A coordinate is near its limit if its distance to the limit is below this fraction of its
+range."""
 _NEAR_BORDER = 0.05
-"""A pose is near the workspace border below this margin of a branch."""
+"""Minimum margin of a branch. A branch with a smaller margin is near the workspace border."""
 _STRIDE = 0.05
 """Maximum step of a coordinate for iterated loops [rad, or relative to the robot size]."""
 _PLANAR_GHOSTS = 8
@@ -57,8 +58,8 @@ class Displayed:
         z: (n_z,) configuration of the loops. For a serial robot, z is q.
         bodies: (bodies, 4, 4) poses of the skeleton's bodies in the base frame.
         tool: (4, 4) pose of the tool.
-        closes: Whether the loops close at the requested coordinates. If not, the previous
-            configuration is kept.
+        closes: Whether the loops close at the requested coordinates. If the loops do not close, the
+            previous configuration is kept.
         reached: Whether the tool is at the requested pose.
         branches: The branches of the inverse for the requested pose, or None without a requested
             pose.
@@ -150,7 +151,8 @@ class Display:
 
         Args:
             q: (n,) coordinates [rad or m].
-            last: The previous configuration. It selects the branch of loops solved by iteration.
+            last: The previous configuration. This configuration selects the branch of loops solved
+                by iteration.
 
         Returns:
             The configuration. If the loops do not close, the result is the previous configuration.
@@ -209,7 +211,7 @@ class Display:
         return found
 
     def no_ghosts(self, count: int) -> Ghosts:
-        """Return a number of empty ghost slots."""
+        """Return `count` empty slots for additional pale configurations."""
         bodies = len(self.skeleton.bodies)
         wxyzs = np.zeros((count, bodies, 4))
         wxyzs[..., 0] = 1.0
@@ -265,7 +267,7 @@ class Display:
         return Displayed(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
     def _followed(self, q: FloatArray, last: Displayed) -> Displayed:
-        """Return the configuration at the end of a straight path. Small steps keep the branch."""
+        """Return the configuration at the end of a straight path, without a change of branch."""
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
         path = last.q + parts * (q - last.q)

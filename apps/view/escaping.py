@@ -1,4 +1,4 @@
-"""Escape robot texts for Markdown, and for JSON in HTML."""
+"""Escape texts from robot files for Markdown, and for JSON in HTML."""
 
 import json
 import string

@@ -37,7 +37,7 @@ _GHOST_OPACITY = 0.4
 _GIZMO = 0.2
 """Size of the tool handle relative to the robot size."""
 _CLOUD = 20_000
-"""Number of workspace points. So many points show the workspace, and the view still rotates
+"""Number of workspace points. This number shows the workspace clearly, and the view still rotates
 smoothly."""
 _LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
 _MODES = " · purple: assembly modes at the same actuators"
@@ -46,7 +46,7 @@ _OPEN = "A loop does not close at these coordinates."
 
 
 class LiveView:
-    """A robot in a local web page, until it is closed.
+    """A local web page that shows a robot until the view is closed.
 
     The page has sliders in degrees or millimeters, and a draggable frame at the tool. Ghosts show
     the branches of the inverse, and points show the workspace. A time slider shows a trajectory.
@@ -143,7 +143,7 @@ class LiveView:
     # --- contents of the page ---
 
     def _look(self) -> None:
-        """Set the initial camera. The robot then fills the page."""
+        """Set the initial camera such that the robot fills the page."""
         center, radius = self._display.ball(self._display.start)
         camera = self._server.initial_camera
         # The panel covers the right side of the page, so the robot is left of the center.
@@ -249,7 +249,7 @@ class LiveView:
         slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
 
         # The function is not a coroutine. For a coroutine, viser would wake its event loop at each
-        # value that the view sets. Events for values that the view sets have no client.
+        # value that the view sets. An event has a client only if the user moved the slider.
         def on_update(event: Any) -> None:
             if event.client_id is not None:
                 q = self.displayed.q.copy()

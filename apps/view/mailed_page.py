@@ -42,8 +42,8 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
     """Write a self-contained HTML page with the moving robot and its sliders.
 
     The page computes the body poses from the joint motions. The page closes loops by Gauss-Newton
-    iteration from the previous configuration. The iteration therefore stays on the branch. If a
-    loop does not close, the robot keeps the last closed configuration.
+    iteration. The iteration starts from the previous configuration, so loops stay on the same
+    branch. If a loop does not close, the robot keeps the last closed configuration.
 
     Args:
         robot: The robot.
@@ -89,7 +89,7 @@ def page_data(robot: Robot) -> dict[str, Any]:
 
 
 def _scales(robot: Robot, skeleton: Skeleton) -> list[float]:
-    """Return the scale of each entry of z. The scale is one radian, or the robot size."""
+    """Return the scale of each entry of z: 1 rad for an angle, the robot size for a length."""
     variables = robot.configuration_variables or robot.coordinates
     return [1.0 if variable.unit == "rad" else skeleton.size for variable in variables]
 

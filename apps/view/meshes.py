@@ -184,7 +184,7 @@ def drawing(file: Path) -> Drawing:
         T, geometry = graph.get(node)
         surface = urdf.scene.geometry[geometry]
         # A transform of a trimesh primitive does not change its vertices. The primitive is
-        # therefore converted first.
+        # therefore converted to a mesh.
         own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
         surfaces.append((str(graph.transforms.parents[node]), T, own))
     return Drawing(

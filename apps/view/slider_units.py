@@ -31,7 +31,7 @@ class SliderUnit:
         factor: Displayed units per rad or m.
         lower: Lower end of the slider [rad or m].
         upper: Upper end of the slider [rad or m].
-        limited: Whether both ends are limits of the robot.
+        limited: Whether both ends of the slider are limits of the robot.
     """
 
     name: str

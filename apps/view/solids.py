@@ -30,7 +30,8 @@ _STRUT: Colour = (230, 159, 0)
 _ROD: Colour = (222, 226, 230)
 
 _THIN = 0.009
-"""Radius of a link relative to the robot size. Other sizes are proportional to this radius."""
+"""Radius of a link relative to the robot size. All sizes of joint symbols scale with this
+radius."""
 _SHORTEST = 1e-9
 """Minimum length of a line relative to its radius."""
 _FRAME = 9.0
@@ -88,7 +89,8 @@ def _parts(shape: Any, body: int, radius: float, actuated: frozenset[str]) -> It
     for triangles in _surfaces(shape.kind, points, axis, radius):
         yield Solid(body, joint, colour, triangles)
     if shape.kind in ("barrel", "piston", "rod"):
-        # Ends on joints: the first end of a barrel, the last end of a piston, both ends of a rod.
+        # The ends on joints are the first end of a barrel, the last end of a piston, and both ends
+        # of a rod.
         ends = {"barrel": points[:1], "piston": points[-1:], "rod": points}[shape.kind]
         for end in ends:
             yield Solid(body, "", _PASSIVE, ball(end, 1.7 * radius))
@@ -138,7 +140,7 @@ def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:
 
 
 def _plate(points: FloatArray, radius: float) -> Iterator[Triangles]:
-    """Yield a plate for coplanar points. Other points are connected to their center by lines."""
+    """Yield a plate for coplanar points. Connect points that are not coplanar to their mean."""
     center = points.mean(0)
     _, spread, axes = np.linalg.svd(points - center)
     if len(spread) < 3 or spread[2] < 1e-6 * spread[0]:  # noqa: PLR2004 - an axis has three directions

@@ -22,7 +22,7 @@ branch."""
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """All inverse solutions for a tool pose, and the solution to follow.
+    """All inverse solutions for a tool pose, and the solution that the displayed robot takes.
 
     Attributes:
         q: (k, n) coordinates of the branches [rad or m]. The angles are shifted by full turns
@@ -30,7 +30,7 @@ class Branches:
         inside: (k,) whether a branch is within the limits.
         margin: (k,) margin of each branch. The margin is 0 at the workspace border.
         followed: (n,) coordinates of the nearest branch within the limits. If no branch is within
-            the limits, these are nearby coordinates with the smallest tool error.
+            the limits, `followed` contains nearby coordinates with the smallest tool error.
         reached: Whether `followed` reaches the pose.
     """
 
@@ -44,8 +44,8 @@ class Branches:
 def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
     """Return the branches of the inverse for a pose.
 
-    Redundancy parameters keep their values. Robots without a closed-form inverse have only one
-    branch. Iteration finds this branch.
+    Redundancy parameters keep their values. For a robot without a closed-form inverse, iteration
+    finds only one branch.
 
     Args:
         robot: The robot.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _AROUND = 20
-"""Number of corners of a circle. A circle with so many corners looks round, and a robot needs only
-a few kilobytes."""
+"""Number of corners of a drawn circle. A circle with 20 corners looks round, and the meshes of a
+robot need only a few kilobytes."""
 _BANDS = 8
 """Number of bands of a sphere from pole to pole."""
 
@@ -51,7 +51,8 @@ def tube(a: FloatArray, b: FloatArray, radius: float) -> Triangles:
     x, y = _across(b - a)
     angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
     ring = radius * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
-    # The end faces have separate vertices. Otherwise, shading would make the edges look round.
+    # The end faces have separate vertices. With shared vertices, shading would make the edges
+    # round.
     vertices = np.vstack([ring + a, ring + b, ring + a, ring + b, [a, b]])
     here, there = np.arange(_AROUND), np.roll(np.arange(_AROUND), -1)
     n, center = _AROUND, np.full(_AROUND, 4 * _AROUND)
