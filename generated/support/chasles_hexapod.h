@@ -136,7 +136,7 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
         const double im = c * x[k].im - s * x[k].re;
         imaginary += im * im;
     }
-    /* The tolerance is relative to the distance of the platform, if the distance is large. */
+    /* If the platform is far from the base, the tolerance is relative to this distance. */
     double far = 1.0;
     for (int k = 4; k < CHASLES_SOMA; k++)
         far += real[k] * real[k];
@@ -328,8 +328,8 @@ static void chasles_hexapod_path_to(const chasles_hexapod_platform *platform,
     path->moves = platform->moves;
 }
 
-/* Follows all paths from the start rods to the current rods. Returns the number of doubtful path
- * ends. */
+/* Follows all paths from the start rods to the current rods. Returns the number of paths with an
+ * uncertain end. */
 static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
                                 const chasles_hexapod_rods *rods, chasles_hexapod_end *ends)
 {

@@ -165,8 +165,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
     }
 }
 
-/* Computes half of the Jacobian; its last column contains half of each negative equation value. The
- * last row makes steps orthogonal to x, because only the direction of x matters. */
+/* Computes half of the Jacobian. The last column contains the equation values, multiplied by -1/2.
+ * The last row makes steps orthogonal to x, because only the direction of x matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])

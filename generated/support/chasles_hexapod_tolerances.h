@@ -17,11 +17,11 @@
 /* Initial step and maximum step along a path of length 1. */
 #define CHASLES_PATH_FIRST 0.05
 #define CHASLES_PATH_LONGEST 0.25
-/* Minimum step along a path. If a path towards a double solution ends before a step of this size,
- * the rest of the path moves the pose by less than 1e-5. */
+/* Minimum step along a path. If the step on a path towards a double solution would be smaller, the
+ * rest of the path moves the pose by less than 1e-5. */
 #define CHASLES_PATH_SHORTEST 1e-11
-/* Maximum remaining length of a lost path; its last point is then treated as a singular or infinite
- * end. */
+/* A lost path counts as ended if its remaining length is below this value. The last point of this
+ * path is treated as a singular pose or a point at infinity. */
 #define CHASLES_PATH_ALMOST 1e-6
 /* Maximum value of 1 - |<x, y>|^2 for two equal path ends whose errors are 1e-13. */
 #define CHASLES_ENDS_ARE_ONE 1e-16
@@ -56,10 +56,11 @@
  * polynomial is treated as zero. */
 #define CHASLES_JOINT_VANISHED 1e-9
 /* Minimum distance of two rod ends, minimum squared radius of a circle, and minimum sine of the
- * angle between two sides of the joint triangle. Geometries with smaller values are too degenerate
- * for circles. */
+ * angle between two sides of the joint triangle. If a geometry has a smaller value, the circles of
+ * its joints are not computed. */
 #define CHASLES_JOINTS_APART 1e-6
-/* Maximum violation of sin^2 >= 0 at which an angle at a zero of the polynomial counts as real. */
+/* Maximum magnitude of a negative sin^2 that counts as 0. If the magnitude is larger, the angle is
+ * not real. */
 #define CHASLES_JOINT_UNREAL 1e-4
 /* Maximum difference [rad] between a zero of the polynomial and the angle of its refined pose. */
 #define CHASLES_JOINT_TURN 0.05

@@ -1,22 +1,23 @@
 /* The equations of Raghavan and Roth for a six-joint arm at one pose. This file is part of chasles
  * and is the same for every robot.
  *
- * The loop of arm and tool, numbered from any joint in either direction, gives fourteen equations A
- * y = B(s) x. The vector y contains the products of the cosines and sines of two joints (the pair),
- * and x is (1, cos, sin) of joint v times (1, cos, sin) of joint w. The angle s belongs to another
- * joint, the suppressed joint. Any constant transform of the loop may contain the target pose. Six
- * linear combinations of the rows do not contain y. With the half angle of v, the six combinations
- * become twelve equations M(s) u = 0 in twelve unknowns. The determinant det M is a trigonometric
- * polynomial of degree 8 in s. Samples of det M give its real roots (chasles_general_roots.h), and
- * each root gives the other joints (chasles_general_back.h). Newton's iteration on the pose refines
- * the joints (chasles_general_newton.h). The order in which the joints are numbered is an
- * elimination order (type chasles_general_order). If one order fails, other elimination orders and
- * nearby poses are tried (chasles_general.h). All computations use vectors of samples, roots or
- * solutions (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
+ * The arm and the target pose form a closed loop. The loop, numbered from any joint in either
+ * direction, gives fourteen equations A y = B(s) x. The vector y contains the products of the
+ * cosines and sines of two joints (the pair), and x is (1, cos, sin) of joint v times (1, cos, sin)
+ * of joint w. The angle s belongs to another joint, the suppressed joint. Any constant transform of
+ * the loop may contain the target pose. Six linear combinations of the rows do not contain y. With
+ * the half angle of v, these six row combinations become twelve equations M(s) u = 0 in twelve
+ * unknowns. The determinant det M is a trigonometric polynomial of degree 8 in s. Samples of det M
+ * give its real roots (chasles_general_roots.h), and each root gives the other joints
+ * (chasles_general_back.h). Newton's iteration on the pose refines the joints
+ * (chasles_general_newton.h). The order in which the joints are numbered is an elimination order
+ * (type chasles_general_order). If one order fails, other elimination orders and nearby poses are
+ * tried (chasles_general.h). All computations use vectors of samples, roots or solutions
+ * (chasles_vectors.h). The code allocates nothing, has no state and depends only on libm.
  *
  * A prismatic joint with displacement d has d and d^2 in place of cosine and sine. A prismatic
- * joint either belongs to the pair, or is the joint without a half angle among v and w. If both
- * joints of the pair are prismatic, half of the roots are not solutions.
+ * joint either belongs to the pair, or is one of v and w. The other joint of v and w then has the
+ * half angle. If both joints of the pair are prismatic, half of the roots are not solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -50,13 +51,13 @@
 /* If the largest coefficient of the determinant is below this value, with matrix entries of order
  * 1, the determinant may be a zero polynomial with rounding errors. The polynomial is accepted if
  * its relative error is below CHASLES_CLEAN. For some axis structures, the determinant is zero
- * everywhere. For an arm within 1e-3 of a structure with a zero determinant, the determinant may be
- * 1e-20 and still have twelve valid digits. */
+ * everywhere. If the axes deviate by 1e-3 from such a structure, the determinant may be 1e-20 and
+ * still have twelve valid digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* Largest residual of the eight other equations at a root that belongs to a solution, relative to
- * the length or its square. Simple solutions have a residual of 1e-8, and spurious roots a residual
- * of 0.01 or more. */
+/* Largest residual of the eight other equations at a root that belongs to a solution. Lengths in
+ * the residual are divided by the arm length, squared lengths by the square of the arm length.
+ * Simple solutions have a residual of 1e-8, and spurious roots a residual of 0.01 or more. */
 #define CHASLES_SOLVES_ALL 1e-4
 /* Smallest pivot ratio at which the equations for the pair count as regular; rounding alone gives
  * 1e-16. */
@@ -88,9 +89,9 @@
 
 /* An elimination order, which is the order of the joints in the equations. */
 typedef struct {
-    int joint[6]; /* indices of the pair, the suppressed joint, v and w, and the last joint */
+    int joint[6]; /* joint indices: two of the pair, suppressed joint, v, w, last joint */
     int sense;    /* 1 if the loop is numbered from base to tool, -1 from tool to base */
-    int halved;   /* joint with the half angle: 0 for the first of v and w, 1 for the second */
+    int halved;   /* 0 if joint v has the half angle, 1 if joint w has the half angle */
 } chasles_general_order;
 
 /* A joint. */
@@ -113,8 +114,8 @@ typedef struct {
     chasles_general_order order[CHASLES_ORDERS]; /* best first */
 } chasles_general_arm;
 
-/* The arm with its fixed joints at the given values. Lengths are relative to the arm length,
- * including the coordinates of prismatic unknown joints. */
+/* The arm with its fixed joints at the given values. Lengths are divided by the arm length. The
+ * coordinates of unknown prismatic joints are divided by the arm length too. */
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_CHAIN_MAX_GIVEN]; /* values of the fixed joints (rad or m) */
@@ -127,13 +128,13 @@ typedef struct {
 
 /* The equations of an elimination order at a pose. */
 typedef struct {
-    double loop[6][12];      /* C_1 ... C_6 */
-    int slides[6];           /* whether each joint of the elimination order is prismatic */
-    double factor[8][8];     /* triangular factor of the matrix A */
-    double head[3][8][9];    /* the rows of B that belong to the factor of A */
-    double rest[3][6][9];    /* coefficients of 1, cos, sin of the suppressed angle, without y */
-    double form[3][3][6][3]; /* coefficients of 1, cos, sin of the half angle, without y;
-                                indices (1, cos, sin), (A, B, C) */
+    double loop[6][12];   /* C_1 ... C_6 */
+    int slides[6];        /* whether each joint of the elimination order is prismatic */
+    double factor[8][8];  /* triangular factor of the matrix A */
+    double head[3][8][9]; /* coefficients of B in the eight equations that determine y */
+    double rest[3][6][9]; /* six equations without y: coefficients of 1, cos, sin of the angle s */
+    double form[3][3][6][3]; /* the equations `rest` as polynomials in the half-angle tangent t;
+                                indices (1, cos, sin), (t^2, t, 1) */
 } chasles_general_system;
 
 static void chasles_general_product(const double *a, const double *b, double *c)
@@ -233,8 +234,8 @@ static double chasles_general_wrapped(const chasles_general_six *six, int joint,
     return six->slides[joint] ? value : chasles_circle_wrapped(value);
 }
 
-/* Computes the constant transforms C_1 to C_6 in the loop of arm and tool, in the elimination
- * order. */
+/* Computes the constant transforms C_1 to C_6 of the closed loop of arm and target pose, in the
+ * elimination order. */
 static void chasles_general_loop(const chasles_general_six *six, const chasles_general_order *order,
                                  const double *T, double (*C)[12])
 {
@@ -255,7 +256,8 @@ static void chasles_general_loop(const chasles_general_six *six, const chasles_g
     }
 }
 
-/* Computes the line quantities of the z axis of a frame. */
+/* Computes the line quantities of the z axis of a frame, from the origin p and the direction l. The
+ * line quantities are p, l, p . p, p . l, p x l, (p . p) l - 2 (p . l) p, and 1. */
 static void chasles_general_line(const double *C, double *x)
 {
     const double p[3] = {C[3], C[7], C[11]}, l[3] = {C[2], C[6], C[10]};
@@ -270,7 +272,8 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* Computes the quantities of a moved line as linear functions of the original quantities. */
+/* Computes the line quantities (chasles_general_line) of a moved line, which are linear functions
+ * of the original line quantities. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -295,8 +298,8 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Computes the coefficients of 1, cos and sin in the quantities of a line; the line is rotated by
- * sign * angle about z. */
+/* Computes the coefficients of 1, cos and sin in the line quantities (chasles_general_line). The
+ * line is rotated by sign * angle about z. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -327,7 +330,8 @@ static void chasles_general_slid(const double *x, double sign, double (*parts)[1
     twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
 }
 
-/* Computes the coefficients of the quantities of a line that a joint moves. */
+/* Computes the coefficients of the line quantities (chasles_general_line) of a line that a joint
+ * moves. */
 static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
 {
     if (slides)

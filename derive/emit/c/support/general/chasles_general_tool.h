@@ -13,7 +13,7 @@
 
 typedef chasles_general_arm chasles_general_tool_arm;
 
-/* Computes the pose of five joints and their Jacobian columns. */
+/* Computes the tool pose and the Jacobian columns of the five joints. */
 static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
                                          double *J)
 {

@@ -1,11 +1,11 @@
 /* Finds every solution for a wrist on a platform whose three legs each keep a ball joint in a plane
  * (3-RPS). This file is part of chasles and is the same for every robot.
  *
- * The tool pose determines the wrist center. The rotation R of the platform satisfies the equations
- * n . R m = e of the three balls. The direction m of the first ball has the azimuth alpha about the
- * normal n of its plane, and the platform rotates by beta about this direction. The other two
- * equations are linear in cos(beta) and sin(beta); their resultant is a trigonometric polynomial of
- * degree 4 in alpha. Newton's iteration refines the rotations.
+ * The tool pose determines the wrist center. The rotation R of the platform satisfies one equation
+ * n^T R m = e for each of the three balls. The direction m of the first ball has the azimuth alpha
+ * about the normal n of its plane, and the platform rotates by beta about this direction. The other
+ * two equations are linear in cos(beta) and sin(beta); their resultant is a trigonometric
+ * polynomial of degree 4 in alpha. Newton's iteration refines the rotations.
  */
 #ifndef CHASLES_CARRIED_WRIST_H
 #define CHASLES_CARRIED_WRIST_H
@@ -30,16 +30,18 @@ typedef struct {
     void (*fk)(const double *q, double *T);
     int slots, coordinates;
     double size;           /* length of the mechanism (meter) */
-    double normals[3][3];  /* of the planes, in base axes */
-    double offsets[3];     /* of the planes (meter) */
+    double normals[3][3];  /* normals of the three planes, in base axes */
+    double offsets[3];     /* offsets of the three planes (meter) */
     double levers[3][3];   /* unit vectors from the wrist center to the balls, in platform axes */
     double lengths[3];     /* distances between wrist center and balls (meter) */
     double center[3];      /* wrist center in the platform frame (meter) */
     double tool_center[3]; /* wrist center in the tool frame (meter) */
 } chasles_carried_wrist_arm;
 
-/* The equations of a tool pose: right-hand sides, the first ball with the cosine and sine of the
- * angle between its direction and the normal, and axes along the normal and the direction. */
+/* The equations of the three balls for a tool pose. `e` contains the right-hand sides, and `first`
+ * is the index of the first ball. `c` and `s` are the cosine and sine of the angle between the
+ * direction of the first ball and the normal of its plane. The first axis of `base` is this normal.
+ * The first axis of `platform` is the direction of the first ball. */
 typedef struct {
     double e[3], c, s, base[3][3], platform[3][3];
     int first;
@@ -99,8 +101,8 @@ static int chasles_carried_setup(const chasles_carried_wrist_arm *arm, const dou
     return 1;
 }
 
-/* Writes the axes to which the rotation maps the platform axes if beta is 0, and the coefficients
- * of cos(beta), sin(beta) and 1 in the other two equations. */
+/* Writes to `axes` the rotated platform axes for beta = 0. Writes to `linear` the coefficients of
+ * cos(beta), sin(beta) and 1 in the equations of the second and third ball. */
 static void chasles_carried_linear(const chasles_carried_wrist_arm *arm,
                                    const chasles_carried_equations *equations, double c, double s,
                                    double (*axes)[3], double (*linear)[3])
@@ -125,7 +127,7 @@ static void chasles_carried_linear(const chasles_carried_wrist_arm *arm,
     }
 }
 
-/* Writes the polynomial. Returns 0 if it vanishes. */
+/* Writes the polynomial. Returns 0 if the polynomial is zero everywhere. */
 static int chasles_carried_series(const chasles_carried_wrist_arm *arm,
                                   const chasles_carried_equations *equations,
                                   chasles_circle_series *series)
@@ -150,8 +152,8 @@ static int chasles_carried_series(const chasles_carried_wrist_arm *arm,
     return series->most > CHASLES_CARRIED_VANISHED;
 }
 
-/* Writes the rows of the derivative by a rotation in base axes, and the errors of the equations.
- * Returns the largest error. */
+/* Writes the errors of the three equations, and their derivatives with respect to a rotation vector
+ * in base axes. Returns the largest error. */
 static double chasles_carried_error(const chasles_carried_wrist_arm *arm,
                                     const chasles_carried_equations *equations,
                                     const double (*R)[3], double (*rows)[3], double *errors)
@@ -183,7 +185,7 @@ static void chasles_carried_turn(const double *turn, const double (*R)[3], doubl
     }
 }
 
-/* Solves the three equations by Newton's iteration. Returns 0 without convergence. */
+/* Solves the equations of the three balls by Newton's iteration. Returns 0 without convergence. */
 static int chasles_carried_polished(const chasles_carried_wrist_arm *arm,
                                     const chasles_carried_equations *equations,
                                     chasles_carried_rotation *rotation)
@@ -277,7 +279,8 @@ static int chasles_carried_rotations(const chasles_carried_wrist_arm *arm,
             const double alpha = roots.angle[k] + side * near;
             double axes[3][3], linear[2][3];
             chasles_carried_linear(arm, equations, cos(alpha), sin(alpha), axes, linear);
-            /* Both equations have the same root unless two rotations share the angle alpha. */
+            /* The equations of the second and third ball have the same root beta, unless two
+             * rotations share the angle alpha. */
             const double sizes[2] = {hypot(linear[0][0], linear[0][1]),
                                      hypot(linear[1][0], linear[1][1])};
             const double *L = linear[sizes[1] > sizes[0]], size = sizes[sizes[1] > sizes[0]];

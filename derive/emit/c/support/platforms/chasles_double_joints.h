@@ -63,7 +63,7 @@ static double chasles_joint_normal(double *x)
 }
 
 /* Computes the circle of a joint at the end of two rods. Returns the squared radius, or NaN if the
- * other rod ends coincide. */
+ * opposite ends of the two rods coincide. */
 static double chasles_joint_circle(const double (*a)[3], const double *l, double *c, double *e,
                                    double *f)
 {
@@ -157,7 +157,7 @@ static void chasles_joint_last(const chasles_double_joints *joints, const chasle
     parts[3] = chasles_joint_form(pairs[0].n, Q, pairs[1].n);
 }
 
-/* Evaluates the polynomial at an angle, and the size of its summands. */
+/* Evaluates the polynomial at an angle. Writes the sum of the absolute summands to `size`. */
 static double chasles_joint_sample(const chasles_double_joints *joints, double cosine, double sine,
                                    double *size)
 {

@@ -57,7 +57,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the path tangent at x that is orthogonal to `of`. */
+/* Computes the path tangent at x. The tangent is orthogonal to the pose `of`. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -86,8 +86,8 @@ static void chasles_hexapod_corrected(const chasles_hexapod_place *place,
     *length = sum;
 }
 
-/* Computes the next pose of every lane after a trial step, and the squared lengths of both
- * corrections. */
+/* Computes the next pose of every lane after a trial step, and the squared lengths of the two
+ * Newton corrections. */
 static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexapod_place *place,
                                   const chasles_hexapod_group *group, chasles_hexapod_lanes *next,
                                   chasles_vector *corrections)
@@ -120,8 +120,8 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
 }
 
 /* Computes the factor for the next step size; a correction grows with the fifth power of the step.
- * The fourth root changes the step slightly more than necessary, because too small a change costs
- * more. */
+ * The factor is a fourth root instead of a fifth root, so the step changes slightly more than
+ * necessary. Too small a change of the step would cost more computing time. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);

@@ -24,12 +24,15 @@
  *                              (chasles_general.h), which completes uncertain branches.
  *   POLISH_IS_ASKED            states whether the general solver runs at every pose, because the
  *                              search at fold points may miss solutions.
- *   POLISH_IS_SEARCHED         states whether to search near uncertain branches. The value is 0 for
- * robots with loops, because the true loops may lack a nominal branch. POLISH_IS_POSITION states
- * whether the target is a position only. POLISH_ON_LANES            states whether chasles_lanes.h
- * was included before, so that each lane computes one branch. POLISH_SEEDS               is the
- * number of variables of iterated loops, or 0. POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from
- * nearby loop variables w, or from the reference if w[0] is NaN, and sets w to the values at q.
+ *   POLISH_IS_SEARCHED         states whether to search near uncertain branches. POLISH_IS_SEARCHED
+ *                              is 0 for robots with loops, because the true loops may not have a
+ *                              solution for each nominal branch.
+ *   POLISH_IS_POSITION         states whether the target is a position only.
+ *   POLISH_ON_LANES            states whether chasles_lanes.h was included before, so that each
+ *                              lane computes one branch.
+ *   POLISH_SEEDS               is the number of variables of iterated loops, or 0.
+ *   POLISH_FROM_SEED(q, w, at) computes POLISH_POSE from nearby loop variables w, or from the
+ *                              reference if w[0] is NaN. Sets w to the values at q.
  *   POLISH_REFERENCE           contains the reference coordinates. Angles stay within half a turn
  *                              of the reference, because loops may block full turns.
  *
@@ -65,7 +68,8 @@
 #endif
 
 #if POLISH_IS_SEARCHED
-/* Returns the number of pose lines to search for further solutions near a branch.
+/* Returns the number of pose lines on which further solutions near a branch are searched for. A
+ * pose line is a straight line of poses through the target.
  *
  * If the nominal arm barely misses the pose, two branches meet at a fold point. If the Jacobian of
  * the nominal arm is singular, the branches of the calibrated arm may be far from the nominal

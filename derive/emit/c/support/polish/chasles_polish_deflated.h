@@ -1,10 +1,11 @@
 /* Tests whether the known roots of the determinant are all its real roots. This file is part of
  * chasles and is the same for every robot.
  *
- * The determinant is divided by sin((s - r) / 2) for each of an even number n of known roots r. The
- * quotient is a trigonometric polynomial in s, whose degree is lower by n / 2. If the quotient has
- * no real root, no root is missing and every known root is simple. The test of the quotient is
- * cheaper than isolating the roots, because it needs fewer samples and cells.
+ * The determinant is divided by sin((s - r) / 2) for each known root r. The number n of known roots
+ * must be even. The quotient is a trigonometric polynomial in s. The degree of the quotient is n /
+ * 2 less than the degree of the determinant. If the quotient has no real root, no root is missing
+ * and every known root is simple. The test of the quotient is cheaper than isolating the roots,
+ * because it needs fewer samples and cells.
  */
 #ifndef CHASLES_POLISH_DEFLATED_H
 #define CHASLES_POLISH_DEFLATED_H
@@ -17,8 +18,8 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
-/* Error [rad] of a known root that the quotient must be able to reveal. The solutions have errors
- * of 1e-6. */
+/* Minimum error [rad] of a known root that the test must detect. The errors of solutions are
+ * 1e-6. */
 #define CHASLES_SHOWN 1e-4
 /* Number of cells into which the circle is divided. */
 #define CHASLES_WIDE_CELLS 48
@@ -100,7 +101,7 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
     return sum;
 }
 
-/* Result of the test, by one elimination order, whether the known solutions are complete. */
+/* States whether the known solutions are complete, according to one elimination order. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
 /* The solutions are complete if the quotient has no real or nearly real root, and incomplete if it
@@ -155,8 +156,8 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
     return CHASLES_COMPLETE;
 }
 
-/* Returns whether the test applies to these angles: their number is even, and no two angles are
- * close together. */
+/* Returns whether the completeness test applies to the known roots. The number of known roots must
+ * be even, and no two known roots may be close together. */
 static int chasles_polish_may_be_all(const double *root, int count)
 {
     if (count % 2 || count < CHASLES_MIN_KNOWN || count > CHASLES_MAX_KNOWN)
@@ -171,7 +172,7 @@ static int chasles_polish_may_be_all(const double *root, int count)
 }
 
 /* Returns whether the known roots are exact, according to the error estimate of the quotient. An
- * error of a known root contributes the error times the quotient's value at the root. */
+ * error of a known root adds the error times the quotient's value at this root to the estimate. */
 static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
                                       const double *root, int count)
 {

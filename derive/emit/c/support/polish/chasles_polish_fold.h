@@ -5,13 +5,14 @@
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints can hardly reach. At q + s v, the twist to the pose has the
  * component lack - slope s - bend s^2 / 2 along u, to second order. If the discriminant slope^2 + 2
- * bend lack is positive, this component vanishes at two values of s on both sides of the fold
- * point; otherwise, it vanishes nowhere. The two values give starts for the two branches of the
- * true arm, even if the nominal arm has no solution.
+ * bend lack is positive, the component along u is 0 at two values of s. One of these values of s is
+ * on each side of the fold point. If the discriminant is negative, the component along u is 0
+ * nowhere. The two values of s give starts for the two branches of the true arm, even if the
+ * nominal arm has no solution.
  */
-/* Fold points, one per SIMD lane. A fold point has a nearby configuration, the directions v and u,
- * the coefficients of the equation (lack is never negative), the step orthogonal to v, and the
- * squared step. */
+/* Fold points, one per SIMD lane. `c` is a configuration near the fold point, and `along` is the
+ * direction v. The coefficient `lack` is never negative. `step` is the Newton step orthogonal to v,
+ * and `step2` is its square. */
 typedef struct {
     POLISH_NAME(configurations) c;
     lanes along[POLISH_N], u[6], lack, slope, bend, step[POLISH_N], step2;
@@ -88,8 +89,8 @@ static LANES_TARGET void POLISH_NAME(bent)(const double *T, POLISH_NAME(folds) *
     f->bend = (moved - f->slope) * (1.0 / POLISH_BEND_OFFSET);
 }
 
-/* Pairs of branches at fold points: the starts of both branches, and the squared distance within
- * which solutions are searched. */
+/* Pairs of branches at fold points. `q` contains a start for each branch, and `far2` is the square
+ * of half the distance between the two starts. */
 typedef struct {
     int count;
     double q[POLISH_SLOTS][2][POLISH_N], far2[POLISH_SLOTS];
@@ -120,11 +121,11 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may lie away from a fold point even if the nominal arm misses the pose
- * by far. The nearest configuration of the nominal arm must be singular, with an error that is not
- * along the unreachable direction. For example, a wrist rotation that does not move the tool would
- * bring the pose within reach. The argument `cost` is the squared error (radian, or relative to the
- * length). */
+/* Returns whether solutions may lie away from a fold point even if the nominal solution has a large
+ * residual. The nearest configuration of the nominal arm must be singular. The error of this
+ * configuration must not be along the unreachable direction u. For example, after a self-motion of
+ * the wrist, which does not move the tool, the arm may reach the pose. The argument `cost` is the
+ * squared error (radian, or relative to the length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
@@ -197,7 +198,8 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
         if (s->taken[k]) {
             is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
         } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
-            /* Near a second singularity, the fold point does not give all solutions. */
+            /* If the second pivot of J J^T is small too, the fold point does not give all
+             * solutions. */
             is_clear = is_clear && !(own[LANES] < unsure * unsure);
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];

@@ -100,10 +100,11 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Returns whether the known solutions are complete, as the first decisive elimination order shows.
- * An elimination order is decisive only if no two of its roots are near each other. For example,
- * the elbow angle is the same on several branches. `system` receives the equations of the last
- * evaluated order, or remains null. */
+/* Returns whether the known solutions are complete. Elimination orders are tested until one order
+ * gives a clear result. An elimination order is tested only if no two of its roots are near each
+ * other. For example, the elbow angle is the same on several branches. `system` receives the
+ * equations of the last tested elimination order, and `decisive` receives this order. If no order
+ * is tested, `decisive` is null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,

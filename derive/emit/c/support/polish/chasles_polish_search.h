@@ -3,11 +3,11 @@
  * this file once for each robot.
  *
  * Near a singularity, even a small deviation of the true arm moves solutions far away. The search
- * uses poses on a straight line through the target T; each pose is T displaced by -mu u, with a
- * constant twist u. At the ends of the pose line, the nominal arm is away from its singularity, and
- * Newton's iteration finds the true solutions. From these solutions, the search follows the curve
- * of configurations whose error is mu u. The curve passes through fold points, and crosses mu = 0
- * at solutions of the target.
+ * uses poses on a straight line through the target T, called the pose line. Each pose of the pose
+ * line is T displaced by -mu u, with a constant twist u. At the ends of the pose line, the nominal
+ * arm is away from its singularity. There, Newton's iteration finds the true solutions. From the
+ * true solutions at the ends, the search follows curves of configurations whose error is mu u. A
+ * curve passes through fold points, and crosses mu = 0 at solutions of the target.
  */
 /* The solutions found so far, and the queued starts; a start waits until the queue fills all SIMD
  * lanes. */
@@ -15,8 +15,8 @@ typedef struct {
     const double *in;
     double *q, *residual, *margin;
     int taken[POLISH_RESULTS]; /* whether the slot contains a new solution */
-    int count;                 /* of these */
-    int directions;            /* number of lines, for branches with a known solution */
+    int count;                 /* number of new solutions */
+    int directions;            /* number of pose lines to search even without new solutions */
     int waiting, slot[LANES];
     double margin_of[LANES];
     POLISH_NAME(configurations) c;
@@ -217,8 +217,9 @@ static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 }
 
 #if POLISH_N >= 6
-/* Returns the half length of a pose line, scaled to be comparable with radians along its curves;
- * near a fold point, coordinates change with the square root of the displacement. */
+/* Half length of a pose line in units of mu. The unit makes changes of mu comparable with joint
+ * angles (radian). Near a fold point, joint angles change with the square root of the
+ * displacement. */
 #define POLISH_HALF sqrt(POLISH_LINE *POLISH_DEVIATION)
 
 /* Curves, one per SIMD lane: configuration and mu, direction of the curve, and the branch at its
@@ -227,9 +228,10 @@ typedef struct {
     POLISH_NAME(configurations) c;
     lanes mu, along[POLISH_N + 1], left;
     int count, slot[LANES],
-        is_branch[LANES]; /* whether the nominal arm reaches the end of the line */
+        is_branch[LANES]; /* whether the nominal arm reaches the end of the pose line */
     double margin[LANES];
-    int side, arrived; /* line end at which curves start; number of curves that arrived */
+    int side, arrived; /* end of the pose line at which curves start (-1 or 1); number of curves at
+                          the other end */
 } POLISH_NAME(curves);
 
 /* Moves configurations onto their curves: the first-order change of (q, mu) is the smallest change
@@ -279,7 +281,8 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Queues a start where a curve crossed mu = 0, at the fraction `part` between two points. */
+/* Adds a start to the queue where a curve crosses mu = 0. The start divides the step between two
+ * points of the curve at the fraction `part`. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -292,8 +295,8 @@ static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves
     POLISH_NAME(add)(s, q, k->slot[lane], k->margin[lane]);
 }
 
-/* Follows curves to the ends of the line. Queues a start wherever a curve crosses or nearly touches
- * mu = 0. */
+/* Follows curves to the ends of the pose line. Queues a start wherever a curve crosses or nearly
+ * touches mu = 0. */
 static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k)
 {
@@ -350,8 +353,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve that starts from a configuration with line parameter mu and leads to the line end
- * opposite to `side`. */
+/* Adds a curve that starts from the configuration `from`, whose parameter on the pose line is mu.
+ * The curve leads to the end of the pose line that is opposite to the end `side`. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
                                             double mu, double margin)

@@ -79,8 +79,8 @@ POLISH_INLINE void POLISH_NAME(compare)(const double *T, POLISH_NAME(configurati
         c->e[3 + i] = factor * w[i];
         c->cost += c->e[3 + i] * c->e[3 + i];
     }
-    /* Returns the squared residual of an inverse: the larger of both squared errors, or NaN if one
-     * of them is NaN. */
+    /* The squared residual of an inverse is the larger of the squared position error and the
+     * squared rotation error. The squared residual is NaN if one error is NaN. */
     lanes difference = distance2 - 0.5 * turned2;
     difference = LANES_CHOICE(LANES_LT(difference, 0.0), -difference, difference);
     c->residual2 = 0.5 * (distance2 + 0.5 * turned2 + difference);
@@ -193,9 +193,9 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether there is certainly no solution near c; the error after a step then exceeds the
+/* Returns whether there is certainly no solution near c. Then the error after a step exceeds the
  * largest error that curvature can cause for this step length. Near singularities (small `pivots`),
- * damping shortens the step, and the test does not apply. */
+ * damping shortens the step, and the result is false. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
                                               const lanes *pivots)
@@ -222,13 +222,13 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
 #endif
 
 /* Runs Newton's iteration in the lanes that `near` selects; other lanes keep their coordinates.
- * `first` receives the smallest pivots of the first step (damped only in the lanes of `near`) and
- * the square of this step. With a search at fold points, `first` also receives the trace of (J
- * J^T)^-1 after this step, which is about the inverse square of the smallest singular value of J.
- * For robots with loops, `first` receives the squared error of the start instead of the trace.
- * After a short step, the next steps reuse the equations of this step, because the Jacobian has
- * hardly changed. With fewer than six joints, only some branches reach the pose; other branches end
- * as soon as this is clear. */
+ * `first` receives the smallest pivots and the square of the first step. The first step is damped
+ * only in the lanes that `near` selects. With a search at fold points, `first` also receives the
+ * trace of (J J^T)^-1 after this step, which is about the inverse square of the smallest singular
+ * value of J. For robots with loops, `first` receives the squared error of the start instead of the
+ * trace. After a short step, the next steps reuse the equations of this step, because the Jacobian
+ * has hardly changed. With fewer than six joints, only some branches reach the pose. The iteration
+ * of a branch ends when `misses` shows that the branch does not reach the pose. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -248,7 +248,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(evaluate)(T, c);
         }
 #if !POLISH_IS_SEARCHED
-        /* If the true loops are on another branch, the tool is far away. */
+        /* If the true loops are on another branch, the tool is far from the target pose. */
         if (taken == 0) {
             first[3] = c->cost;
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));
@@ -256,7 +256,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         const lanes_where left = LANES_LT(POLISH_CLOSED * POLISH_CLOSED, c->residual2);
         const int may_end =
-            taken > 0 || !POLISH_IS_SEARCHED; /* used by the search at fold points */
+            taken > 0 || !POLISH_IS_SEARCHED; /* the search at fold points needs the first step */
         if (k == POLISH_STEPS || (may_end && !LANES_ANY(POLISH_AND(left, going))))
             return;
         const int is_new = left_over == 0;
@@ -280,8 +280,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #endif
         POLISH_NAME(moved)(&going, dq, c);
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-        /* The test requires new equations; with reused equations, the curvature of the reachable
-         * set looks like an unreachable pose. */
+        /* The test `misses` requires new equations. If equations are reused, curvature may cause an
+         * error as large as for an unreachable pose. */
         if (is_new)
             going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif

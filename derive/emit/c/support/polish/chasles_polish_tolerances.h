@@ -17,8 +17,8 @@
  * copies of a double solution differ by 1e-8. */
 #define POLISH_SAME 1e-6
 /* Two solutions whose residual stays above POLISH_SETTLED are equal if their coordinates differ by
- * less than this value [m, rad]. The pose of the two solutions is at the boundary of the
- * reachable set, where a residual of 1e-9 causes coordinate errors of about 3e-5. */
+ * less than this value [m, rad]. Two solutions coincide at the boundary of the reachable set.
+ * There, a residual of 1e-9 causes coordinate errors of about 3e-5. */
 #define POLISH_SAME_AT_BORDER 1e-4
 /* Largest entry of R R^T - 1 for a valid rotation R; it is about 1e-15 for poses in double
  * precision, and 1e-7 in single precision. */
@@ -46,8 +46,8 @@
  * residual is reached. */
 #define POLISH_MAX_DAMPING 1e6
 /* Maximum number of halved steps near a dead point (77 observed), and the minimum fraction of a
- * step. If a smaller fraction were required, either the residual is minimal or the loops cannot be
- * closed further. */
+ * step. If only a smaller fraction of the step reduces the error, the residual is minimal or the
+ * loops cannot be closed further. */
 #define POLISH_MAX_HALVED 150
 #define POLISH_MIN_PART 1e-4
 /* The iteration continues only if the squared error after a step is at most this fraction of the
@@ -62,40 +62,43 @@
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
 /* Maximum nominal residual of a pose that the true arm may reach because several axes deviate. */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
-/* Maximum nominal residual at the start of a curve, because the curve may lead to reachable poses.
+/* Maximum nominal residual at the start of a curve. A curve may lead from an unreachable pose to
+ * reachable poses.
  */
 #define POLISH_START POLISH_DEVIATIONS(30.0)
 /* Maximum squared error (radian, or relative to the length) of a start that lies on the true branch
- * of the loops. Away from dead points, ten deviations are a safe bound; the maximum error of a
- * hundred starts was one deviation. At a dead point, a deviation d rotates a link by sqrt(2 d). */
+ * of the loops. Away from dead points, the error of a start is at most ten axis deviations. The
+ * maximum error of a hundred starts was one axis deviation. At a dead point, an axis deviation d
+ * rotates a link by sqrt(2 d). */
 #define POLISH_ON_BRANCH ((100.0 * POLISH_DEVIATION + 2.0) * POLISH_DEVIATION)
 /* Maximum residual [m, rad] of a pose that the nominal arm reaches, due to rounding near a
  * singularity. */
 #define POLISH_FOLD 1e-7
-/* If a pivot of J J^T is below the square of this value (in deviations), branches may be anywhere,
- * because the true arm may be singular near a nominal singularity. For small deviations, the limit
- * is 0.01 rad, because few poses are so near. */
+/* This value times the axis deviation is compared with the square root of a pivot of J J^T. If the
+ * square root is smaller, the true arm may be singular, and its solution branches may be anywhere.
+ * For small axis deviations, the limit is 0.01 rad, because few poses are so near a singularity. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
 /* Upper limit for the product of deviation and first step (radian), divided by the cubed smallest
- * singular value. Below this limit, a branch has only one solution: none of 1469 poses with a
- * second solution was below it (six arms, errors of 1 to 5 mm and mrad). If no three axes nearly
- * intersect, the limit is larger: 3 of 300,000 poses of six arms with a second solution were below
- * it. */
+ * singular value. Below this limit, a branch has only one solution. All 1469 poses with a second
+ * solution exceeded this limit in a test of six arms, with errors of 1 to 5 mm and mrad. If no
+ * three axes nearly intersect, the limit is larger. In a test of 300,000 poses of six arms, 3 poses
+ * with a second solution were below the larger limit. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
-/* Displacement of surrounding poses as a multiple of the axis deviation; it exceeds the difference
- * of the two arms. */
+/* Displacement of surrounding poses as a multiple of the axis deviation. This displacement exceeds
+ * the difference between the nominal and the true arm. */
 #define POLISH_AROUND 2.5
-/* Half length of a pose line as a multiple of the axis deviation; at the ends of the line, the
- * nominal arm is far enough from its singularity. */
+/* Half length of a pose line, which is a straight line of poses through the target. The unit is the
+ * axis deviation. At the ends of the pose line, the nominal arm is far enough from its
+ * singularity. */
 #define POLISH_LINE 8.0
 /* Maximum stride along a curve, in coordinates (radian) and as a fraction of half the line.
  * Solutions that are closer together than a stride are found where the curve nearly touches the
  * target. */
 #define POLISH_STRIDE 0.12
 #define POLISH_SHARE 0.3
-/* Maximum distance of a curve's extremum from the target, as a fraction of half the line, at which
- * the extremum may hide two solutions. */
+/* Where a curve comes near the target and turns back, two solutions may be hidden. This value is
+ * the maximum distance of such a point from the target, as a fraction of half the pose line. */
 #define POLISH_TOUCH 0.3
 /* A curve is lost if its error (radian, or relative to the arm length) before a correction is above
  * this value. */
@@ -107,37 +110,40 @@
 #define POLISH_MAX_STEPS 30
 /* Maximum number of strides along a curve. */
 #define POLISH_MAX_STRIDES 60
-/* Maximum number of directions of surrounding poses and of pose lines. */
+/* Maximum number of directions in which surrounding poses and straight lines of poses are
+ * computed. */
 #define POLISH_DIRECTIONS 6
 /* Maximum number of directions of pose lines for a branch with a known solution. */
 #define POLISH_FEW_DIRECTIONS 2
 
 /* Offset [rad] from a fold point at which its curvature is measured. */
 #define POLISH_BEND_OFFSET 0.03
-/* Largest curvature [1/rad] at a fold point that axis deviations cause if the nominal arm has a
- * self-motion, as a multiple of the deviation. */
+/* Largest curvature [1/rad] at a fold point of a nominal arm with a self-motion, divided by the
+ * axis deviation. The axis deviation causes this curvature. */
 #define POLISH_FLAT 8.0
 /* Curvature limit [1/rad] at fold points without a solution, as a multiple of the axis deviation.
- * If the squared slope is above POLISH_TILTED, the nearest point is far from the fold point, where
- * the curvature may differ. */
+ * If the squared slope is above POLISH_TILTED, the configuration nearest to the pose is far from
+ * the fold point. The curvature at the fold point may be different. */
 #define POLISH_FLAT_MISSED 40.0
 #define POLISH_TILTED 0.1
-/* Two limits within which the second-order equation gives the number of solutions near a fold
- * point: the distance [rad] of the solutions from the fold point, and the step orthogonal to v. */
+/* Within two limits, the second-order equation gives the number of solutions near a fold point.
+ * POLISH_LONGEST limits the distance [rad] of the solutions from the fold point. POLISH_SIDEWAYS
+ * limits the step orthogonal to v. */
 #define POLISH_LONGEST 0.5
 #define POLISH_SIDEWAYS 0.1
 /* Assumed minimum ratio of a second step to the square of the first step. */
 #define POLISH_SQUARED 0.01
-/* A point is not a fold point if the fraction of its squared error along the unreachable direction
- * is below this value. At an exact fold point, this fraction is 1. */
+/* Minimum fraction of the squared error that is along the unreachable direction at a fold point. At
+ * an exact fold point, the whole error is along the unreachable direction. */
 #define POLISH_ASIDE 0.01
 /* Maximum relative error of the terms in the discriminant of the second-order equation. */
 #define POLISH_CLEAR 0.3
-/* Three bounds for a branch near a second singularity whose nominal solution misses the pose by
- * far. The bounds limit the square root of a pivot (rad), the residual, and the product of both
- * (m, rad) relative to the axis deviation. If the second singularity is nearer, the deviation moves
- * the fold point further. For residuals up to ten deviations, the square root of the pivot is
- * bounded by POLISH_NEARER deviations. */
+/* Bounds for a branch near a second singularity whose nominal solution has a large residual.
+ * POLISH_SECOND limits the square root of a pivot (rad), and POLISH_FARTHEST limits the residual.
+ * POLISH_AMPLIFIED times the axis deviation limits the square root of the pivot times the residual
+ * (m, rad). The nearer the second singularity is, the farther the axis deviation moves the fold
+ * point. If the residual is at most ten axis deviations, the square root of the pivot is compared
+ * with POLISH_NEARER axis deviations instead. */
 #define POLISH_SECOND 0.02
 #define POLISH_FARTHEST POLISH_DEVIATIONS(60.0)
 #define POLISH_AMPLIFIED (0.25 * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0))
