@@ -2,10 +2,12 @@
 
 The default C output of chasles has a different interface. This output is for programs that call
 robot functions through ``casadi.external``. The C functions have the names ``<robot>_<function>``
-and use dense row-major vectors. Their derivatives have the names ``jac_<robot>_<function>``.
+and use dense row-major vectors. The derivatives of the C functions have the names
+``jac_<robot>_<function>``.
 
 A CasADi rootfinder closes loops without a closed form. Inverses with branches have no CasADi graph
-and are omitted. Velocities of robots with iterated loops are omitted. They are derivatives.
+and are omitted. For robots with iterated loops, velocity functions are omitted, because they are
+derivatives.
 """
 
 import textwrap

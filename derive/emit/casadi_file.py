@@ -26,7 +26,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the file for ``casadi.Function.load``, keyed by its name.
 
     The file contains the function that :func:`joined` returns. CasADi prints its own graph, so the
-    programs are not needed.
+    argument for the programs is ignored.
     """
     function = joined(derivation)
     if function is None:
@@ -40,9 +40,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Returns one CasADi function with all position functions as outputs.
 
-    The outputs are the functions in :data:`POSITIONS`. They include ``fk_p(q, p)`` if it was
-    derived. CasADi can differentiate these outputs. The result is None if the robot has no position
-    function.
+    The outputs are the functions in :data:`POSITIONS`. If ``fk_p(q, p)`` was derived, ``fk_p`` is
+    also an output. CasADi can differentiate all outputs. The result is None if the robot has no
+    position function.
     """
     kept = [
         f

@@ -15,7 +15,7 @@ from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
 """Number of points between the reference and the coordinates. Each search starts at the previous
-solution. With this number, every shipped robot stays on its branch within its limits.
+solution. With eight points, every shipped robot stays on its branch within its limits.
 """
 OPTIONS = {
     "error_on_fail": False,

@@ -1,4 +1,4 @@
-"""Writes the description of a robot with loops. Placeholders replace its geometry.
+"""Writes the description of a robot with loops, with placeholders for the robot's geometry.
 
 The runtime replaces ``$xyz_k`` by the position of frame k, ``$rpy_k`` by its angles (degrees), and
 ``$x_k`` by a single value. The order is the order of
@@ -49,7 +49,7 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     first = 1 + len(mechanism.joints)
     for k, loop_joint in enumerate(mechanism.loop_joints):
         yield from _loop_joint(mechanism, loop_joint, first + 2 * k)
-    # Robots with iterated loops have no dependent motors.
+    # Drives of passive coordinates are omitted. Robots with iterated loops have none.
     for drive in (d for d in mechanism.drives if d.name in mechanism.actuated):
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")

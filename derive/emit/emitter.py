@@ -19,7 +19,7 @@ class Emitter:
         files: Returns the generated files of the language. The same derivation gives the same texts
             on every machine.
         prints_equations: Whether the language prints equations and does not use the programs. The
-            files of such a language are written while the programs are built.
+            files of a language without programs are written while the programs are built.
     """
 
     language: str

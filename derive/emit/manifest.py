@@ -62,12 +62,12 @@ def manifest(
     programs: Programs,
     files: Mapping[str, Files],
 ) -> str:
-    """Returns the manifest as JSON. It contains no date, host or path.
+    """Returns the manifest as JSON. The manifest contains no date, host or path.
 
     Args:
         derivation: The derivation of the robot.
         programs: The programs of the functions, for the operation counts.
-        files: The files of each language. The manifest lists their hashes.
+        files: The files of each language. The manifest lists the hashes of the files.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
     found = Manifest(

@@ -1,6 +1,6 @@
 """Selects the functions that call no iterative solver.
 
-Languages other than C print only these functions.
+Languages other than C print only functions without an iterative solver.
 """
 
 import math
@@ -53,7 +53,7 @@ def example_inverse(
 
 
 def example_start(derivation: Derivation, distance: float = 0.0) -> list[float]:
-    """Returns example coordinates. Loops are closed there, and a serial arm is bent.
+    """Returns example coordinates at which loops are closed and a serial arm is bent.
 
     Args:
         derivation: The derivation of the robot.

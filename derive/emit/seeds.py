@@ -121,7 +121,10 @@ def _reason(
 
 
 def counts(derivation: Derivation, function: Signature) -> list[bool]:
-    """Whether each coordinate counts in the distance from a seed. Fixed coordinates do not."""
+    """Whether each coordinate counts in the distance from a seed.
+
+    Fixed coordinates do not count.
+    """
     fixed = {*function.role.fixed, *function.role.free}
     return [k not in fixed for k in range(len(derivation.robot.coordinates))]
 

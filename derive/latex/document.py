@@ -68,7 +68,9 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Fragments of a coupled serial robot. They replace the fragments of its chain."""
+"""Fragments of a coupled serial robot. These fragments replace the fragments of the same name for
+its chain.
+"""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -77,7 +79,7 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Name and heading of each picture. The keys are the fragments before the pictures."""
+"""Name and heading of each picture, keyed by the fragment that the picture follows."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -132,7 +134,7 @@ _BRIEF = frozenset(
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """Returns the article and its fragments, keyed by file path.
 
-    The article prints equations and does not use the programs.
+    The article contains equations, so the argument for the programs is ignored.
     """
     return _files(derivation, fragments(derivation))
 
@@ -152,10 +154,10 @@ def _files(derivation: Derivation, parts: Mapping[str, str]) -> dict[str, str]:
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""Returns LaTeX fragments that any article can include with ``\input``.
 
-    The fragments need amsmath and booktabs. They have no headings and fit a line of 345 pt at 10
-    pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than the line.
-    ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex`` explains
-    the short symbols.
+    The fragments need amsmath and booktabs. The fragments have no headings and fit a line of 345 pt
+    at 10 pt. ``drawing.tex`` and ``workspace.tex`` need TikZ. The drawing may be wider than the
+    line. ``jacobian.tex`` and ``inverse.tex`` use terms defined in ``fk.tex``. ``symbols.tex``
+    explains the short symbols.
 
     Args:
         derivation: A robot with its functions.
@@ -164,10 +166,10 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         File name and text of each fragment. A serial robot has ``parameters.tex``, ``drawing.tex``,
         ``symbols.tex``, ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``,
         ``inverse.tex``, ``singularities.tex``, ``workspace.tex``, ``example.tex`` and
-        ``references.tex``. Parametric functions add ``parametric.tex``. A robot with loops also has
-        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``. A
-        platform on legs has ``platform.tex``. If its legs end in closures, it has ``legs.tex``
-        instead. Empty fragments are omitted.
+        ``references.tex``. A robot with parametric functions also has ``parametric.tex``. A robot
+        with loops also has ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and
+        ``rates.tex``. A platform on legs has ``platform.tex``, or ``legs.tex`` if the legs end in
+        closures. Empty fragments are omitted.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -224,9 +226,9 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Some poses determine all main-chain joints.
+    """Whether the article prints a separate inverse of the main chain.
 
-    The separate inverse of the main chain is then printed.
+    Some poses then determine all joints of the main chain.
     """
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
@@ -257,7 +259,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # The title may be a maker's name, a plural or a possessive. No sentence contains it.
+            # The title may be a maker's name, a plural or a possessive. No sentence contains the
+            # title.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,

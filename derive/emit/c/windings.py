@@ -1,4 +1,4 @@
-"""Generates C tables for coupled joints. The search over full turns uses these tables.
+"""Generates the C tables for the search over full turns of coupled joints.
 
 A full turn of a joint keeps the pose, but may move several coordinates by fractions of a turn. For
 example, a full turn of one joint may move both motors of a differential by half a turn each. The
@@ -35,7 +35,7 @@ def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
 
 
 def joint_limits(robot: SerialRobot) -> tuple[Limits, ...]:
-    """Returns the limits of each joint. A joint that equals a coordinate has no limits here."""
+    """Returns the limits of each joint, or (None, None) if its coordinate has the limits."""
     own = robot.linear_map
     named = [
         own.coordinates.index(j.name) if j.name in own.coordinates else -1 for j in robot.moving
@@ -115,7 +115,7 @@ def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
 def _alone(k: int, L: sp.Matrix, C: sp.Matrix) -> int:
     """Returns the only coordinate that a full turn of joint k changes, or -1.
 
-    The result is -1 if that coordinate also depends on another independent joint.
+    The result is -1 if the changed coordinate also depends on another independent joint.
     """
     moved = [i for i in range(L.rows) if L[i, k] != 0]
     if len(moved) > 1 or any(L[moved[0], j] != 0 for j in range(L.cols) if j != k):

@@ -41,7 +41,7 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Files of each handwritten solver. Generated files include the first file."""
+"""Files of each handwritten solver. Generated C files include the first file of their solver."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:

@@ -42,7 +42,7 @@ class Precision:
     Attributes:
         kind: The type.
         number: Prints a constant.
-        calls: Templates of operations that differ from double precision.
+        calls: C templates of the operations that have another C name than in double precision.
     """
 
     kind: str

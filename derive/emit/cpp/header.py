@@ -20,7 +20,7 @@ from ..reserved import safe
 from ..seeds import nearest_summary, seeded
 
 SLOTS = ["q", "residual", "margin"]
-"""Outputs of an inverse that the header returns."""
+"""Outputs of an inverse that the C++ functions of the header return."""
 
 
 def header(derivation: Derivation, programs: Programs) -> str:

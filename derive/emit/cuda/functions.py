@@ -18,8 +18,9 @@ DOUBLE = Precision("double", expressions.number, {})
 PRECISIONS = (SINGLE, DOUBLE)
 POSE = "  const size_t pose = (size_t)blockIdx.x * blockDim.x + threadIdx.x;"
 OWN = frozenset(["poses", "pose", "of", "by", "at", "slot", "own", "own_residual", "own_margin"])
-"""Names of local variables in the printed functions. An argument with such a name, or with a
-reserved name, gets a trailing underscore."""
+"""Names of local variables in the printed functions. An argument with the name of a local variable,
+or with a reserved name, gets a trailing underscore.
+"""
 
 
 def renamed(function: SymbolicFunction) -> SymbolicFunction:

@@ -29,7 +29,9 @@ _CALLS = {operation: f"jnp.{name}" for operation, name in FUNCTIONS.items()}
 
 
 RESERVED = frozenset([*keyword.kwlist, "jnp", "batch", "is_single", CHOICE])
-"""Names that an argument must not have. Such names get a trailing underscore."""
+"""Names that an argument must not have. An argument with a reserved name gets a trailing
+underscore.
+"""
 
 
 def safe(name: str) -> str:

@@ -1,1 +1,1 @@
-"""Writes functions for MATLAB, Octave and Simulink. They call the generated C."""
+"""Writes functions for MATLAB, Octave and Simulink. The functions call the generated C code."""

@@ -109,7 +109,7 @@ def _array(array: Array) -> str:
 
 
 def help_file(derivation: Derivation, function: Function) -> str:
-    """Returns the MATLAB file of a function. It contains the help text."""
+    """Returns the MATLAB file with the help text of a function."""
     robot = derivation.robot.name
     name = f"{robot}_{function.name}"
     inputs = [array.name for array in function.inputs]

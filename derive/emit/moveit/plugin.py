@@ -14,8 +14,8 @@ def plugin_values(
     """Returns the values of the plugin's placeholders.
 
     The plugin works with the joints of the chain. For a robot with loops or couplings, the
-    generated C uses the actuators instead. The functions ``chain`` and ``actuators`` convert
-    between joints and actuators.
+    generated C code uses actuator coordinates instead of joints. The functions ``chain`` and
+    ``actuators`` convert between joints and actuators.
 
     Args:
         derivation: The derived robot with its functions.

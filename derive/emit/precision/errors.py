@@ -22,7 +22,8 @@ SAFETY = 2.0
 processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """Coordinates are sampled within this distance of the reference if the robot has loops (radian or
-meter). A coordinate with a small range (below 1 rad or 1 m) uses this fraction of the range."""
+meter). If the range of a coordinate is below 1 rad or 1 m, the distance is 0.2 times the range.
+"""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""
 RATES = {"qd", "qdd", "thetad", "thetadd", "zd", "zdd"}
@@ -41,7 +42,7 @@ class Errors:
     Attributes:
         bounds: Error bound of each output. None if no error was measured.
         solutions: Number of regular inverse solutions in double precision.
-        missed: Number of these solutions that single precision misses.
+        missed: Number of regular inverse solutions that single precision misses.
     """
 
     bounds: tuple[float | None, ...]
@@ -155,7 +156,10 @@ class Measurement:
     def _inverse_errors(
         self, function: SymbolicFunction, exact: Sequence[Array], rounded: Sequence[Array]
     ) -> Errors:
-        """Compares the solutions in both precisions. Solutions near singularities are skipped."""
+        """Compares the solutions in single and double precision.
+
+        Solutions near singularities are skipped.
+        """
         n = function.outputs[0].shape[1]
         q, near = (x[0].reshape(-1, n).astype(float) for x in (exact, rounded))
         valid = exact[1].ravel() <= SOLVED

@@ -44,7 +44,7 @@ def single(program: Program) -> Program:
 
 
 def _reaching_results(program: Program) -> set[Operand]:
-    """Returns the operands that affect results without a condition."""
+    """Returns the operands that affect results other than through a condition."""
     found: set[Operand] = set()
     for statement in reversed(program.statements):
         if isinstance(statement, Store):

@@ -28,7 +28,7 @@ from .given_fragment import parameters, symbols
 from .singularity_fragment import singularities
 
 JOINT, INDEPENDENT = r"\theta", r"\varphi"
-"""Letters of all joints and of the independent joints."""
+"""Letter for the values of all joints, and letter for the values of the independent joints."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,9 @@ ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 SLIDE = 0.3
 """Displacement (m) of a prismatic joint without limits in the example."""
 SHARE = 0.4
-"""Position of other coordinates in the example, as a fraction of their range."""
+"""Position of a coordinate in the example if the default value is outside the limits. The unit is
+the range of the coordinate.
+"""
 _UNITS = {"rad": "angles in degrees", "m": "displacements in meters"}
 OUTSIDE = r"$^{\dagger}$"
 """Mark for a value that violates its limits."""
@@ -112,7 +114,8 @@ def example(
         symbols: LaTeX names of the robot's coordinates.
         q: The values of the coordinates (radian, meter).
         known: Values of further inputs of an inverse, keyed by joint name.
-        called: LaTeX names of these joints, if they differ from the joint names.
+        called: LaTeX names of the joints in ``known``, if the LaTeX names differ from the joint
+            names.
         pose: LaTeX name of the tool's pose.
     """
     T = value_at(fk, q)

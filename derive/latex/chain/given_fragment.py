@@ -19,10 +19,11 @@ UNITS_OF_TABLES = (
     r"Equations and tables are in meters and radians; angles with the sign $^\circ$ are in degrees."
 )
 MAX_RUNS = 2
-"""Maximum number of joint tables. If the robot has more conventions, one table lists all
-transforms."""
+"""Maximum number of joint tables. A robot with joints in more than two conventions gets one table
+of all link transforms.
+"""
 FEW = 4
-"""Maximum number of names joined by "and". Longer lists have commas or dots."""
+"""Maximum number of names joined by "and". Lists with more than four names have commas or dots."""
 
 
 def parameters(page: Page, vector: str = "q") -> str:

@@ -9,8 +9,9 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Maximum number of consecutive symbols that are all printed. Longer lists show the first and the
-last symbol."""
+"""Maximum number of consecutive symbols that are all printed. Lists with more than two consecutive
+symbols show the first and the last symbol.
+"""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:

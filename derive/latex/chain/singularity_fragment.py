@@ -13,7 +13,7 @@ from ..setting.widths import LINE, width
 from .tables import Column, tabular
 
 WHOLE = 6
-"""Number of joints for a square Jacobian."""
+"""Number of joints of an arm with a square Jacobian."""
 WIDEST = 0.8 * LINE
 """Maximum width (pt) of a product on a line."""
 PLACES = {"rad": 3, "m": 5}
@@ -26,7 +26,7 @@ _REGULAR = "The Jacobian has full rank in every configuration: the robot has no 
 def singularities(page: Page) -> str:
     """Prints the singular configurations of an arm.
 
-    Some arms are singular in every configuration. For them, the fragment states the rank of the
+    For an arm that is singular in every configuration, the fragment states the rank of the
     Jacobian. For an arm without singularities, the fragment states this in a sentence.
 
     The result is empty if no singularity is known.
@@ -51,8 +51,8 @@ def _determinant(page: Page, found: PrintedSingularities) -> tuple[str, ...]:
     constant, factors = found.determinant
     opening = "The determinant of the Jacobian is, up to its sign,"
     free = len(page.robot.moving) - len(found.fixed)
-    # A Jacobian with fewer than six columns is square only for some axes. Its determinant then
-    # depends on the reference point.
+    # A Jacobian with fewer than six columns is square only for some axes. The determinant of such a
+    # square Jacobian depends on the reference point.
     rows = (
         "in the axes of one of the links, at one of their origins and without its rows that are 0, "
     )

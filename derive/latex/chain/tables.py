@@ -21,11 +21,11 @@ from ..setting.widths import LINE, width
 Column = tuple[str, list[str]]
 """Heading and cells of one table column."""
 Angle = tuple[sp.Expr, tuple[str, str]]
-"""An angle with the pattern and the index of its symbols."""
+"""An angle, with the accent and the index of the symbols for its cosine and sine."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST_TABLE = 450.0
-"""Text width of the article (pt). Tables must not be wider."""
+"""Text width of the article (pt), which is the maximum width of a table."""
 FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
 """Space above and below a row with a fraction."""
 WIDEST = LINE / 2
@@ -80,7 +80,10 @@ def counts_moving(robot: SerialRobot) -> bool:
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
-    """Returns the number of each moving joint. Screw axes have the same numbers."""
+    """Returns the number of each moving joint.
+
+    The number of a screw axis is the number of its joint.
+    """
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
 
@@ -131,7 +134,7 @@ def marked(cell: str, is_assumed: bool) -> str:
 
 
 def legend(cells: str) -> str:
-    """Explains the mark if the text contains it."""
+    """Returns an explanation of the asterisk, or "" if the text contains no asterisk."""
     return LEGEND if ASSUMED in cells else ""
 
 
@@ -180,13 +183,16 @@ def value_table(robot: SerialRobot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
-    """Formats an exact number. Its decimal value follows unless it is a fraction."""
+    """Formats an exact number. The decimal value follows unless the number is rational."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 
 
 def cleaning_table(cleaning: Cleaning) -> str:
-    """Returns the table of replaced values. Zeros share a row."""
+    """Returns the table of file values that were replaced by exact values.
+
+    All values that were replaced by zero share a row.
+    """
     rows: dict[tuple[str, str], list[CleanedNumber]] = {}
     largest = max((abs(entry.change) for entry in cleaning.numbers if entry.taken == 0), default=0)
     small = rf"up to ${scientific(rounded_up(largest))}$"
@@ -286,7 +292,7 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
     Args:
         columns: Heading and cells of each table column.
-        repeated: Number of first columns that every part repeats.
+        repeated: Number of columns, from the left, that every part of a split table repeats.
         apart: Heading of the column at which a wide table is split.
     """
     parts = _parts(columns, repeated)

@@ -62,8 +62,8 @@ def drawing(
     r"""Draws a robot with loops.
 
     Each body is drawn between its joints. Main-chain bodies are thicker. Actuated joints are red. A
-    name and an arrow show each coordinate and its positive sense. The name of a geared motor stands
-    at the joint that it moves. Loops are numbered in the order of
+    name and an arrow show each coordinate and its positive sense. The label of a geared motor is
+    next to the joint that the motor moves. Loops are numbered in the order of
     :func:`chasles.derive.loops.model.planes.loops`. Planar loops are viewed along their normal.
     Other mechanisms are viewed obliquely from above, without perspective. The picture is at most
     140 mm wide and 110 mm high, including labels.

@@ -17,8 +17,9 @@ def contours(levels: NDArray[np.int_], level: float) -> list[Loop]:
     """Computes level lines by marching squares. Higher values are on the left of a line.
 
     Args:
-        levels: Values (n, m) at integer coordinates. Border values must be below the level.
-        level: The level of the lines. No value may equal the level.
+        levels: Values (n, m) at integer coordinates. Border values must be below the argument
+            ``level``.
+        level: The value along the level lines. No entry of ``levels`` may equal this value.
 
     Returns:
         Polygons in the coordinates of the grid.
@@ -45,7 +46,7 @@ def _crossed(above: NDArray[np.bool_], i: int, j: int) -> dict[_Side, _Side]:
         for p, q in zip(corners, corners[1:] + corners[:1], strict=True)
         if above[p] != above[q]
     ]
-    # The level line has its higher corners on this side.
+    # The level line leaves the cell through a side whose higher corner is on the left.
     return {side: sides[k - 1][0] for k, (side, enters) in enumerate(sides) if not enters}
 
 

@@ -26,7 +26,9 @@ _GAP = 6
 _CROSSED = 3
 """Cost per length of a line that a label covers."""
 _LEVEL, _STEEP = 380, 380
-"""Direction components at which the anchor changes to a side, and to the top or bottom."""
+"""Direction components (per mille) above which a label is anchored at its left or right side, and
+at its top or bottom.
+"""
 
 Line = tuple[Point, Point, int]
 P = TypeVar("P")
@@ -96,7 +98,7 @@ class Obstacles:
         outlines: Start, end and half width of each body outline. A loop number may cross an
             outline.
         boxes: Areas of labels and symbols that no label must cover.
-        plates: Filled polygons. A label covers them only if no other position is free.
+        plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """
 
     lines: list[Line] = field(default_factory=list)

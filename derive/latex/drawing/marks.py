@@ -10,7 +10,7 @@ from .paper import Paper, Point, angle, area, at, between, distance, hull, numbe
 from .parts import Bar, DrawnSlide, Hinge, Scene, Solid
 
 TINTS = 6
-"""Number of tints for bodies. Further bodies repeat them."""
+"""Number of tints for bodies. If there are more bodies than tints, the tints repeat."""
 THIN, THICK, RIM = 14, 22, 4
 """Line widths of a body, of a main-chain body, and of an outline."""
 PIN, MAIN_PIN = 10, 12
@@ -258,8 +258,8 @@ class Marks:
             return point
         if all(distance(point, other) > 2 * SHAFT for other in others):
             return point
-        # The hinge is shifted along its child body. If that is impossible, it is shifted along its
-        # parent.
+        # The hinge is shifted along its child body. If the child body is too short, the hinge is
+        # shifted along its parent body.
         for k in (hinge.b, hinge.a):
             along = [
                 rounded(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))

@@ -93,7 +93,7 @@ def between(a: Point, b: Point, share: float) -> Point:
 
 
 def turn(a: Point, b: Point, c: Point) -> int:
-    """Returns twice the signed area of a triangle. Counterclockwise triangles are positive."""
+    """Returns twice the signed area of a triangle, which is positive if counterclockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -116,7 +116,7 @@ def _half(ordered: Sequence[Point]) -> list[Point]:
 
 
 def area(corners: Sequence[Point]) -> int:
-    """Returns twice the signed area of a polygon. Counterclockwise polygons are positive."""
+    """Returns twice the signed area of a polygon, which is positive if counterclockwise."""
     return sum(
         a[0] * b[1] - a[1] * b[0]
         for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True)

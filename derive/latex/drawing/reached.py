@@ -22,15 +22,20 @@ _FIRST = 30_000
 _MORE = 12_000
 """Number of samples near the boundary in each round."""
 _NEAR = (0.2, 0.2, 0.1, 0.1, 0.05, 0.05, 0.02, 0.02)
-"""Maximum offset of these samples in each round, relative to the coordinate ranges."""
+"""Maximum offset of the samples near the boundary, as a fraction of the coordinate ranges, in each
+of eight rounds.
+"""
 _LEVEL = 5.9
-"""Level of the outline, as a number of reached cells among nine adjacent cells. The region covers
-half of an outermost cell on average. The outline therefore passes through the middle of these
-cells."""
+"""Number of reached cells, among a cell and its eight neighbors, on the outline of the region. The
+region covers half of an outermost cell on average. The outline therefore passes through the middle
+of the outermost cells.
+"""
 _MIN = 12.0
 """Minimum area of a boundary polygon, in cells."""
 _SLACK, _SLACKER = 0.2, 1.15
-"""Tolerance of the simplified outline (cells). Each attempt multiplies it by the second number."""
+"""Tolerance of the simplified outline (cells), and the factor by which each attempt multiplies the
+tolerance.
+"""
 _CORNERS = 76
 """Maximum number of corners of all polygons together."""
 _TRIED = 60
@@ -66,7 +71,7 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
         upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
-            on the axis. None if the robot has no such coordinate.
+            on the axis. None if no coordinate rotates the robot about a vertical axis.
     """
 
     at: Callable[[Array], Array]
@@ -76,7 +81,7 @@ class ToolPosition:
     upright: tuple[int, Array] | None
 
     def region(self) -> ToolRegion | None:
-        """Returns the region in a section or plane of the robot."""
+        """Returns the reached region in a vertical section or in a coordinate plane."""
         return self._section() or self._plane()
 
     def _section(self) -> ToolRegion | None:
@@ -105,7 +110,7 @@ class ToolPosition:
         self, axes: tuple[str, str], seen: Callable[[Array], Array], leaves_out: int
     ) -> ToolRegion | None:
         moving = self._moving(seen)
-        if leaves_out in moving or len(moving) < 2:  # noqa: PLR2004 - a region of a plane
+        if leaves_out in moving or len(moving) < 2:  # noqa: PLR2004 - a plane has two axes
             return None
         lower, upper = self.lower[moving], self.upper[moving]
 
@@ -136,8 +141,8 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
     If the first axis is vertical, the region is half of the section through this axis. If the tool
     stays in a coordinate plane, the region lies in this plane. Angles without limits cover one
     revolution. The samples are multiples of square roots of primes and fill the coordinate box.
-    Samples near the boundary complete the region. Cell sizes are not simple fractions of lengths.
-    Rounding errors of the machine therefore do not change the result.
+    Further samples near the boundary of the region make its outline accurate. Cell sizes are not
+    simple fractions of lengths. Rounding errors of the machine therefore do not change the result.
 
     Args:
         skeleton: The bodies of a serial robot.
@@ -162,10 +167,12 @@ def box(
     """Returns the lowest and the highest value of each coordinate (n,).
 
     Args:
-        coordinates: Kind and limits of each coordinate (radian or meter). Lengths are marked True.
+        coordinates: Kind and limits of each coordinate (radian or meter). The kind is True for a
+            length and False for an angle.
 
     Returns:
-        The ranges. None if a length has no limits or there are too many coordinates.
+        The ranges. None if a prismatic coordinate has no limits or there are more than twelve
+        coordinates.
     """
     own = []
     for slides, low, high in coordinates:
@@ -255,7 +262,7 @@ def _outline(
     seen: Callable[[Array], Array], lower: Array, upper: Array, *, starts_at_zero: bool
 ) -> tuple[Loop, ...]:
     q, points = _closed(_filling(lower, upper, _FIRST), seen)
-    if len(q) < 2:  # noqa: PLR2004 - a lower and an upper bound
+    if len(q) < 2:  # noqa: PLR2004 - a range needs two points
         return ()
     span = float(np.ptp(points, axis=0).max())
     if np.ptp(points, axis=0).min() < span / _CELLS:

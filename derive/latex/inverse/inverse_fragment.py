@@ -73,7 +73,7 @@ def printed_tasks(
         page: The symbols and expressions of the chain.
         inverses: Its inverse.
         actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine these coordinates.
+            determine actuated coordinates.
     """
     found: dict[str, PrintedTask] = {}
     first = 1
@@ -203,9 +203,9 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 
 
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
-    """Returns the number of first steps that repeat an earlier task.
+    """Returns how many steps at the start of a task are equal to the steps of an earlier task.
 
-    The number is 0 if a later step uses a term from a repeated step.
+    The number is 0 if a step that is not equal uses a term from an equal step.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

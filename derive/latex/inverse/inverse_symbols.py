@@ -20,8 +20,9 @@ KINDS = {
     "side": (r"\varepsilon", r"\eta", r"\iota"),
     "slide": (r"\xi", r"\zeta", r"\Xi"),
 }
-"""Letters for coefficients, signs, sums, pose sides and prismatic joints. The preferred letters are
-first."""
+"""Letters for each kind of symbol, such as coefficients, signs and prismatic joints. The preferred
+letters are first.
+"""
 
 
 class InverseLetters:
@@ -52,12 +53,12 @@ class InverseSymbols:
     """Printed symbols of a task.
 
     Attributes:
-        notation: The short symbols of the robot. New symbols are added here.
+        notation: The short symbols of the robot. The class adds its new symbols to this notation.
         letters: The unused letters of the article.
         inputs: The printed symbol of each input.
         signs: The printed symbols of the signs.
         actuators: Printed symbols of actuated coordinates, keyed by name. Solution steps may
-            determine these coordinates.
+            determine actuated coordinates.
     """
 
     def __init__(
@@ -137,7 +138,7 @@ class InverseSymbols:
 
         Args:
             joints: Names of the joints.
-            done: Indices of the solved prismatic joints. These joints are skipped.
+            done: Indices of the solved prismatic joints, which the sum skips.
         """
         if joints[0] in self.actuators:
             return self.actuators[joints[0]]
@@ -149,7 +150,7 @@ class InverseSymbols:
         return total
 
     def sense(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> int:
-        """Returns the sign of the first coordinate in a sum, relative to its joint."""
+        """Returns -1 if the angle of the first joint has a minus sign, otherwise 1."""
         return -1 if self.angle(joints[:1], done).could_extract_minus_sign() else 1
 
     def axis(self, name: str, done: frozenset[int] = frozenset()) -> Axis:

@@ -75,7 +75,8 @@ static void chasles_store(const chasles_array *array, const double *c, mxArray *
     }
 }
 
-/* Allocates the arrays that one call needs. MATLAB frees these arrays, also after an error. */
+/* Allocates the arrays that one call needs. MATLAB frees the allocated arrays, also after an
+ * error. */
 static void chasles_allocate(const chasles_array *arrays, int count, double **buffers)
 {
     for (int k = 0; k < count; k++) {
