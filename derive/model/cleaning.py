@@ -21,8 +21,8 @@ class CleanedNumber:
 
     Attributes:
         at: Name of the joint or parameter, or "base" or "tool".
-        field: Name of the field or component, such as alpha, x or roll. The value is empty for a
-            parameter.
+        field: Name of the field or component, such as alpha, x or roll. For a parameter, the name
+            of the field is empty.
         found: The exact value of the written number (meter, radian or 1).
         taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.
@@ -46,11 +46,13 @@ class Cleaning:
 
     Attributes:
         numbers: The cleaned numbers in order from the base.
-        position: Upper bound of the distance (meter) between the tool positions with written and
-            with used numbers, within the joint limits.
-        orientation: Upper bound of the angle (radian) between the tool orientations.
-        samples: For a robot with loops, the number of random configurations behind the bounds. The
-            number is 0 if the bounds hold everywhere.
+        position: Upper bound of the distance (meter) between two tool positions within the joint
+            limits: from the numbers in the file and from the cleaned numbers.
+        orientation: Upper bound of the angle (radian) between the tool orientation from the numbers
+            in the file and from the cleaned numbers.
+        samples: For a robot with loops, the number of random configurations from which the bounds
+            are computed. The number of configurations is 0 if the bounds hold within all joint
+            limits.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
@@ -67,9 +69,9 @@ class Cleaning:
 
     @property
     def line(self) -> str:
-        """States how many numbers were cleaned, with the bounds.
+        """States how many numbers were cleaned, and how much they move the tool at most.
 
-        The value is empty if there are none.
+        The text is empty if no number was cleaned.
         """
         count = len(self.numbers)
         if not count:
@@ -90,7 +92,7 @@ class Cleaning:
 
     @property
     def warning(self) -> str:
-        """States the change if it moves the tool by more than ``LARGE_CLEANING``."""
+        """Lists the cleaned numbers if they move the tool by more than ``LARGE_CLEANING``."""
         if self.position <= LARGE_CLEANING:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
@@ -118,7 +120,7 @@ def rounded_up(bound: float) -> str:
 def decimal_places(value: sp.Expr) -> int | None:
     """Returns the number of decimal places of a finite decimal.
 
-    The value is None for other numbers.
+    The result is None if the number is not a finite decimal.
     """
     if not value.is_Rational:
         return None

@@ -1,8 +1,9 @@
 """A modeling convention: fields of a joint, placements and printed form.
 
-Robot files contain the fields. The placements follow from them. The article prints a table with one
-column per field. :data:`chasles.derive.description.conventions.CONVENTIONS` lists the conventions
-of chasles. A custom convention is another object of the same class.
+Robot files contain the fields of a joint. The placements of the joint follow from its fields. The
+article prints a table with one column per field.
+:data:`chasles.derive.description.conventions.CONVENTIONS` lists the conventions of chasles. A
+custom convention is another object of the same class.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,12 +36,13 @@ class Field:
     Attributes:
         name: Name in robot files.
         kind: Kind of the value, which determines its unit.
-        headings: LaTeX of the vector components in table headings. A scalar uses its name.
+        headings: LaTeX of the vector components in table headings. The heading of a scalar is its
+            name.
         default: Value of an omitted field. None stands for zero.
-        needed_to: Meaning of a field that moving joints require, for the error message. The value
+        needed_to: Meaning of a field that moving joints require, for the error message. The meaning
             is empty for optional fields.
-        is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore such
-            fields.
+        is_of_motion: Whether the field describes the motion of the joint. Fixed joints ignore
+            fields of the motion.
     """
 
     name: str
@@ -70,10 +72,10 @@ class Field:
 
 @dataclass(frozen=True)
 class AxisLine:
-    """The axis of a joint. The z axis of its frame is the previous joint axis.
+    """The axis of a joint, in a frame whose z axis is the previous joint axis.
 
     Attributes:
-        direction: The unit vector of its direction.
+        direction: The unit vector along the axis.
         point: A point on the axis (meter).
     """
 
@@ -88,7 +90,7 @@ class Fitted:
     Attributes:
         turn: Rotation about the previous axis (radian).
         shift: Translation along the previous axis (meter).
-        values: Values of the fields by name. Other fields are zero.
+        values: Values of the fields by name. Fields without a value are zero.
     """
 
     turn: sp.Expr
@@ -108,16 +110,16 @@ class Convention:
         fields: The fields, in the order in which they are read.
         place: Function that returns the placements for the kind of a joint and all fields by name.
         source: Publication that defines the convention.
-        words: Name of the convention in a sentence of the article. Without a ``transform``, a
-            phrase with the fields.
+        words: Name of the convention in a sentence of the article. If ``transform`` is empty, the
+            phrase also explains the fields.
         transform: The link transform, as a product of motions in the symbols of the fields. The
-            product does not contain the joint motion. The value is empty if there is no such
-            product.
+            product does not contain the joint motion. The value is empty if the link transform is
+            not a product of such motions.
         turning: Field to which a revolute joint adds its variable, or "".
         sliding: Field to which a prismatic joint adds its variable, or "".
         second_part: First field of the second table. A single table may be too wide.
         numbers: Function that returns the motions whose values a calibration corrects, for a kind
-            of joint. By default, these are the motions of the link transform.
+            of joint. By default, a calibration corrects the motions of the link transform.
         fit: Function that returns the fields for the axis of a joint relative to the previous axis.
             The value is None if the convention cannot represent the axis.
     """
@@ -172,7 +174,8 @@ class Convention:
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
         """Columns of a printed table as tuples (field, name of the scalar, LaTeX).
 
-        The columns have the order of the link transform, or of the fields without a link transform.
+        The columns have the order of the link transform. If the convention has no link transform,
+        the columns have the order of the fields.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))
@@ -205,12 +208,12 @@ def of_transform(
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product, whose symbols have the names of the fields.
+        transform: The product of motions. The symbols of the motions have the names of the fields.
         source: Publication that defines the convention.
         words: The name of the convention in a sentence of the article.
         turning: Field to which a revolute joint adds its variable.
-        sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint
-            slides along the z axis of a revolute joint.
+        sliding: Field to which a prismatic joint adds its variable. If ``sliding`` is empty, a
+            prismatic joint moves along the z axis of the field ``turning``.
         fit: See :class:`Convention`.
 
     Raises:
@@ -229,8 +232,9 @@ def of_transform(
 def motions_before(transform: Placement, variable: str) -> int:
     """Returns the number of motions in a link transform before the joint motion.
 
-    The joint motion comes after the motion with the joint variable. Later rotations about z and
-    translations along z also come before the joint motion, because they commute with this motion.
+    The joint motion comes after the motion whose field contains the joint variable. Later rotations
+    about z and translations along z also come before the joint motion, because they commute with
+    this motion.
     """
     indices = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not indices or not _is_along_z(transform[indices[0]], variable):

@@ -49,9 +49,9 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: theta = sum of ratio * coordinate + offset.
 
-    A coordinate is a motor, or a joint with its own coordinate. A joint in its own coupling has its
-    own coordinate, to which the coupling adds others. A coordinate may also be another coupled
-    joint, whose equation is then inserted.
+    A coordinate is a motor, or a joint with its own coordinate. If the name of a joint is in its
+    own coupling, the joint has its own coordinate. The coupling then adds multiples of other
+    coordinates. A coordinate may also be another coupled joint, whose equation is then inserted.
 
     Attributes:
         joint: Name of the joint.

@@ -24,7 +24,8 @@ from .values import NoValue, Values
 
 LONGEST_TEXT = 200
 MAX_NESTED = 8
-"""Maximum nesting of functions and powers. Each level doubles the work of SymPy."""
+"""Maximum nesting of functions and powers. Each nesting level doubles the computing time of SymPy.
+"""
 MAX_ADDENDS = 200
 """Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12

@@ -16,9 +16,9 @@ follows from the coordinate q and the torque tau:
 
 The sine and cosine waves model eccentric encoders and gears. Prismatic joints have no waves. If the
 robot has a load, tau is the gravity torque or force on the coordinate of the nominal robot at q.
-The joint then deflects like a spring. The deflection also changes the torque. The effect of this
-change is of second order and neglected. Fixed joints have no parameters, because the parameters of
-the next joint or the tool have the same effect.
+The joint then deflects like a spring. The deflection also changes the torque. The effect of the
+torque change is of second order and neglected. Fixed joints have no parameters, because the
+parameters of the next joint or the tool have the same effect.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -105,7 +105,7 @@ class Geometry:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
         motions: The pose of the tool in the base frame, as motions in q, p and the torques.
-        torques: A symbol for the gravity torque on each coordinate. The value is empty for rigid
+        torques: A symbol for the gravity torque on each coordinate. The tuple is empty for rigid
             joints.
     """
 

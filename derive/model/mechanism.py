@@ -83,8 +83,8 @@ class Strut:
         length: Length of a rod, or of a cylinder at coordinate zero (meter).
         is_cylinder: Whether the length is a coordinate.
         ends: Kind of both end joints: pins or balls.
-        has_universal: Whether one of the balls is a universal joint. The strut then does not spin
-            about its own axis.
+        has_universal: Whether one end joint is a universal joint instead of a ball joint. The strut
+            then does not spin about its own axis.
         swing: Name of the passive angle of the strut, measured on the body at the first end.
         limits: Lowest and highest coordinate of a cylinder (meter).
         assumed: Fields that the source does not state: ``length`` or ``limits``.
@@ -124,8 +124,7 @@ class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
     If a drive is not actuated, the joint moves the motor. The motor angle is then a passive
-    coordinate. For example, two motors may move the same slide. The second motor is then not
-    actuated.
+    coordinate. For example, if two motors move one slide, the second motor is not actuated.
 
     Attributes:
         name: Name of the motor coordinate.
@@ -179,7 +178,7 @@ class Mechanism:
     """A robot with loops, or with motors that drive joints through gears.
 
     Attributes:
-        name: A C identifier. All generated names start with it.
+        name: A C identifier. All generated names start with the robot's name.
         joints: The joint tree. The ``parent`` of a joint is the body that carries it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
@@ -196,17 +195,18 @@ class Mechanism:
         reference: Coordinates and joint values that select the branch of each loop. The default is
             the middle of the limits for a cylinder, and for a joint whose limits exclude zero. For
             other joints, the default is zero. Values of passive joints may be approximate.
-        notes: Changes and assumptions of the reader.
+        notes: Changes and assumptions that the file reader made.
         transmissions: The transmission errors of coordinates with imperfect drives.
         closure: Whether loops with slightly misaligned pins close in the least-squares sense.
         nominal: The nominal design of a calibrated robot, with the same joints and struts, or None.
         springs: Passive joints with springs, and their values at rest (radian or meter). The
-            springs do not count for the mobility.
+            mobility of the mechanism is computed without the springs.
         load: The masses of links and of strut sections, or None.
         cleaning: The numbers that were replaced by exact values. Bounds of the tool displacement
             are added when the loops are solved.
         as_written: The robot with the written numbers, if some were replaced by exact values.
-        omitted: Names of coordinates without a reference value. The middle of their limits is used.
+        omitted: Names of coordinates without a reference value. The reference value is the middle
+            of the limits.
 
     Raises:
         DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -291,7 +291,7 @@ class Mechanism:
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Moving joints and cylinders by name. A coordinate may move each of them."""
+        """Moving joints and cylinders by name. A coordinate may move each of these members."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
@@ -385,7 +385,7 @@ class Mechanism:
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
         """Yields the reference values in the middle of the limits.
 
-        Such values exist for cylinders, and for joints whose limits exclude zero.
+        Reference values are computed for cylinders, and for joints whose limits exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}

@@ -1,4 +1,4 @@
-"""Robots whose springs are rigid."""
+"""Replaces the springs of a robot by rigid joints."""
 
 from dataclasses import replace
 
@@ -10,9 +10,9 @@ from .mechanism import Mechanism
 def springs_at_rest(robot: Mechanism) -> Mechanism:
     """Returns a robot whose passive joints with springs are rigid.
 
-    In an MJCF model, these joints have a stiffness and no actuator. The rigid joints keep the
-    values at which the springs exert no torque. The loops of stiff springs, such as leaf springs of
-    a leg, are therefore solved without spring forces.
+    In an MJCF model, passive joints with springs have a stiffness and no actuator. The rigid joints
+    keep the values at which the springs exert no torque. The loops of stiff springs, such as leaf
+    springs of a leg, are therefore solved without spring forces.
 
     Args:
         robot: A robot with loops.

@@ -133,7 +133,7 @@ def joints_to_root(joint_of: Mapping[str, Joint], body: str) -> list[Joint]:
     """Returns the joints from a body to the root of its tree.
 
     Args:
-        joint_of: The joint of each body. The root has none.
+        joint_of: The joint of each body. The root body has no joint.
         body: Name of the body.
     """
     found: list[Joint] = []
@@ -270,8 +270,8 @@ class Springs:
 
         compliance_k tau_k(r).
 
-    Here, tau_k is the gravity torque on joint k. The torque is computed for the axes and masses of
-    the springs.
+    Here, tau_k is the gravity torque on joint k. The torque is computed from the joint axes and
+    masses that the :class:`Spring` objects contain.
 
     Attributes:
         rows: One spring per coordinate, in the order of the coordinates.
@@ -462,7 +462,7 @@ class SerialRobot:
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
-    """Raises DescriptionError if a transmission has no coordinate, or a coordinate has two."""
+    """Raises DescriptionError if a transmission names no coordinate or two name the same one."""
     check_unique("transmission", [law.coordinate for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.coordinate, law.coordinate, coordinates)

@@ -123,7 +123,10 @@ class InverseTerms(TermNames):
         return value.is_Add and width(self.printer.tex(value)) < SHORT
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """Converts an expression to printed symbols. Its terms must have names."""
+        """Converts an expression to printed symbols.
+
+        All terms of the expression must have names.
+        """
         self.name_long_factors(expression)
         known = {}
         for symbol in sorted(expression.free_symbols, key=numbered):

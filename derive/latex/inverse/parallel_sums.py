@@ -22,8 +22,9 @@ class ParallelPair:
     Attributes:
         names: Names of the two joints.
         one: The rotation by the first angle.
-        other: The rotation by the second angle, in the sense of the first axis.
-        total: Symbols of the rotation by both angles.
+        other: The rotation by the second angle about the first axis. The angle is negated if the
+            axes are opposite.
+        total: Cosine and sine symbols of the sum of the first and second angle.
     """
 
     names: tuple[str, str]

@@ -83,13 +83,15 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""Functions that print an equation with one unknown, keyed by equation type. Their arguments are
-the equation, the LaTeX of the unknown and the printer."""
+"""Functions that print an equation with one unknown, keyed by equation type. Each function has the
+arguments equation, LaTeX of the unknown, and printer.
+"""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}
-"""Functions that print an equation with several angles, keyed by equation type. Their arguments are
-the equation, the joint rotations and the printer."""
+"""Functions that print an equation with several angles, keyed by equation type. Each function has
+the arguments equation, joint rotations, and printer.
+"""
 
 
 def solved_step(printed: PrintedInverseStep, printer: FractionPrinter) -> str:

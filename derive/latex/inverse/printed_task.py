@@ -90,7 +90,7 @@ class PrintedTask:
         definitions: Vector components that do not depend on any solution step.
         steps: The steps.
         rest: Coordinates that follow from an angle sum, and their values.
-        free: Coordinates that the task does not determine. They are set to 0.
+        free: Coordinates that the task does not determine. Undetermined coordinates are set to 0.
         locked: Coordinates that the loops keep constant.
         symbols: The printed symbol of each original input and sign.
     """

@@ -17,8 +17,10 @@ from .loop_page import LoopPage
 FloatArray = NDArray[np.float64]
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
-"""Offsets from the reference configuration, as fractions of each range. The example uses the first
-offset with closed loops. The reference itself has round values that may hide a wrong sign."""
+"""Offsets from the reference configuration, as fractions of each coordinate range. The example uses
+the first offset at which the loops close. The round values of the reference configuration itself
+may hide a wrong sign.
+"""
 SOME = {"rad": math.radians(100), "m": 1.0}
 """Assumed range of a coordinate without limits."""
 
@@ -79,7 +81,7 @@ def _main_chain(page: LoopPage, part: float) -> FloatArray | None:
     theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
     if len(theta) == hybrid.freedoms:
         return theta
-    # Most joint values leave the loops open. An iteration corrects them.
+    # Most joint values leave the loops open. An iteration corrects the joint values.
     numbers = hybrid.numbers
     w = np.array([hybrid.at_reference[name] for name in numbers.names])
     places = [numbers.names.index(joint.name) for joint in joints]

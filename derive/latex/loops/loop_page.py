@@ -29,10 +29,10 @@ class LoopPage:
 
     Attributes:
         mechanism: The description.
-        hybrid: The derivation of its loops.
+        hybrid: The loops of the robot and their solution.
         skeleton: The bodies of the robot with their drawn shapes.
         chain: The printed expressions of the main chain, in the symbols of `members`.
-        members: The printed symbols of its joints.
+        members: The printed symbols of the robot's joints.
         letters: The letters for intermediate results.
         inverse: The inverse of the robot, or None if it was not derived.
         functions: The functions derived in closed form.
@@ -58,7 +58,7 @@ class LoopPage:
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
-        # The inverse of the robot replaces the solution of a general main chain.
+        # If the robot has its own inverse, the general solution of the main chain is not printed.
         methods = STRUCTURED if inverse and inverse.solved else METHODS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), methods)
         letters = Letters(chain.equations.notation, symbols)

@@ -17,7 +17,7 @@ from ..setting.notation import LENGTH, Notation
 ACTUATED = "q"
 THETA = (r"\theta", r"\vartheta", r"\xi")
 PSI = (r"\psi", r"\eta", r"\chi")
-"""Letters for joints, best letter first. Letters of the description are skipped."""
+"""Letters for joints, best letter first. Letters that the robot description uses are skipped."""
 LETTERS: Mapping[str, tuple[str, ...]] = {
     "angle": (r"\varphi", r"\phi", r"\gamma"),
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
@@ -122,7 +122,7 @@ def words(name: str, struts: Mapping[str, str]) -> str:
         kind, first = "near end of", struts[first]
     plain = names.escape(first.replace("_", " "))
     plain = f"{kind} {plain}" if kind else plain
-    # Two struts share this pin on one body.
+    # A pin is shared if two struts end at the pin on one body.
     is_shared = dot and part.partition(".")[0] not in _KINDS
     return f"pin between {plain} and {words(part, struts)}" if is_shared else plain
 

@@ -38,7 +38,9 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters for the polynomial, best letter first. Letters of the robot are skipped."""
+"""Letters for the polynomial, best letter first. Letters that the robot description uses are
+skipped.
+"""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -64,7 +66,7 @@ class PrintedPlatform:
 
     Attributes:
         page: The robot.
-        terms: The terms of the robot. They depend only on coordinates and parameters.
+        terms: The terms of the robot, which depend only on coordinates and parameters.
         rods: The rods in the order of the description.
         axes: The base axes along which some rod has a nonzero component.
         free: The components of the tool twist in base axes that can be nonzero.
@@ -171,12 +173,13 @@ class PrintedTriad:
         phi: The platform's angle.
         letters: The letters of the polynomial.
         equations: The elimination.
-        u: Vectors from the first rod to the other rods. Their components have names.
-        norms: Norms of both vectors, as functions of the components.
-        k: Right-hand sides of the two linear equations, as functions of the norms.
+        u: Vectors from the first rod to the other two rods, with named components.
+        norms: Norms of the two vectors `u`, as functions of the components of `u`.
+        k: Right-hand sides of the two linear equations, as functions of `norms`.
         w: Symbols of the components of the first rod.
         position: The position (x, y), as a function of coordinates, parameters and :attr:`w`.
-        scale: The squared length. Its third power divides the polynomial.
+        scale: A squared length. The polynomial is divided by the third power of this squared
+            length.
     """
 
     def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:

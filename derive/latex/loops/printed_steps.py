@@ -1,8 +1,9 @@
 """Converts the steps of a closed-form loop solution to printed symbols.
 
 Solution steps have equations in their own symbols
-(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). The module replaces these symbols
-by printed symbols. Short values are written out. All kinds of steps share this code.
+(:class:`~chasles.derive.loops.planar.loop_step.StepEquations`). The module replaces the symbols of
+the step equations by printed symbols. Short values are written out. All kinds of steps share this
+code.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -73,7 +74,8 @@ class PrintedLoopStep:
         unknown: The angles and vectors on the unknown side of the loop equation.
         given: The known side of the loop equation.
         vectors: Components and lengths of the known vectors.
-        results: Intermediate results and displacements. Each depends only on earlier results.
+        results: Intermediate results and displacements. Each result depends only on earlier
+            results.
         angles: The resulting angles.
         margin: The margin of the step, or None if the step can always be solved.
         rates: The rate equations of the unknowns.
@@ -128,7 +130,7 @@ def printed_steps(
     """Converts the steps of a solution to printed symbols.
 
     Args:
-        terms: The terms of the robot. The symbols of the unknowns are added to them.
+        terms: The terms of the robot. The function adds the symbols of the unknowns to these terms.
         letters: Unused letters for the unknowns.
         solution: The solution from the actuators or from the main chain.
         first: Number of the first printed solution step.

@@ -28,8 +28,8 @@ class Rates:
 
     Attributes:
         dotted: The rate symbol of each coordinate and unknown.
-        definitions: The definition of each other symbol.
-        inner: The rate symbols of defined symbols whose rates have names.
+        definitions: The definition of each symbol that is neither a coordinate nor an unknown.
+        inner: The rate symbol of each symbol in ``definitions`` whose rate has a name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:

@@ -25,7 +25,7 @@ SPACE = r"\,"
 MAX_ZEROS = 4
 """Maximum number of listed dead points of a step."""
 MIN_PRINTED = 0.01
-"""Smallest lower bound of a margin that is printed."""
+"""The article prints the lower bound of a margin only if the bound exceeds this value."""
 
 
 def solution(page: LoopPage) -> str:
@@ -206,7 +206,10 @@ def _overdetermined(page: LoopPage) -> str:
 
 
 def _by_arms(page: LoopPage) -> str:
-    """Describes the actuators that follow from the main chain as joints of serial arms."""
+    """Lists the actuators whose values follow in closed form from the main chain.
+
+    The solution treats these actuators as joints of serial arms.
+    """
     if from_chain_with_arms(page.hybrid) is None:
         return ""
     open_ = page.hybrid.backward.open

@@ -24,7 +24,7 @@ def tool_position(page: LoopPage) -> str:
     fk = next((function for function in page.functions if function.name == "fk"), None)
     if fk is None or page.hybrid.forward.open:
         return ""
-    # The solution steps already name the angles in the position.
+    # The solution steps already name the angles on which the tool position depends.
     assert page.forward_steps is not None
     assert page.backward_steps is not None
     entries = [without_guard(page.terms, fk.outputs[0].entries[k]) for k in _POSITION]

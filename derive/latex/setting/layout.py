@@ -1,6 +1,6 @@
 r"""Sets equations and matrices that fit the page.
 
-The results need only amsmath. They belong in text, not in a formula.
+The results need only amsmath. The results belong in text, not in a formula.
 """
 
 from collections.abc import Sequence

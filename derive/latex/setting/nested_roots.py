@@ -1,7 +1,7 @@
 r"""Prints numbers with nested roots as multiples of a sine or cosine: ``0.25 \sin 12^\circ``.
 
 SymPy evaluates the cosine and sine of many constant angles to nested roots. Readers cannot
-recognize these roots.
+recognize an angle in nested roots.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,8 @@ from ...model.exact import is_zero
 from .printer import number
 
 STEPS = 30
-"""Number of steps of 1.5 degrees in 45 degrees."""
+"""Number of angles, in steps of 1.5 degrees up to 45 degrees, whose cosine and sine are recognized.
+"""
 DIGITS = 50
 LARGEST_DENOMINATOR = 10**7
 MINUTES = 180 * 60
@@ -29,13 +30,13 @@ def is_nested(value: sp.Expr) -> bool:
 
 
 def as_angle(value: sp.Expr) -> str:
-    """Formats an angle of whole arc minutes as a multiple of pi. Other angles give ""."""
+    """Formats an angle of whole arc minutes as a multiple of pi, or returns "" for other angles."""
     factor = sp.Rational(round(sp.N(value * MINUTES / sp.pi, DIGITS)), MINUTES)
     return number(factor * sp.pi) if factor and is_zero(value - factor * sp.pi) else ""
 
 
 def as_trigonometric(value: sp.Expr) -> str:
-    """Formats a number as a multiple of a sine or cosine. Other numbers give an empty text.
+    """Formats a number as a multiple of a sine or cosine, or returns "" if that is impossible.
 
     The factor must be a rational multiple of 1, sqrt(2) or sqrt(3).
     """

@@ -1,8 +1,8 @@
 r"""Defines the short symbols, named constants and shared terms of an article.
 
-A short symbol is a SymPy symbol whose name is its LaTeX. Its braces distinguish it from a
-parameter. :attr:`Notation.meanings` contains the definition of each short symbol, for the symbol
-table and for tests.
+A short symbol is a SymPy symbol whose name is LaTeX text. The braces in the LaTeX text distinguish
+a short symbol from a parameter. :attr:`Notation.meanings` contains the definition of each short
+symbol, for the symbol table and for tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -18,7 +18,9 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Class of a factor, and its rank in the class. Both determine the position in a product."""
+"""Class of a factor, and rank of the factor in the class. Class and rank determine the position of
+the factor in a product.
+"""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
@@ -48,7 +50,7 @@ class Notation:
     Attributes:
         terms: The terms and constants of the derivation.
         q: The coordinates.
-        called: LaTeX of the coordinates. Empty if they are called q_1 and so on.
+        called: LaTeX of the coordinates. Empty if the coordinates are called q_1, q_2, ...
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Position of each printed symbol in a product.
         meanings: Definitions of the short symbols. Long constants are defined by earlier short
@@ -160,7 +162,7 @@ class Notation:
         return found
 
     def term(self) -> sp.Symbol:
-        """Returns the symbol of the next shared term. The caller defines it."""
+        """Returns the symbol of the next shared term. The caller must define the term."""
         number = next(self._terms)
         tex = f"{self.letters['term']}_{{{number}}}"
         return self.symbol(tex, (TERM, (number,)))

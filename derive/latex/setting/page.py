@@ -57,7 +57,8 @@ class Page:
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of the coordinates. By default, suitable joint names or q_1 and so on.
+            called: LaTeX of the coordinates. By default, a coordinate is called by its joint name
+                if the name is suitable, otherwise q_1, q_2, ...
             coordinates: Number of coordinates that move the main chain of a robot with loops.
             methods: Methods of the inverse that may be printed.
             reserved: Letters that have another meaning in the article.

@@ -21,7 +21,8 @@ MAX_ADDENDS = 12
 CONFIGURATIONS = 4
 """Number of singular configurations to print if the factors are too long."""
 GENERIC = sp.Rational(271, 379)
-"""Value (radian or meter) of the first fixed coordinate for the description of the axes."""
+"""Value (radian or meter) of the first fixed coordinate when the position of the axes is described.
+"""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Start angles (degree) of the search for a singularity, used cyclically."""
 
@@ -32,7 +33,7 @@ class PrintedCondition:
 
     Attributes:
         factors: The factors in short symbols.
-        words: Description of the axes in these configurations, or an empty text.
+        words: Description of how the joint axes lie if the factors are 0, or an empty text.
     """
 
     factors: tuple[sp.Expr, ...]
@@ -48,7 +49,7 @@ class PrintedSingularities:
             Jacobian is not square or the factors are long.
         conditions: The conditions for a singular arm.
         configurations: Singular configurations (radian, meter). Empty if the conditions are short.
-        fixed: The fixed coordinates, if the determinant is for the free joints alone.
+        fixed: The fixed coordinates, if the determinant is computed with some joints fixed.
         rank: The largest rank of the Jacobian, if every configuration is singular.
         is_regular: Whether the Jacobian has full rank in every configuration.
     """

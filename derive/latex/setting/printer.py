@@ -206,7 +206,7 @@ def decimal(value: sp.Expr) -> str:
 
 
 def cut(value: sp.Expr, digits: int) -> str:
-    """Formats the first digits of a number. Dots replace the rest."""
+    """Formats the first digits of a number. Dots replace the remaining digits."""
     # SymPy may not recognize a zero sum of roots and then cannot evaluate it.
     if is_zero(value):
         return "0"

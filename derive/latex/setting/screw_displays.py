@@ -26,7 +26,7 @@ class Screws:
     """The product of exponentials of a robot in short symbols.
 
     Attributes:
-        definitions: Shared terms. Each depends only on earlier terms.
+        definitions: Shared terms. Each shared term depends only on earlier shared terms.
         S: Screw axes as the columns of a matrix (6, moving joints).
         M: Home pose (4, 4).
     """
@@ -42,8 +42,9 @@ class _Decimal(Rotation):
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a constant entry. Wider numbers become decimals, and wider sums get
-names."""
+"""Maximum width (pt) of a constant entry. A number that is too wide becomes a decimal, and a sum
+that is too wide gets a name.
+"""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class ScrewDisplays:
     """The product of exponentials of a robot, ready to be printed.
 
     Attributes:
-        terms: Shared terms. Each depends only on earlier terms.
+        terms: Shared terms. Each shared term depends only on earlier shared terms.
         columns: One display per screw axis.
         home: The home pose.
         named: Wide entries of the screw axes and the home pose, keyed by name.
@@ -138,9 +139,9 @@ class _Constants:
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     """Returns the screw axes and the home pose in short symbols.
 
-    With general angles, each joint adds terms to the product. Some numeric angles have no cosine or
-    sine with short roots. Their values become decimals with 40 digits before the multiplication.
-    Angles that are parameters become shared terms.
+    With general angles, each joint adds terms to the product of exponentials. Some numeric angles
+    have no cosine or sine with short roots. The cosine and sine of these angles become decimals
+    with 40 digits before the screws are multiplied. Angles that are parameters become shared terms.
     """
     S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -1,8 +1,9 @@
 """Converts functions to printed equations with shared terms.
 
-A derivation names every intermediate result. Printed equations have fewer names. Products and sums
-that occur once are written out. Sums that are long or occur repeatedly become shared terms. The
-functions share their terms. For example, the Jacobians use terms of the forward kinematics.
+A derivation names every intermediate result. Printed equations name fewer intermediate results than
+the derivation. Products and sums that occur once are written out. Sums that are long or occur
+repeatedly become shared terms. The functions share their terms. For example, the Jacobians use
+terms of the forward kinematics.
 """
 
 from collections import Counter
@@ -64,11 +65,11 @@ def equations(
 ) -> PrintedEquations:
     """Returns the forward kinematics and the Jacobians in short symbols.
 
-    Functions that the derivation lacks are derived here.
+    If the derivation lacks one of these functions, all of them are derived.
 
     Args:
         derivation: A serial robot with its functions.
-        called: LaTeX of the coordinates. Empty for q_1 and so on.
+        called: LaTeX of the coordinates. If empty, the coordinates are called q_1, q_2, ...
         reserved: Letters that have another meaning in the article.
     """
     robot = derivation.robot
@@ -121,7 +122,10 @@ class TermNames:
             self.name(term, value)
 
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
-        """Defines the next shared term. Its first printed term gives its sign."""
+        """Defines the next shared term.
+
+        The shared term is negated if the printed value starts with a minus sign.
+        """
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1
         self.definitions.append((name, sign * value))
@@ -193,7 +197,8 @@ class _Sharing(TermNames):
     def _value(self, expression: sp.Expr) -> sp.Expr:
         self.name_long_factors(expression)
         known = {}
-        # Each new name gets the next index. The order must therefore not depend on a set.
+        # Each new name gets the next index. The symbols are sorted, because the order of a set
+        # varies.
         for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.terms.constants:
                 known[symbol] = self.notation.constant(symbol)
@@ -242,8 +247,8 @@ def open_terms(
         terms: The terms.
         known: The named terms.
         entries: Expressions in terms.
-        definition: The printed definition of a term. Cosines and sines have names. The search skips
-            their arguments.
+        definition: The printed definition of a term. Cosines and sines have names, so the search
+            skips their arguments.
     """
     found: set[sp.Symbol] = set()
     waiting = [symbol for entry in entries for symbol in entry.free_symbols]
