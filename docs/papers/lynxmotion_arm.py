@@ -54,7 +54,7 @@ RATE = 100.0
 FINE = 600.0
 """Sampling frequency [Hz] for maxima: a multiple of three, because phases end at thirds of a
 second."""
-GENERIC = "the lengths are d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
+GENERIC = "The lengths are d1 = 70, a2 = 120, a3 = 90 and d5 = 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] below this value count as 0."""
 PHASES = 3
@@ -152,14 +152,16 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
     upright = CONFIGURATIONS + np.array([0, np.pi / 2, 0, 0, 0])
     mirrored = CONFIGURATIONS * [1, -1, -1, -1, 1]
     counts = [within(q) for q in (CONFIGURATIONS, mirrored, upright)]
-    words = f"{counts[1]} of 4 with reversed signs of q2 to q4; {counts[2]} of 4 with q2 from"
+    words = f"{counts[1]} of 4 configurations are"
+    other = f"with q2 measured from the vertical, {counts[2]} of 4"
     return [
         *found,
         not_printed(
             printed["within_limits"],
             f"{counts[0]} of 4",
-            f"the report does not compare its tables; every q2 is negative, but its lower limit "
-            f"is 30 deg; {words} the vertical",
+            f"the report does not compare its tables. Every q2 in table 1.2 is negative, but the "
+            f"lower limit of q2 is 30 deg. With reversed signs of q2 to q4, {words} within the "
+            f"limits, and {other}",
         ),
     ]
 
@@ -195,8 +197,8 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
         np.abs(p.min(0) - whole.bounds[0]).max(), (whole.bounds[1] - p.max(0)).max()
     )
     measure = whole.size
-    sampled = f"{measure.value:.4f} ± {measure.error:.4f} m³ from {SAMPLES} samples"
-    note = f"our value follows from the boundary arcs; {sampled}; the figure is lost"
+    sampled = f"{SAMPLES} samples give {measure.value:.4f} ± {measure.error:.4f} m³"
+    note = f"our value is computed from the boundary arcs. {sampled}. Figure 1.3 is lost"
     tried = f"{SAMPLES} samples hit {np.count_nonzero(whole.hits)} cells of {side}"
     return [
         consistent(printed["limits"], limits),
@@ -205,8 +207,8 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["cover"],
             share,
-            f"“{printed['cover'].text}” states no number; {tried}; the extents of 5000 samples are "
-            f"{missed:.1f} mm too small",
+            f"the sentence “{printed['cover'].text}” states no number. {tried}. The extents of "
+            f"5000 samples are {missed:.1f} mm too small",
         ),
         lost(printed["volume"], exact_workspace(robot).volume, note),
     ]
@@ -269,15 +271,15 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["theta2"],
             q[:, 1],
-            f"alpha and beta follow from (1.11) and (1.12); {GENERIC}",
+            f"alpha and beta are computed by (1.11) and (1.12). {GENERIC}",
             evaluated=at(**both),
         ),
         erratum(
             printed["theta4"],
             q4,
             evaluated(right, **angles),
-            "theta1 rotates about the vertical; correct is phi - theta2 - theta3 with "
-            f"theta1 = atan2(y, x) and phi = -90 deg; {GENERIC}",
+            "theta1 rotates about the vertical. The correct equation is phi - theta2 - theta3 with "
+            f"theta1 = atan2(y, x) and phi = -90 deg. {GENERIC}",
             evaluated=at(**angles),
         ),
     ]
@@ -289,10 +291,13 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
     words = (
-        f"the report does not compare its tables; with d1 = 0.1 m, only points "
-        f"{' and '.join(numbers)} are reachable, but its motions pass all five"
+        f"the report does not compare its tables. With d1 = 0.1 m, only points "
+        f"{' and '.join(numbers)} are reachable, but the motions of the report pass all five points"
     )
-    reason = "d1 = 0.1 m misses three points; our value is the rounded middle of the range"
+    reason = (
+        "with d1 = 0.1 m, the arm does not reach three of the via points. Our value of d1 is the "
+        "rounded middle of the range in which the arm reaches all via points"
+    )
     return [
         not_printed(printed["via_within"], f"{int(count)} of 5", words),
         consistent(printed["least_d1"], least, TWICE),
@@ -410,7 +415,7 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["phases"],
             Finding(phases == PHASES, f"{phases} phases"),
-            "the phases are counted in the sampled speed of the first line",
+            "the sampled speed on the first line has three phases: rising, constant and falling",
         ),
         assumed(
             printed["line_time"],

@@ -28,8 +28,8 @@ class Digit:
     """A digit of a printed value.
 
     Attributes:
-        path: Indices of the digit's text in the rows of the item.
-        index: Position of the digit within this text.
+        path: Indices of the number that contains the digit, in the nested lists of the value.
+        index: Position of the digit within the text of the number.
     """
 
     path: tuple[int, ...]
@@ -37,7 +37,10 @@ class Digit:
 
 
 def exemption(row: Row) -> str:
-    """Returns why no changed digit can refute a verdict, or "" if every digit can."""
+    """Returns why a changed digit of a row cannot change its verdict.
+
+    The result is "" if a change of any digit must change the verdict.
+    """
     if row.source is None or row.source.value is None:
         return NOTHING
     if not digits(row):
@@ -48,7 +51,7 @@ def exemption(row: Row) -> str:
 
 
 def has_cause(row: Row) -> bool:
-    """Tests whether the row of a wrong value states the cause."""
+    """Tests whether the note of a row states the cause of a wrong printed value."""
     return "cause: " in row.note
 
 
@@ -84,11 +87,11 @@ def is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Tests whether the verdict of a row survives a wrong digit.
+    """Tests whether the verdict of a row stays the same for a changed digit.
 
-    The test changes the number by multiples of the digit's unit. Just beyond the tolerance, the
-    verdict must fail in at least one direction; just beyond twice the tolerance, it must fail in
-    both directions.
+    The printed number is changed by multiples of the digit's unit, upward and downward. The verdict
+    must change for at least one change just above the tolerance. The verdict must change for both
+    changes just above twice the tolerance.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"item {row.item} stores no verdict function")
@@ -102,11 +105,14 @@ def _holds(row: Row, changed: Printed) -> bool:
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):
-        return False  # the changed digit refutes the verdict, or the equation has no value
+        return False  # with the changed digit, the comparison fails or the equation has no value
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """Returns the items for small and for larger changes of a digit, in both directions."""
+    """Returns (items just above the tolerance, items just above twice the tolerance).
+
+    In each list, the number is changed upward and downward.
+    """
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:

@@ -29,8 +29,8 @@ def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tupl
 
     Args:
         height: Height of the figure [inch].
-        rows: Number of rows of axes.
-        columns: Number of columns of axes.
+        rows: Number of rows of subplots.
+        columns: Number of columns of subplots.
         given: Further arguments of `matplotlib.pyplot.subplots`.
     """
     import matplotlib.pyplot as plt  # noqa: PLC0415

@@ -37,6 +37,7 @@ from chasles.study.motion import Motion, Trajectory, joint_line, time_scaling
 
 HERE = Path(__file__).parent
 CONFIGURATION = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
+CASE = "The configuration of the robot is (0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9) m or rad"
 MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
 """End states of figure 3 [m, rad]: the paper says "as much as possible" and prints no limits."""
@@ -83,7 +84,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
         not_printed(
             printed["inverse"],
             int(reached.count),
-            "the closed form has this number of solutions at the configuration below",
+            f"the value is the number of closed-form solutions. {CASE}",
         ),
     ]
 
@@ -99,9 +100,9 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
         not_reproducible(
             printed["r20"],
             ring_top,
-            "no equation contains r20; our value is the ring top's height in the world frame from "
-            f"(3) to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
-            "below this frame, although the text first defines the frame at this surface",
+            "no equation contains r20. Our value is r2: by (3) to (5), the ring top has the height "
+            f"r2 in the world frame. With r20, the upper surface of the track lies {below:.0f} mm "
+            "below the world frame, although the text defines the world frame on this surface",
         ),
     ]
 
@@ -123,20 +124,18 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
             printed["dh_22"],
             T[1, 1],
             evaluated(right, **values),
-            "correct: cos(theta) instead of sin(theta). Each alpha of table 1 is "
-            "±90 deg, where the entry vanishes",
+            "correct: cos(theta) instead of sin(theta). Each alpha of table 1 is ±90 deg, so the "
+            "factor cos(alpha) of the entry is 0",
             evaluated=at(**values),
         ),
         consistent(
             printed["table_1"],
             own[:8],
-            "the rows are inputs, evaluated by the corrected (1) at the configuration below",
+            f"the rows are inputs, evaluated by the corrected equation (1). {CASE}",
             evaluated=lambda item: by_corrected_dh(item, symbols),
         ),
         *(
-            agrees(
-                printed[name], step, "evaluated at the configuration below", evaluated=at(**symbols)
-            )
+            agrees(printed[name], step, CASE, evaluated=at(**symbols))
             for name, step in zip(MATRICES, own, strict=True)
         ),
     ]
@@ -198,22 +197,23 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
             printed["s_model_y"],
             T[1, 3],
             evaluated(right, **symbols),
-            "correct: cos(theta) for cos(beta); y multiplies cos(alpha) cos(theta) + sin sin sin",
+            "the correct factor of y is cos(alpha) cos(theta) + sin(alpha) sin(beta) sin(theta). "
+            "The paper prints cos(beta) instead of cos(theta)",
             evaluated=at(**symbols),
         ),
         erratum(
             printed["Aee_by_2"],
             last[:2, :2],
             np.array([[c, -s], [s, c]]),
-            "(11) rotates by -theta_ee, but (2) with row 7-EE of table 1 by +theta_ee = -0.9 rad. "
-            "The robot follows (11), with direction = -1",
+            "equation (11) rotates by -theta_ee. Equation (2) with row 7-EE of table 1 rotates by "
+            "+theta_ee = -0.9 rad. The robot file uses the direction of (11)",
             evaluated=at(tee=CONFIGURATION[-1]),
         ),
     ]
 
 
 def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
-    """Evaluates printed equations in rows of different lengths, and concatenates the values."""
+    """Evaluates the printed equations of a matrix row by row. Returns all values in one array."""
     texts = [text for row in printed.value or () for text in row]
     return np.array([evaluated(Printed("", text, "", ""), **symbols) for text in texts])
 
@@ -230,8 +230,8 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     product = np.linalg.multi_dot(others)
     whole = first @ product
     note = (
-        "correct: A0 A1 ... A7 Aee, as the text says world frame; evaluated at the "
-        "configuration below"
+        "the correct product is A0 A1 ... A7 Aee, because the text states the position in the "
+        f"world frame. {CASE}"
     )
     return [
         erratum(
@@ -276,8 +276,8 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
                 all(row.is_continuous for row in rows) and min(values) > 0,
                 f"smallest det(D^T D) {min(values):.1f}",
             ),
-            f"{rows[0].completed} for DH, and each alpha between two axes is ±90 deg; "
-            f"{by_ee} for the S-model, and beta of row 7-EE is 0",
+            f"for DH, det(D^T D) is {rows[0].completed}, and each alpha between two axes is "
+            f"±90 deg. For the S-model, det(D^T D) is {by_ee}, and beta of row 7-EE is 0",
         ),
         not_printed(
             printed["numbers"],
@@ -298,8 +298,9 @@ def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
     for part in AXES:
         p = moved(robot, part).T[:, :3, 3]
         way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
-        reason = "no end state is printed; the tool is at the wrist center" * (way < ROUNDING)
-        reason = reason or f"no end state is printed; the tool ends at {place(p[-1])} m"
+        end = f"the tool ends at {place(p[-1])} m"
+        end = "the tool is at the wrist center, so it does not move" if way < ROUNDING else end
+        reason = f"the paper prints no end state. For our end state, {end}"
         found.append(assumed(printed[part], way, reason))
     return found
 

@@ -36,7 +36,7 @@ AHEAD = np.array([0.0, 0.3, 0.0])
 INWARDS = 1e-10
 """Relative displacement that moves a point of the workspace boundary inward, within reach."""
 BISECTIONS = 50
-LEG = "evaluated for the lower left leg at (45 mm, 20 mm, 10 deg)"
+LEG = "Evaluated for the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
 """A square millimeter [m^2]."""
 SPEED = np.array([0.1, 0.0, 0.0])
@@ -111,7 +111,8 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"correct: 2 pi - pi/6, 330 deg; else the {words} triangle is not equilateral",
+                f"correct: 2 pi - pi/6, which is 330 deg. With the printed angle, the {words} "
+                "triangle is not equilateral",
                 evaluated=at(),
             ),
         ]
@@ -130,7 +131,8 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
             printed["base_joints"],
             b,
             -on_base(printed["base_joints"]),
-            "correct: without the minus signs, which (B.2.7) removes again",
+            "the correct equations have no minus signs. In (B.2.7), a second minus sign cancels "
+            "the wrong sign",
             evaluated=on_base,
         ),
     ]
@@ -149,7 +151,7 @@ def on_platform() -> Any:
 
 
 def leg(k: int) -> dict[str, float]:
-    """Returns the symbol values of leg k at the pose of figure 2.4, on the first branch."""
+    """Returns the symbol values of leg k at the pose of figure 2.4, for its first solution."""
     robot = platform()
     b, _ = base_and_platform()
     q = robot.ik_planar(TURNED).q[0]
@@ -181,26 +183,26 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["leg_square"],
             0.0,
             square,
-            f"correct: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2; {LEG}",
+            f"correct: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2. {LEG}",
             evaluated=at(**values),
         ),
         agrees(
             printed["e1_e2"],
             np.array([e1, e2]),
-            f"our values solve (B.2.1) at both solutions theta; {LEG}",
+            f"our values solve (B.2.1) at both solutions theta. {LEG}",
             evaluated=at(**values),
         ),
         erratum(
             printed["e3"],
             2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)),
             e3,
-            "correct: X^2 + Y^2 + S_A^2 - L^2; the printed formula is evaluated in millimeters",
+            "correct: X^2 + Y^2 + S_A^2 - L^2. The printed formula is evaluated in millimeters",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
         ),
         agrees(
             printed["half_tangents"],
             np.zeros(2),
-            f"e3 is corrected; both solutions are {LEG}",
+            f"the printed equation is evaluated with the corrected e3, at both solutions. {LEG}",
             evaluated=lambda item: np.array(
                 [evaluated(item, t=t, e1=e1, e2=e2, e3=e3) for t in np.tan(both / 2)]
             ),
@@ -208,13 +210,14 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["half_angle"],
             both,
-            f"e3 is corrected; {LEG}",
+            f"the printed equation is evaluated with the corrected e3. {LEG}",
             evaluated=at(e1=e1, e2=e2, e3=e3),
         ),
         agrees(
             printed["node_x"],
             node[0],
-            "the paper uses the base joints of (B.1.3); our value starts at the platform joint",
+            "the paper computes M from the base joint of (B.1.3). Our value is computed from the "
+            "platform joint",
             evaluated=at(**sides),
         ),
         erratum(
@@ -266,18 +269,18 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["modes_found"],
             counts,
-            "this row is not part of the paper; it counts the modes of all branches",
+            "this row is not part of the paper. The row counts the modes of all branches",
         ),
     ]
 
 
 def areas(printed: dict[str, Printed]) -> list[Row]:
-    """States the areas of the workspaces in figures 2.6 and 2.7, which circles bound."""
+    """States the areas of the workspaces in figures 2.6 and 2.7. Circular arcs bound each area."""
     found = [consistent(printed["area_0"], region(0).area, TWICE)]
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
             item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
-            words = "the figures are lost; our area is exact, from circular arcs"
+            words = "the figures are lost. Our area is computed exactly from circular arcs"
             ours = consistent(item, area, TWICE) if item.value else lost(item, area, words)
             found.append(ours)
     return found
@@ -289,19 +292,26 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
     way = robot.distance_to_singularity(POSE, AHEAD)
     words = "the value is not part of the paper"
     return [
-        not_printed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),
+        not_printed(
+            printed["type_1"],
+            way.type_1 * AHEAD[1],
+            f"{words}. At the singularity, a leg is stretched",
+        ),
         not_printed(
             printed["type_2"],
             way.type_2 * AHEAD[1],
-            f"{words}; the platform gains a degree of freedom",
+            f"{words}. At the singularity, the platform gains a degree of freedom",
         ),
         not_printed(
-            printed["type_3"], third_kind()[:2], f"{words}; types 1 and 2 coincide on the boundary"
+            printed["type_3"],
+            third_kind()[:2],
+            f"{words}. At this boundary position, singularities of types 1 and 2 coincide",
         ),
         not_printed(
             printed["velocity"],
             robot.actuator_rates(POSE, SPEED),
-            f"{words}; it follows from J_x x' = J_q q' for the first branches",
+            f"{words}. The rates are computed by J_x x' = J_q q' for the first inverse solution of "
+            "each leg",
         ),
     ]
 
@@ -333,6 +343,6 @@ def on(arc: Any, part: float) -> Any:
 
 
 def determinant(pose: Any) -> float:
-    """Returns the determinant of J_x on the first branches."""
+    """Returns the determinant of J_x at a pose, for the first inverse solution of each leg."""
     robot = platform()
     return float(robot.determinants(pose, robot.ik_planar(pose).q[0]).J_x)

@@ -18,8 +18,8 @@ from chasles.study.planning import Plan, prm
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
 RNG = 35
-"""Seed of the random numbers in figures 3.2 to 3.4. As in the report, 100 points fail at step 10,
-but a larger step or more points succeed."""
+"""Seed of the random numbers in figures 3.2 to 3.4. As in the report, a roadmap with 100 points and
+step 10 contains no path. A larger step or more points give a path."""
 MM = 1000.0
 
 
@@ -136,7 +136,7 @@ def flow_chart() -> Any:
 
 
 def configuration(pose: Any) -> Any:
-    """Draws the platform in a pose: first branches, and the other leg solutions in gray."""
+    """Draws the platform in a pose: the first solution of each leg, and the second one in gray."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(pose).q[[0, -1]]
     posed(axes, pose, q[1], "#9a9a9a", linestyle="--", label="other solution")

@@ -5,11 +5,11 @@ The items of a paper are in `printed/<paper>.toml`, one TOML table per item, wit
 `item` is the name of the item in the tables, by default the key of the TOML table.
 
 `value` is the value in the paper, as a string such as "0.97" that preserves the printed digits. The
-value may also be a nested list of strings, words or an equation. The field `value` is omitted if
-the paper prints no value, or if the value is lost.
+string can also contain words or an equation. A nested list of strings represents a matrix. The
+field `value` is omitted if the paper prints no value, or if the value is lost.
 
-`evaluated` replaces `value` for a number that the paper does not print. Such a number is evaluated
-from the equations of the paper, independently of chasles.
+`evaluated` replaces `value` for a number that the paper does not print. The number in `evaluated`
+is computed by the equations of the paper, independently of chasles.
 
 `unit` is a unit of `UNITS`, by default none.
 
@@ -111,7 +111,7 @@ def read(paper: str) -> dict[str, Printed]:
         paper: Name of the file in `printed/`, without its suffix.
 
     Raises:
-        ValueError: A unit is unknown, or an "about" lacks the paper's words.
+        ValueError: A unit is unknown, or an item with the field `about` has no field `text`.
     """
     tables = tomllib.loads((PRINTED / f"{paper}.toml").read_text(encoding="utf-8"))
     return {key: _printed(f"{paper}.toml, {key}", key, table) for key, table in tables.items()}
@@ -124,7 +124,7 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
     if about is not None and "about" not in table.get("text", ""):
         raise ValueError(f"{place}: field `text` must quote the paper's words for about = {about}")
     if "value" in table and "evaluated" in table:
-        raise ValueError(f"{place}: expected the field value or evaluated, got both")
+        raise ValueError(f"{place}: has the fields `value` and `evaluated`; expected one of them")
     found = table.get("value", table.get("evaluated"))
     return Printed(
         item=table.get("item", key.replace("_", " ")),

@@ -72,7 +72,7 @@ TWICE = "both values come from the same model, computed twice"
 """Note on values that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9
-"""Relative rounding error that an equation may have."""
+"""Maximum relative rounding error of an evaluated equation."""
 EDGE = 1e-12
 """Relative widening of the agreement interval, because decimal bounds such as 0.655 have no exact
 float."""
@@ -104,17 +104,18 @@ class Row:
 
     Attributes:
         item: Name of the item.
-        printed: The printed value [unit], in brackets if it was evaluated, or None if it is not
-            printed or lost.
+        printed: The printed value [unit], or None if the value is lost or the paper prints no
+            value. A value in brackets was evaluated by equations of the paper.
         ours: The value of chasles [unit], or None.
-        unit: The unit of both values.
-        verdict: The result of the comparison.
+        unit: The unit of `printed` and `ours`.
+        verdict: The result of the comparison of `printed` and `ours`.
         where: Position of the item in the paper.
         note: A remark, such as the corrected value, an interpretation that we tried, or an
             assumption.
         digits: Decimals of `ours` in the table, if it is a number.
         source: The compared item.
-        judge: Asserts the same verdict for another printed value.
+        judge: Function that compares a changed printed value with the value of chasles. The
+            function raises an error if the verdict of the row does not hold.
     """
 
     item: str
@@ -136,7 +137,7 @@ class Row:
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Stores the verdict function in the row; tests apply this function to changed digits."""
+    """Stores the verdict function in the row. Tests call it with changed digits of the value."""
 
     @wraps(verdict)
     def judged(printed: Printed, *values: Any, **named: Any) -> Row:
@@ -160,7 +161,7 @@ def agrees(
         evaluated: Evaluates a printed equation; our value must agree except for rounding errors.
 
     Raises:
-        Refuted: The values differ, or the paper does not print the value.
+        Refuted: The printed value differs from our value, or the paper does not print the value.
     """
     if printed.is_evaluated:
         raise Refuted(f"item {printed.item} has no printed value; use `consistent`")
@@ -171,10 +172,12 @@ def agrees(
 def consistent(
     printed: Printed, ours: Value, reason: str = ECHO, *, evaluated: Equation | None = None
 ) -> Row:
-    """Asserts an agreement that proves nothing: an input, or two results of the same model.
+    """Asserts an agreement that proves nothing about the paper.
+
+    The value is an input that was copied from the paper, or one model is computed twice.
 
     Raises:
-        Refuted: The values differ, or the reason is empty.
+        Refuted: The printed value differs from our value, or the reason is empty.
     """
     if not reason:
         raise Refuted(f"item {printed.item} has no reason")
@@ -186,7 +189,7 @@ def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
     """Asserts agreement under an interpretation that the paper does not state.
 
     Raises:
-        Refuted: The values differ, or the interpretation is not stated.
+        Refuted: The printed value differs from our value, or the interpretation is not stated.
     """
     if not reading:
         raise Refuted(f"item {printed.item} states no interpretation of the paper")
@@ -231,16 +234,17 @@ def erratum(
         ours: The value of chasles in meters, radians and seconds, or a `Finding` for a statement in
             words.
         corrected: The correct value. A string is in the item's unit and accurate to half a unit of
-            its last digit. A number or an array is in meters, radians and seconds, from a corrected
-            equation, and accurate to rounding errors. A `Finding` is the corrected statement.
+            its last digit. A number or an array comes from a corrected equation. Numbers and arrays
+            are in meters, radians and seconds, and accurate to rounding errors. A `Finding`
+            contains a corrected statement in words.
         note: What is wrong.
         evaluated: Evaluates a printed equation in the units of `ours`.
         cause: Cause of the wrong printed value in words, and the value that results from this
             cause.
 
     Raises:
-        Refuted: The printed value is right, the corrected value is wrong, or the cause does not
-        produce the printed value.
+        Refuted: The printed value agrees with our value, the corrected value differs from our
+            value, or the cause does not produce the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
@@ -289,7 +293,7 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
     """States a value or curve that is missing in the available text, and the value of chasles.
 
     Raises:
-        Refuted: The paper prints a value, or the reason is empty.
+        Refuted: The item has a printed value, or the reason is empty.
     """
     return _without_value(printed, ours, "lost", reason)
 
@@ -323,12 +327,12 @@ def not_reproducible(
         readings: Other interpretations that were tried, each with its value.
 
     Raises:
-        Refuted: Our value or an interpretation agrees with the printed value, or no interpretation
-            was tried.
+        Refuted: The printed value agrees with our value or with the value of an interpretation, or
+            there is neither a note nor an interpretation.
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
-        raise _refuted(printed, ours, "has no tried interpretation; ours is")
+        raise _refuted(printed, ours, "has neither a note nor an interpretation; our value is")
     for value in (ours, *readings.values()):
         if _same(printed.value, value, printed):
             raise _refuted(printed, value, "is reproducible by")
@@ -380,9 +384,9 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 
 
 def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
-    """Tests whether a number, rounded for the table, falls on the limit of agreement.
+    """Tests whether our number, rounded for the table, differs by exactly the tolerance.
 
-    A reader could then not see whether the number agrees.
+    For such a rounded number, a reader could not see whether our number agrees.
     """
     if isinstance(ours, Finding | str):
         return False
@@ -401,7 +405,10 @@ def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int)
 
 
 def _decimals(value: Text | None) -> int:
-    """Returns the largest number of printed decimals, 3 without a value, or 5 for an equation."""
+    """Returns the largest number of decimals of the printed numbers.
+
+    The result is 3 if there is no printed value, and 5 for an equation.
+    """
     if value is None:
         return 3
     if isinstance(value, tuple):

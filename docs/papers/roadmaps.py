@@ -34,13 +34,14 @@ MACHINES = ((10, 34, 10, 8), (44, 20, 8, 10), (44, 66, 8, 12), (78, 26, 10, 8))
 """Corner and side lengths of each machine on the map, in cells."""
 RUNS, SPREAD_RUNS = 10, 4
 FEW = 25
-"""Number of points that is enough if the step is the smallest distance."""
+"""Number of roadmap points that is enough if the step is read as the smallest point distance."""
 COUNTS = (50, 100, 200, 400)
 """Numbers of points in the study."""
 MAX = 0.9
 """A number of points is enough if more than this fraction of the runs succeed."""
 SMALL, LARGE = 10, 20
-"""Steps of the figures, in cells."""
+"""Step sizes of the roadmaps in figures 3.2 to 3.4, in map cells."""
+READ = "the step is read as"
 LINK = 0.012
 """Radius of the arm's links [m]."""
 BALL, BALL_RADIUS = (0.21, 0.09, 0.11), 0.03
@@ -51,7 +52,7 @@ TABLE = np.array([0.5, 0.5, 0.02])
 
 @cache
 def workshop() -> OccupancyMap:
-    """Returns our map of walls with gaps and some machines; figure 3.1 is lost."""
+    """Returns a map with walls, gaps and machines. This map replaces figure 3.1, which is lost."""
     occupied = np.zeros((SIDE, SIDE), dtype=bool)
     occupied[30:34, :50] = True
     occupied[66:70, 50:] = True
@@ -67,14 +68,14 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def trials() -> SuccessStudy:
-    """Success rates if the step is the largest distance between connected points."""
+    """Returns success rates. The step is read as the largest distance of connected points."""
     return success_study(
         workshop(), START, GOAL, samples=COUNTS, max_steps=(SMALL, LARGE), runs=RUNS
     )
 
 
 def rate(points: int, step: float) -> float:
-    """Returns the success rate if the step is the largest distance between connected points."""
+    """Returns the success rate. The step is read as the largest distance of connected points."""
     found = [row for row in trials().rows if (row.samples, row.max_step) == (points, step)]
     return found[0].rate
 
@@ -86,13 +87,16 @@ def spread_maps(points: int, step: float) -> list[Any]:
 
 
 def spread_rate(points: int, step: float) -> float:
-    """Returns the success rate if the step is the smallest distance between points."""
+    """Returns the success rate. The step is read as the smallest distance between points."""
     plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 
 
 def spacing(points: int, step: float) -> float:
-    """Returns the mean nearest-point distance if the step is the smallest distance."""
+    """Returns the mean distance of a roadmap point from the nearest other point.
+
+    The step is read as the smallest distance between points.
+    """
     found = []
     for own in spread_maps(points, step):
         p = np.asarray(own.q)
@@ -105,23 +109,26 @@ def spacing(points: int, step: float) -> float:
 def paths(printed: dict[str, Printed]) -> list[Row]:
     """Evaluates figures 3.2 to 3.4 for both meanings of the step."""
     free = 1 - workshop().occupied.mean()
-    words = "the figure is lost; our map has walls with gaps and machines"
+    words = "figure 3.1 is lost. Our map has walls with gaps and machines"
     found = [assumed(printed["map"], f"{SIDE} x {SIDE} cells, {100 * free:.0f} % free", words)]
     for name, own, reading, runs in (
-        ("path", rate, "the step is the largest distance between connected points", RUNS),
-        ("spread", spread_rate, "the step is the smallest distance between points", SPREAD_RUNS),
+        ("path", rate, f"{READ} the largest distance between connected points", RUNS),
+        ("spread", spread_rate, f"{READ} the smallest distance between points", SPREAD_RUNS),
     ):
         for k, (figure, case) in enumerate(CASES.items()):
             note = (
-                f"{reading}; our value is from {runs} runs on our map; the text describes figure "
-                f"{figure}"
+                f"{reading}. Our value is the success rate of {runs} runs on our map. The text of "
+                f"the report describes figure {figure}"
             )
             found.append(lost(printed[f"{name}_{k + 1}"], own(*case), note))
     return found
 
 
 def claims(printed: dict[str, Printed]) -> list[Row]:
-    """Checks the report's conclusions; no single meaning of the step supports all of them."""
+    """Checks the conclusions of the report.
+
+    The report does not define the step. No single definition supports all conclusions.
+    """
     rates = [rate(points, SMALL) for points in COUNTS]
     rising = all(a <= b for a, b in pairwise(rates)) and rates[0] < rates[-1]
     enough = {step: needed(step) for step in (SMALL, LARGE)}
@@ -135,10 +142,10 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
         in_one_reading(
             printed["fails"],
             Finding(rising, shares),
-            f"step 10 is the largest distance, for {points} points and {RUNS} runs. With step 10 "
-            f"as "
-            f"smallest distance, {FEW} points find a path in {100 * few[SMALL]:.0f} % of "
-            f"{SPREAD_RUNS} runs",
+            f"{READ} the largest distance between connected points. The values are the success "
+            f"rates of {RUNS} runs with step 10 and {points} points. If step 10 is read as the "
+            f"smallest distance between points, {FEW} points are enough: "
+            f"{100 * few[SMALL]:.0f} % of {SPREAD_RUNS} runs find a path",
         ),
         in_one_reading(
             printed["disperses"],
@@ -146,23 +153,25 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
                 apart[LARGE] > apart[SMALL],
                 f"{apart[SMALL]:.0f} and {apart[LARGE]:.0f} cells apart",
             ),
-            "steps 10 and 20 are smallest distances of 100 points. With the step as largest "
-            "distance, "
-            "the layout does not depend on the step; no reading supports both claims",
+            f"{READ} the smallest distance between points, for 100 points and steps 10 and 20. If "
+            "the step is read as the largest distance between connected points, the layout of the "
+            "points does not depend on the step. No reading supports this claim and the claim on "
+            "the number of points",
         ),
         in_one_reading(
             printed["fewer"],
             Finding(
                 enough[LARGE] < enough[SMALL], f"{enough[LARGE]} points instead of {enough[SMALL]}"
             ),
-            f"with steps as largest distances, nine of ten runs succeed. As smallest distances, "
-            f"{FEW} "
-            f"points find a path in {always} of {SPREAD_RUNS} runs",
+            f"{READ} the largest distance between connected points. With the stated numbers of "
+            f"points, nine of ten runs find a path. If the step is read as the smallest distance "
+            f"between points, {always} of {SPREAD_RUNS} runs find a path with {FEW} points",
         ),
         agrees(
             printed["time"],
             Finding(seconds[0] < seconds[-1], "more time"),
-            f"for {COUNTS[0]} and {COUNTS[-1]} points, with step 20 as the largest distance",
+            f"the computation times for {COUNTS[0]} and {COUNTS[-1]} points are compared. Step 20 "
+            "is the largest distance between connected points",
         ),
     ]
 
@@ -188,5 +197,8 @@ def arm(printed: dict[str, Printed]) -> list[Row]:
     """Plans with a roadmap in the joint coordinates of the arm."""
     space, plan = arm_plan()
     clear = min(space.clearance(q)[0] for q in plan.at(np.linspace(0, 1, 60)))
-    words = "the report plans in a plane; our length is in joint space, from via point 1 to 5"
-    return [not_printed(printed["arm"], plan.length, f"{words}; clearance {1000 * clear:.1f} mm")]
+    words = (
+        "the report plans in a plane. Our value is the length of a path in joint space from via "
+        f"point 1 to via point 5. The clearance of this path is {1000 * clear:.1f} mm"
+    )
+    return [not_printed(printed["arm"], plan.length, words)]
