@@ -14,8 +14,8 @@ from .values import Values
 LONGEST_EXACT = 10**15
 """Maximum numerator and denominator of a short fraction.
 
-Both numbers have about as many digits as a double. SymPy can always factor the square of a short
-root.
+Numerator and denominator have about as many digits as a double. SymPy can always factor the square
+of a short root.
 """
 
 
@@ -70,7 +70,9 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Replaces symbols by numbers. Roots and angles follow the rules of this module.
+    """Replaces symbols by numbers.
+
+    Roots are computed by :func:`power`, and angles by :func:`angle_of`.
 
     Raises:
         NoValue: A root of a long number is not real.

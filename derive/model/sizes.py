@@ -7,7 +7,7 @@ from types import MappingProxyType
 import sympy as sp
 
 MANY = 10_000
-"""Maximum of all counts."""
+"""Upper limit of the numbers that ``addends`` and ``size`` return."""
 _NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
 
 
@@ -16,7 +16,7 @@ def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
 
     Args:
         expression: An expression.
-        known: The number of terms of symbols that stand for sums.
+        known: The number of terms of each symbol that stands for a sum.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)
@@ -36,7 +36,7 @@ def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
 
     Args:
         expression: An expression.
-        known: The sizes of symbols that stand for expressions.
+        known: The size of each symbol that stands for an expression.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)

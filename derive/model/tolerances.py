@@ -9,8 +9,8 @@ import sympy as sp
 # --- all folders: high-precision numbers ---
 
 EVALUATION_DIGITS = 40
-"""Decimal digits of evaluated constants. A double has 16, so rounding does not affect
-comparisons with integers and multiples of pi."""
+"""Decimal digits of evaluated constants. A double has 16 digits. With 40 digits, rounding does not
+affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
 """Decimal digits of intermediate results in constant expressions. Chains of named constants lose
 a few digits. With additional digits, all 40 digits of a constant are correct."""
@@ -22,8 +22,9 @@ ROUNDING = 10.0**-RELIABLE_DIGITS
 unit)."""
 
 MAX_WAVES = 0.05
-"""Maximum amplitude of the waves of a drive (radian), relative to its gain. For such waves,
-three Newton steps invert the drive equation up to rounding errors. Real drives stay below 0.001."""
+"""Maximum amplitude of the waves of a drive (radian), relative to its gain. Up to this amplitude,
+three Newton steps invert the drive equation up to rounding errors. Real drives have relative
+amplitudes below 0.001."""
 MAX_SAG = 0.05
 """Maximum derivative of a joint deflection with respect to the coordinates. Each fixed-point
 step reduces the error by this factor. Twelve steps invert the spring equation up to rounding
@@ -37,19 +38,22 @@ is relative to the longest length of the robot, or to the largest component of a
 angles, the noise is in radians. Other programs round poses to nine or more places. An angle of
 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Maximum tool displacement (meter) by noise removal without a warning. The value exceeds the
-repeatability of an arm."""
+"""Maximum tool displacement (meter) by noise removal without a warning. This displacement exceeds
+the repeatability of an arm."""
 NOISE_GAP = 1000
-"""Minimum ratio (no unit) of the last place of a decimal to its noise. For 1000, three zeros or
-nines follow the last place. One in 500 random numbers has them."""
+"""Minimum ratio (no unit) of the last decimal place of an exact decimal to the noise after this
+place. The ratio 1000 means that three zeros or nines follow the last place of the exact decimal.
+One in 500 random numbers has three zeros or nines at this place."""
 CONTINUOUS_MODEL = 0.02
-"""Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the
-arm length). Below this value, a parameter changes at least fifty times as much as the axis. An
-assembly error of 1 mrad then needs a change of 50 mrad. In a factory calibration, axes are 6
-mrad from parallel. Parameters along the common normal then displace the axis by less than 1e-4."""
+"""Minimum displacement of an axis for a parameter change of norm 1 (radian, or relative to the arm
+length). If the displacement is smaller, the parameters change at least fifty times as much as the
+axis. A parameter change of 50 mrad would then describe an assembly error of 1 mrad. For axes 6 mrad
+from parallel, as in a factory calibration, parameters along the common normal displace the axis by
+less than 1e-4."""
 DOUBLE = 1e-15
-"""Maximum relative difference (no unit) between a decimal and its double. The value corresponds
-to 15 digits. By chance, one number in 10^7 is as close to a single-precision number."""
+"""Maximum relative difference (no unit) between a decimal and its double. A relative difference of
+1e-15 corresponds to 15 digits. By chance, one number in 10^7 is as close to a single-precision
+number."""
 SINGLE = 2.0**-23
 """Maximum relative rounding error of a single-precision number (no unit). The value is one unit
 in the last place, because a computation may round twice."""
@@ -57,40 +61,42 @@ ANGLE_SNAP = NOISE
 """Maximum difference (radian) between an angle in a file and the multiple of pi/12 that replaces
 it, for any number of digits."""
 CHANCE = 0.01
-"""Maximum probability that an angle matches a multiple of an angle step by chance. The
-probability is the ratio of the last decimal place to the step. For example, 1.57 counts as a
-right angle, but 0.79 does not count as 45 degrees."""
+"""Maximum probability that an angle matches a multiple of an angle step by chance. The probability
+of a match is the last decimal place of the angle, divided by the angle step. For example, 1.57
+counts as a right angle, but 0.79 does not count as 45 degrees."""
 LONGEST_LENGTH = 20.0
 """Maximum length (meter) without a stated unit. Links of arms are shorter than 10 m. In
-millimeters, an arm has a link above 20."""
+millimeters, some link length of an arm exceeds the number 20."""
 SHORTEST_ARM = 1e-3
 """Minimum plausible size of an arm (meter). Desktop arms are about 0.1 m long."""
 LARGEST_ANGLE = 6.5
 """Maximum angle (radian) without a stated unit. A rounded full turn is 6.2832 or 6.3."""
 MAX_TURNED = 45.0
-"""Maximum plausible joint limit (radian), which is seven turns. A larger limit may be in
+"""Maximum plausible joint limit (radian), which is seven turns. A joint limit above 45 may be in
 degrees."""
 UNLIMITED = 10_000
-"""Maximum width of a limited joint range (radian or meter). A wider joint counts as unlimited. Some
-programs write 1e4 to 1e16 in required fields. No axis rotates 1,600 turns."""
+"""Maximum width of a limited joint range (radian or meter). A joint with a wider range counts as
+unlimited. Some programs write limits of 1e4 to 1e16 for unlimited joints, because the file format
+requires limits. No axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
 """Decimal digits of axis angles without a short exact form. The error of 1e-25 rad is far below
 the rounding error of a double. Decimals avoid roots of long fractions, which SymPy would factor."""
 SHORT_PROPORTION = 1000
 """Largest integer in the ratios of a direction that has a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Maximum component of a unit vector or quaternion without a usable direction (no unit). Rounding
-errors are 1e-16. At gimbal lock, roll and yaw share an axis."""
+"""Components of a unit vector or quaternion up to this value do not determine an angle (no unit).
+Rounding errors are 1e-16. At gimbal lock, roll and yaw share an axis."""
 COMPILED_DECIMALS = 14
 """Decimal places (meter, radian) of numbers that a program computed. Rounding errors are 1e-16
 for one or two meters, and no author writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Maximum difference (radian) between a computed angle and the angle in a file. The value is a
-few rounding errors of an angle near pi."""
+"""Maximum difference (radian) between a computed angle and the angle in a file. The rounding error
+of an angle near pi is a few times smaller."""
 CALIBRATED_TOOL = 0.05
-"""Maximum effect of a factory calibration on the tool at zero. The value bounds the distance
-(meter) and the norm of the difference of the rotation matrices. Calibrations move the tool by
-millimeters. A calibration for another type of robot moves the tool by 80 mm or more."""
+"""Maximum displacement of the tool by a factory calibration, with all joints at zero. This limit
+applies to the tool distance (meter), and to the norm of the difference of the rotation matrices.
+Calibrations move the tool by millimeters. A calibration for another type of robot moves the tool by
+80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation from a linear or constant function of the lengths in a file (m or rad, for
 lengths near 1 m). For numbers with 15 digits, rounding errors are about 1e-14. The deviation of
@@ -100,8 +106,8 @@ a wrong expression is about as large as the expression itself."""
 
 MEANT = 1e-100
 """Maximum nonzero constant (no unit) that cannot be a rounding error, so that it is not replaced by
-0. Rounding errors of numbers near 1 are at least 1e-40, so a constant of 1e-150 must be in the
-file."""
+0. Rounding errors of numbers near 1 are at least 1e-40. A constant of 1e-150 is therefore a number
+  that the file contains."""
 UNIT_VECTOR = 1e-12
 """Maximum difference between 1 and the squared length of a unit vector (no unit). Rounding
 errors are about 1e-15. An exact vector must have exactly the length 1."""
@@ -109,13 +115,14 @@ errors are about 1e-15. An exact vector must have exactly the length 1."""
 # --- loops: closures, ranks, branches ---
 
 BRANCHES_APART = 1e-6
-"""Maximum difference of the distances from the reference for which two branches are equally near. A
-distance is the root of a sum of squares, in radian or relative to the size. Near a dead point,
-rounding errors are about 1e-8. References are written with three digits."""
+"""Two branches are equally near the reference if their distances from the reference differ by at
+most this value. A distance is the root of a sum of squares, in radian or relative to the size. Near
+a dead point, rounding errors are about 1e-8. Reference configurations in files have three digits.
+"""
 OFF_BRANCH = 1e-6
 """Maximum closure error of a joint on an existing branch (radian, or relative to the size). Near a
-dead point, rounding errors grow to about 1e-8. The error of a joint that does not fit is about
-as large as the links."""
+dead point, rounding errors grow to about 1e-8. If a joint is not on an existing branch, its closure
+error is about as large as the links."""
 LOOPS_AGREE = 1e-6
 """Maximum loop residual (relative, or a cosine) for a set of fixed joint values. If the main chain
 has redundant joints, consistent values give residuals of 1e-8 near a dead point. Inconsistent
@@ -128,15 +135,17 @@ evaluated with 40 digits, so 15 digits remain for rounding errors."""
 CLOSED_LOOP = 1e-12
 """Maximum residual of a closed loop in double precision (meter, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""Minimum sin^2 of the transmission angle of a ring of pins at the reference. Otherwise, another
-ring is solved first. Two degrees from a dead point, a length error of 0.1 mm moves joints by
-milliradians."""
+"""Minimum sin^2 of the transmission angle, at the reference, of a loop of pin joints. If sin^2 is
+smaller, another loop of pin joints is solved first. Two degrees from a dead point, a length error
+of 0.1 mm moves joints by milliradians."""
 CLEAR_LEG = 0.25
-"""Minimum sin^2 of the transmission angle of a leg at the reference. Otherwise, another leg solves
-the joint. The value corresponds to an angle of 30 degrees."""
+"""Minimum sin^2 of the transmission angle, at the reference, of the leg whose equation determines a
+joint. If sin^2 is smaller, the equation of another leg determines the joint. The minimum
+transmission angle is 30 degrees."""
 VANISHED = 1e-12
 """Maximum length of a vector that may be exactly zero, relative to the longest vector. Rounding
-errors are 1e-16. A false alarm only triggers the exact test."""
+errors are 1e-16. Shorter vectors are tested exactly, so a vector that is not exactly zero does no
+harm."""
 FOUND_LOOP = 1e-10
 """Maximum residual of an implicit function of CasADi that has converged (meter, or sine of an
 angle). The last step of Newton's method is 1e-14. Redundant equations are solved in the
@@ -151,25 +160,24 @@ one. At a residual of 1e-12, a configuration may be 1e-6 from closure. Redundant
 to be independent."""
 STILL_JOINT = 1e-6
 """Maximum motion of a joint that cannot move in its closed loops (radian, or relative to the size).
-The values of a moving joint differ more between random configurations."""
+The value of a moving joint differs by more than this limit between random configurations."""
 REPEATED_AS_BUILT = 0.02
-"""Bound for singular values of redundant equations in real robots. Tilted axes make these
-equations seem independent. The bound is ten times the value for axes that are 2 mrad out of
-parallel."""
+"""Bound for singular values of redundant equations in real robots. Slightly tilted axes make
+redundant equations seem independent. The bound is ten times the value for axes that are 2 mrad out
+of parallel."""
 WORTHWHILE_STEP = 0.9
 """Maximum fraction of the residual that remains after a full Newton step. Otherwise, the step is
 shortened."""
 SAMPLED_RANGE = 0.3
-"""Distance of random configurations from the reference (radian, or relative to the size). At this
-distance, configurations are away from a singular reference, and Newton's method still closes the
+"""Distance of random configurations from the reference (radian, or relative to the size).
+Configurations at 0.3 rad are away from a singular reference, and Newton's method still closes the
 loops."""
 NEIGHBOURHOOD = 0.02
 """Distance of closed configurations near the reference (radian, or relative to the size).
 
 At larger distances, Newton's method may find another assembly mode with other degrees of freedom.
-At this distance, singular values that vanish at the reference are detected. Singular values that
-grow quadratically are 4e-4.
-"""
+At a distance of 0.02, singular values that vanish at the reference are detected. A singular value
+that grows with the square of the distance is 4e-4 at the distance 0.02."""
 NUMERICALLY_CLOSED = 1e-7
 """Maximum closure error (radian, or relative to the size) of a closed loop in a numerical
 search. A search with finite differences ends about 1e-10 from closure. At a dead point, the
@@ -181,32 +189,36 @@ step."""
 WORTHWHILE_GAIN = 1e-5
 """Minimum relative decrease of the squared closure error (no unit) per step of a minimization."""
 CLOSING_GAIN = 3e-3
-"""Minimum relative decrease of the squared closure error (no unit) per step of a search for
-closed loops. With smaller decreases, three quarters of the error would remain after eighty
-steps. A closed loop needs a decrease by fourteen orders of magnitude."""
+"""Minimum relative decrease of the squared closure error (no unit) per step of a search for closed
+loops. If the squared error decreases more slowly, at least three quarters of the squared error
+remain after eighty steps. In a search that closes the loops, the squared error decreases by
+fourteen orders of magnitude."""
 SAME_POINT = 1e-9
 """Maximum distance between two points of a drawing that coincide (meter; no unit for directions).
 Closed loops have errors of 1e-12. The eye resolves 1e-4 of the size of a robot."""
 MOVED_REFERENCE = 0.3
 """Minimum reported difference (radian, or relative) between a description and its closed reference.
-Estimated values are about 10 degrees off. Another assembly mode is usually farther away."""
+Joint values that an author estimates have errors of about 10 degrees. Another assembly mode is
+usually farther away."""
 PIN_ACROSS = 0.1
-"""Maximum cosine of the angle between a pin and its strut that count as perpendicular. For real
-robots, the cosine is a few hundredths. A frame that is only a point may have any orientation."""
+"""Maximum cosine of the angle between a pin and its strut that count as perpendicular. In real
+robots, the cosine of the angle between a pin and its strut is a few hundredths. If a strut frame
+defines only a point, the orientation of the frame is arbitrary."""
 SAME_VIEW = 1e-6
 """Maximum angle (radian) between parallel directions in a drawing. Closed overconstrained loops are
 accurate to about 1e-7."""
 LAYOUT_TIE = 1e-5
-"""Maximum distance below a half of values that are rounded up (in units of 0.1 mm). The last
-digits differ between machines, but a drawing must have the same bytes."""
+"""A value is rounded up if its fraction is a half, or less than a half by at most this tolerance
+(in units of 0.1 mm). The last digits differ between machines, but a drawing must have the same
+bytes."""
 DRAWN_AS_ONE = 1e-6
 """Maximum distance between two points of a body that are drawn as one point (relative to the size).
-The value is a hundredth of the smallest visible distance. Placements have rounding errors of
+This distance is a hundredth of the smallest visible distance. Placements have rounding errors of
 1e-15."""
 DRAWN_DIGITS = 9
 """Decimal places of a drawn point (relative to the size) and of a direction (no unit). The eye
-resolves four of them. With five more, drawings are the same on all machines and still resolve
-micrometers."""
+resolves four decimal places. With five more decimal places, drawings are the same on all machines
+and still resolve micrometers."""
 
 # --- loops: paths of complex unit poses in Study's coordinates ---
 
@@ -219,16 +231,18 @@ correction."""
 SHORTEST_PATH_STEP = 1e-9
 """Minimum step length. With shorter steps, a path ends at a singular pose or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""Maximum 1 - |<x, y>| of equal poses x and y. Each pose is accurate to 1e-12. The measure is
-quadratic in the difference."""
+"""Maximum 1 - |<x, y>| of equal poses x and y. Each pose is accurate to 1e-12. The expression 1 -
+|<x, y>| is quadratic in the difference of x and y."""
 SINGULAR_POSE = 1e11
-"""Maximum condition number of a regular pose of generic rods. Regular poses have about 1e4."""
+"""Maximum condition number of a regular pose of generic rods. Regular poses have condition numbers
+of about 1e4."""
 POSE_AT_INFINITY = 1e-10
 """Maximum |e.e| of a pose at infinity. For a rotation, e.e is never 0."""
 NO_FRAME = 1e-9
 """Maximum distance (meter) of a centroid that counts as the origin."""
 RODS_SPAN = 1e-9
-"""Minimum relative singular value of a direction in which the rods vary."""
+"""Minimum singular value of a direction in which rod ends and lengths differ between
+configurations, relative to the largest singular value."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
@@ -243,28 +257,29 @@ milliradians."""
 NEARLY_STRUCTURE = 3e-2
 """Maximum deviation (radian, or relative to the arm length) of a nominal arm that is tried. The
 nominal arm is used if Newton's method leads from its solutions to the solutions of the true arm.
-Convergence is rare for larger deviations."""
+Convergence is rare above this deviation."""
 MIN_CONVERGED = 0.9
-"""Fraction of random configurations that a nominal arm must recover. About one configuration in
-ten is near a singularity. There, a small difference between the arms moves solutions by any
-amount."""
+"""Fraction of random configurations that a nominal arm must recover. About one configuration in ten
+is near a singularity. Near a singularity, a small difference between the nominal and the true arm
+moves solutions by any amount."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
-"""Limits of the fraction that the nearest nominal solution recovers. Between them, the fraction
-that all nominal solutions recover is also computed. For 70 arms, the second fraction was at most
-0.03 smaller and 0.05 larger."""
+"""Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
+solution. Between the two limits, Newton's method is also started from all nominal solutions. For 70
+arms, starts from all nominal solutions changed the fraction by -0.03 to 0.05."""
 MIN_NEARBY = 0.5
-"""Fraction of random configurations near a nominal branch that must be recovered. The fraction
-is nearly 1 for suitable nominal arms, and 0 if the nominal inverse has other branches."""
+"""Minimum fraction of random configurations near a nominal branch that Newton's method must
+recover. This fraction is nearly 1 for suitable nominal arms, and 0 if the nominal inverse has other
+branches."""
 RECOVERED = 1e-6
 """Maximum distance (radian, or relative to the arm length) of a recovered configuration. Away
 from singularities, the error after eight steps is 1e-14."""
 MAX_REFINING_STEP = 0.3
-"""Maximum change of a coordinate per Newton step (meter or radian). A larger change may lead to
-another branch."""
+"""Maximum change of a coordinate per Newton step (meter or radian). If a step is larger, Newton's
+method may find a solution on another branch."""
 LOST = 1e-5
-"""Maximum error of a reached pose (radian, or meter for arms of at least a meter). Smaller errors
-may come from rounding, and are refined at run time."""
+"""Maximum error of a reached pose (radian, or meter for arms of at least a meter). Errors below
+1e-5 may be rounding errors, and are refined at run time."""
 JACOBIAN_RANK = 1e-9
 """Maximum singular value of the Jacobian that counts as zero. Lengths are relative to the arm."""
 OBLIQUE_AXES = 1e-3
@@ -277,15 +292,15 @@ INDEPENDENT_SLIDES = EXACT_STRUCTURE
 """Maximum smallest singular value of linearly dependent unit directions."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
 """Maximum sine of the angle between parallel directions. Parallel directions do not determine a
-joint angle. An angle is then chosen that the other joints can reach. For prismatic joints, the same
-value is the maximum cosine of perpendicular directions."""
+joint angle. In this case, the joint gets an angle for which the other joints can reach the pose.
+For prismatic joints, UNDETERMINED_SUM is the maximum cosine of perpendicular directions."""
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
 """Maximum distance (meter) between an axis and a point that a rotation about the axis does not
-move. The rotation angle is then chosen for the later joints. The choice moves the point by at
-most twice this value."""
+move. In this case, the joint gets a rotation angle for which the later joints can be solved. The
+rotation moves the point by at most twice the distance between axis and point."""
 ALIGNED_AXES = sp.Float("1e-8", 20)
-"""Maximum sine of the angle between aligned axes. The error of both joint angles is the rounding
-error divided by this sine."""
+"""Maximum sine of the angle between aligned axes. The joint angles about two aligned axes have the
+rounding error divided by the sine of the angle between the axes."""
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
 """This value is added to the first component of a computed direction, and to divisors that may
 be 0. The addition does not change numbers above 1e-134, and the square of the value does not
@@ -298,18 +313,19 @@ GREATEST_NUMBER = 1e300
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """This value is added to a sum of squares that is a divisor and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""Minimum magnitude of a number in the article. Smaller numbers only prevent a division by zero,
-for example."""
+"""Minimum magnitude of a number in the article. The article omits constants below 1e-100, which
+only prevent errors such as a division by zero."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
-"""Maximum sin^2 of half the angle between solutions that coincide. Rounding errors change it by
-about 1e-16, relative to its terms. If a solution were moved by 1e-8 from its singular position,
-later steps would not detect the singularity. An error of 4e-15 in the equation is harmless."""
+"""Maximum sin^2 of half the angle between solutions that coincide. Rounding errors change sin^2 by
+about 1e-16, relative to the terms in its formula. If a solution were moved by 1e-8 from its
+singular position, later steps would not detect the singularity. An error of 4e-15 in the equation
+is harmless."""
 MIN_CONIC = sp.Rational(1, 10**20)
 """Lower bound of the amplitude g of the second harmonic. The coefficients are near 1, with
 errors of 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
-"""Maximum P + Q for the closed form of the resolvent. Above it, the resolvent is linear up to 1e-5,
-and the closed form loses digits."""
+"""Maximum sum P + Q of two coefficients for the closed form of the resolvent cubic of a quartic. If
+P + Q is larger, the resolvent is linear up to 1e-5, and the closed form loses digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
 """Maximum accepted root tau. Rounding may move a root slightly out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
@@ -317,65 +333,70 @@ MEETING_ROOTS = sp.Rational(1, 10**14)
 EVEN_CONIC = sp.Rational(4, 10**15)
 """Maximum coefficient p that is a rounding error. The conic is then even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
-"""Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding
-errors."""
+"""Maximum magnitude of a negative slope of the resolvent cubic at t = 0 that counts as a rounding
+error. If the slope is not negative, the conic at t = 0 consists of two real lines."""
 MIN_SLOPE = sp.Rational(1, 10**10)
 """Maximum slope of the cubic at a triple root that rounding errors have split."""
 GREATEST_T = sp.Rational(3, 2)
-"""Upper bound of t after a step from a triple root. An exact t is at most 1."""
+"""Upper bound of the root t of the resolvent cubic after a step from a triple root. The exact root
+t is at most 1."""
 MIN_T = sp.Rational(1, 10**8)
 """Minimum t for which alpha is large enough to divide p by alpha."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
 """Maximum sine of the angle between linearly dependent rows."""
 FARTHEST_POINT = sp.Integer(10) ** 6
-"""Upper bound of the point X of subproblem 6. There is no solution beyond sqrt(2)."""
+"""Upper bound of the magnitude of the unknown X in subproblem 6. In a solution, the magnitude of X
+is at most sqrt(2)."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
 """Minimum squared ratio of singular values for undamped Newton steps on two angles."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
 """Minimum squared ratio of singular values for undamped Newton steps on three angles. If the
-Jacobian has rank 1, rounding errors alone can give smaller ratios."""
+Jacobian has rank 1, a squared ratio below 1e-10 can consist of rounding errors alone."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""Most negative margin at which solutions are refined. Below it, Newton's method finds other
-solutions."""
+"""Most negative margin at which solutions are refined. Below this margin, Newton's method finds
+other solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
 """Distance (radian) of start values from the common point of solutions with equal squared lengths.
 From squared lengths, an angle can be computed with an error of 1e-8."""
 PARABOLA_STEP = sp.Rational(1, 10**5)
-"""Maximum step (radian) on the second-order parabola. The value is a hundred times the start
-distance."""
+"""Maximum step (radian) on the second-order parabola. The maximum step is a hundred times
+SOLUTION_SEPARATION, the distance of the start values."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
 """Maximum error (radian, or relative to the arm length) for solving all conditions together. A step
 loses at most half of the digits, so a solution is accurate to about 1e-8."""
 POSE_DAMPING = sp.Rational(1, 10**12)
 """Minimum squared ratio of singular values for undamped pose steps. Rounding errors are 1e-16."""
 DETERMINANT_TAIL = 1e-9
-"""Maximum relative size of coefficients above degree 8 of a determinant that count as zero.
-Rounding errors are 1e-15."""
+"""Coefficients of a determinant above degree 8 count as zero up to this fraction of the largest
+coefficient. Rounding errors are 1e-15."""
 SINGLE_SOLUTION = 1e-12
 """Maximum ratio of the second smallest to the largest singular value for which the second smallest
 one counts as zero. With two small singular values, the six equations have no unique solution."""
 POOR_SEPARATION = 1e-5
-"""Minimum separation of the solutions (:attr:`.Choice.separation`). Otherwise, other joints are
-fixed. Arms with six regular joints and a prismatic joint have at least 1e-4. An arm with a
-prismatic joint parallel to two axes has 7e-7."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`). If the separation is smaller,
+the solver fixes other joints of the arm. Arms with six regular joints and a prismatic joint have
+separations of at least 1e-4. An arm with a prismatic joint parallel to two axes has a separation of
+7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver
-is practical. The general solver may then run at every pose of an arm that nearly has a
-closed-form structure. The separation is 2e-2 for a calibrated Panda with a fixed joint. For an
-iiwa, the separation is at most 2e-3, and the general solver takes five times as long."""
+"""Minimum separation of the solutions (:attr:`.Choice.separation`) for which the general solver is
+practical. The general solver may then run at every pose of an arm that nearly has a closed-form
+structure. A calibrated Panda with a fixed joint has a solution separation of 2e-2. An iiwa has a
+solution separation of at most 2e-3, and the general solver takes five times as long."""
 ASKED_MOVE = 0.05
 """Maximum median joint change (radian) between nominal and true solutions for which the general
-solver is not needed. If the joint change is larger and the solutions are well separated, the
-general solver runs at every pose. Near a wrist singularity, an arm with a large joint change has
-solutions outside all nominal branches. With a wrist offset of 13 mm (median 0.06), one of nine
-tested configurations was missed. The median is 0.02 for an IRB 120 with errors of 3.6 mm and 3.6
-mrad. The median is smaller for all tested arms with errors of up to 3 mm and 3 mrad."""
+solver is not needed. If the median joint change exceeds 0.05 rad and the solutions are well
+separated, the general solver runs at every pose. Near a wrist singularity, an arm with a large
+joint change has solutions outside all nominal branches. For a wrist offset of 13 mm, the median
+joint change is 0.06 rad, and the inverse missed one of nine tested configurations. For an IRB 120
+with errors of 3.6 mm and 3.6 mrad, the median joint change is 0.02 rad. For all tested arms with
+errors of up to 3 mm and 3 mrad, the median joint change is below 0.02 rad."""
 SEPARATE = 1e-2
 """Minimum joint difference (radian) of two solutions that the roots of the determinant distinguish.
-The value is ten times the difference of two roots whose vectors may be exchanged."""
+If two roots of the determinant differ by less than a tenth of this value, their null vectors may be
+exchanged."""
 NOMINAL_GUARD_DIGITS = 8
-"""Number of decimal digits that the exact evaluation of an angle may lose. The digits are needed
-in the test for right angles."""
+"""Number of decimal digits that the exact evaluation of an angle may lose. The test for right
+angles ignores the last eight digits."""
 
 # --- latex: printed digits ---
 
@@ -394,28 +415,29 @@ DEAD_POINT = 1e-12
 # --- emit: single precision ---
 
 MAX_THRESHOLD = 1e-8
-"""Maximum magnitude of a rounding threshold (any unit). Such a constant occurs only in conditions.
-The largest threshold is 4e-15 times the fourth power of twice the arm length in meters."""
+"""Maximum magnitude of a rounding threshold (any unit). A rounding threshold occurs only in
+conditions. The largest threshold is 4e-15 times the fourth power of twice the arm length in meters.
+"""
 FLOOR_EXPONENT = 0.12
 """Exponent that maps the lower bounds 1e-150 and 1e-300 to 1e-18 and 1e-36 for single precision.
 The square of 1e-18, and 1e-36 itself, are normal numbers in single precision."""
 LARGEST_SINGLE = 1e38
-"""In single precision, this value replaces larger constants. Larger constants only detect
+"""In single precision, this value replaces larger constants. Constants above 1e38 only detect
 infinite inputs."""
 SOLVED_SINGLE = 2e-5
-"""Largest residual (meter or radian) of a solution in single precision. The value is the limit
-1e-9 of double precision, multiplied by the square root of 2^29. This factor is the ratio of the
-rounding errors."""
+"""Largest residual (meter or radian) of a solution in single precision. The value is the limit 1e-9
+of double precision, multiplied by the square root of 2^29. The number 2^29 is the ratio of the
+rounding errors in single and double precision."""
 REGULAR = 1e-3
-"""Errors in single precision are measured away from singularities. There, the smallest singular
-value of a Jacobian (no unit, or meter) and the smallest margin of a loop exceed this value. Near
-a singularity, the errors have no bound."""
+"""Errors in single precision are measured away from singularities. Away from singularities, the
+smallest singular value of a Jacobian (no unit, or meter) and the smallest margin of a loop exceed
+this value. Near a singularity, the errors have no bound."""
 
 # --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter).
-The value is ten thousand times the rounding error of the sums in these factors."""
+"""Maximum factor of minors that counts as zero (no unit, or meter for lengths near one meter). This
+tolerance is ten thousand times the rounding error of the sums in the factors."""
 NO_WORK = 1e-12
 """A configuration is singular if J^T y or J x is at most this long for a unit vector y or x.
 Lengths are relative to the arm length. Rounding is 1e-15."""
@@ -428,7 +450,7 @@ OTHER_CONFIGURATION = 0.02
 Readers notice a difference of about one degree."""
 RANK_LOST = 1e-6
 """Maximum smallest singular value of a rank-deficient Jacobian, for an arm with unit length. At
-drawn configurations, a regular arm has more than 1e-3."""
+random configurations, the smallest singular value of a regular arm exceeds 1e-3."""
 
 # --- inverse: numerical solutions of a general arm ---
 
