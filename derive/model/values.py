@@ -1,7 +1,7 @@
 """Values of constant expressions with 60 digits, evaluated operation by operation.
 
 SymPy itself would increase the precision until a difference has nonzero digits. For an exact zero,
-this is slow. In this module, a sum is zero if cancellation removes nearly all digits.
+SymPy would be slow. In this module, a sum is zero if cancellation removes nearly all digits.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,8 +15,9 @@ from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MAX_OPERATIONS = 30
-"""Maximum number of operations of a number without a name. Nominal dimensions need fewer
-operations, and measured dimensions need hundreds."""
+"""Maximum number of operations of a number without a name. Numbers from nominal dimensions need
+fewer operations. Numbers from measured dimensions need hundreds of operations.
+"""
 
 
 class NoValue(DescriptionError):
@@ -73,7 +74,10 @@ class Values:
         return rule(*(self._of(argument) for argument in expression.args))
 
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
-        """Returns the value for the first condition that holds. Other values may be undefined."""
+        """Returns the value for the first condition that holds.
+
+        The values for later conditions may be undefined.
+        """
         for value, condition in expression.args:
             if self._holds(condition):
                 return self._of(value)

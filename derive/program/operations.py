@@ -1,7 +1,7 @@
 """The typed program of a function.
 
 A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
-use. Statements do not depend on the output language. A printer converts them to text.
+use. Statements do not depend on the output language. A printer converts the statements to text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -39,14 +39,14 @@ class Operation(Enum):
     SELECT = auto()
     """``SELECT(condition, x, y)`` is x if the condition holds, otherwise y.
 
-    The unused value has no effect.
+    The value that is not selected has no effect, even if this value is NaN.
     """
     RECIPROCAL_SQRT = auto()
-    """The operation 1 / sqrt(x). Only strength reduction introduces it."""
+    """The operation 1 / sqrt(x). Only strength reduction introduces this operation."""
     SUPPLEMENT = auto()
     """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y.
 
-    Only strength reduction introduces it.
+    Only strength reduction introduces this operation.
     """
 
 
@@ -83,7 +83,7 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """The result of a statement. Its number in the program identifies the variable."""
+    """The result of a statement. A variable is identified by its number in the program."""
 
     number: int
 
@@ -135,8 +135,8 @@ class Program:
 
     Attributes:
         name: The name of the function with the prefix of the robot.
-        arguments: Names of the arguments. An :class:`Input` contains an index of this list.
-        results: Names of the outputs. A :class:`Store` contains an index of this list.
+        arguments: Names of the arguments. An :class:`Input` contains an index of ``arguments``.
+        results: Names of the outputs. A :class:`Store` contains an index of ``results``.
         inputs: All entries that the program reads, in order.
         statements: All statements, in the order of execution.
     """

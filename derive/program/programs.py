@@ -23,15 +23,15 @@ class Programs:
     Attributes:
         whole: The program of each function by name. A function with branches has a program that
             computes all branches in order.
-        branch: The program of a single branch, for each function with branches. The signs are its
-            last argument ``choice``.
+        branch: The program of a single branch, for each function with branches. The last argument
+            ``choice`` of this program contains the signs of the branch.
     """
 
     whole: Mapping[str, Program]
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """Returns the program of a single branch. Without branches, this is the whole program."""
+        """Returns the program of a single branch, or the whole program without branches."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 
@@ -64,14 +64,14 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 def with_input_check(program: Program) -> Program:
     """Makes the residual NaN or infinite if an input of the coordinates is not finite.
 
-    If a prismatic joint is parallel to a base axis, its part of the residual is x - x. CasADi
-    simplifies this to 0. A target with x = NaN would then count as solved.
+    If a prismatic joint is parallel to a base axis, the residual contains the difference x - x.
+    CasADi simplifies the difference x - x to 0. A target with x = NaN would then count as solved.
 
     Args:
         program: The program of an inverse, for one or all solutions.
 
     Returns:
-        The program. The program whose residual depends on each input of the coordinates.
+        A program whose residual depends on each input on which the coordinates depend.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]

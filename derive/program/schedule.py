@@ -9,8 +9,8 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 def by_depth(program: Program) -> Program:
     """Moves each statement as far forward as its operands allow.
 
-    CasADi completes one sum before it starts the next sum. Independent sums of a long chain are
-    therefore far apart. The processor would wait for every product of a sum.
+    CasADi completes one sum before it starts the next sum. The statements of independent sums are
+    therefore far apart in the program. The processor would wait for every product of a sum.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
@@ -31,7 +31,10 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops statements whose results are not used. The variables keep their numbers."""
+    """Drops statements whose results are not used.
+
+    The remaining variables are not renumbered.
+    """
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):

@@ -27,13 +27,14 @@ def reduced(program: Program, sign: Input | None = None) -> Program:
 
     Square roots that are only divisors become reciprocal square roots. Points that are equal up to
     sign share an arc tangent. Angles are computed from points before the points are normalized. The
-    computation then does not wait for the lengths.
+    angle computation then does not wait for the square roots.
 
     The identities are atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input whose value is 1 or -1. As few angles as possible depend on this sign.
+        sign: An input whose value is 1 or -1. As few angles as possible depend on the input
+            ``sign``.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))

@@ -38,10 +38,10 @@ def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     """Returns det(D^T D) for a link with all parameters of a pose.
 
-    The parameters include rotations about the axes at both ends and translations along them. These
-    parameters belong to the adjacent joints. For a prismatic joint, only the orientation counts,
-    because the position depends on the coordinate. The result is 0 if there are more than six
-    parameters.
+    The parameters include rotations about, and translations along, the two axes at the ends of the
+    link. Parameters about or along an end axis belong to the adjacent joint. For a prismatic joint,
+    only the orientation counts, because the position depends on the coordinate. The result is 0 if
+    there are more than six parameters.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":

@@ -22,8 +22,9 @@ class ConventionQuality:
         numbers: Names of the convention's parameters.
         needed: Number of parameters for the axis: 4 for a line, 2 for a direction.
         determinant: det(D^T D) of the convention's parameters.
-        det(D^T D) with all parameters of a pose. They include rotations about the adjacent axes and
-            translations along them. The determinant is zero at discontinuities of the model.
+        completed: det(D^T D) with all parameters of a pose. These parameters include rotations
+            about, and translations along, the adjacent axes. The determinant is zero at
+            discontinuities of the model.
         value: Value of ``completed`` for the robot's dimensions (meter). None if the convention
             cannot represent the axis.
         least: The smallest axis displacement for parameters of norm 1. Lengths are relative to the
@@ -76,9 +77,11 @@ class JointQuality:
         joint: Name of the joint.
         kind: Kind of the joint.
         before: Name of the previous joint.
-        angle: Angle between both axes (radian).
-        distance: Distance between both axes (meter). 0 if one axis is only a direction.
-        own: Names of the robot's conventions between both axes.
+        angle: Angle between the joint axis and the previous joint axis (radian).
+        distance: Distance between the joint axis and the previous joint axis (meter). The distance
+            is 0 if one axis is only a direction.
+        own: Names of the conventions in the robot description between the previous joint axis and
+            the joint axis.
         misses: The axis displacements that the robot's parameters cannot represent.
         conventions: The quality of every tested convention.
         suitable: The suitable convention.
@@ -106,8 +109,8 @@ class ModelReport:
         prismatic: Number t of prismatic joints.
         helical: Number of helical joints.
         numbers: Number of parameters of the robot, including base and tool.
-        rank: Rank of the Jacobian of the tool poses with respect to these parameters, over random
-            configurations.
+        rank: Rank of the Jacobian of the tool poses with respect to the robot's parameters, over
+            random configurations.
         suitable_numbers: Number of parameters in the suitable conventions.
         suitable_rank: Rank of the Jacobian of the tool poses with respect to the suitable
             parameters.

@@ -24,22 +24,25 @@ from .terms import Terms
 
 
 class LoweringError(DescriptionError):
-    """Error for an expression that cannot be converted. The message quotes the part."""
+    """Error for an expression that cannot be converted.
+
+    The message quotes the part of the expression without a conversion rule.
+    """
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """Converts functions to CasADi.
 
-    Their names are ``<prefix>_<name>``, and outputs are dense and row-major.
+    The CasADi functions have the names ``<prefix>_<name>``. Outputs are dense and row-major.
 
     The outputs of calls become additional inputs.
 
-    A function with signs becomes the single branch ``<prefix>_<name>_branch``. Its last input
-    ``choice`` contains the signs.
+    A function with signs becomes the single branch ``<prefix>_<name>_branch``. The last input
+    ``choice`` of this branch function contains the signs.
 
     Args:
-        functions: Functions over the same terms. Terms that functions without signs share are
-            converted once.
+        functions: Functions with a shared table of terms. Terms that functions without signs share
+            are converted once.
         prefix: The robot's name.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Values of terms at generic configurations. They show whether a term is always zero.
+"""Values of terms at generic configurations, which show whether a term is always zero.
 
 Terms that are equal at a generic configuration count as always equal. Terms are compared with 40
 digits.
@@ -53,8 +53,8 @@ class GenericPoint:
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
     """Returns a number between 0 and 1 that depends on both arguments.
 
-    The fractional parts of multiples of the golden ratio all differ. The quadratic term makes the
-    differences between numbers depend on the phase.
+    The fractional parts of multiples of the golden ratio all differ. Because of the quadratic term,
+    results for consecutive numbers have differences that depend on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2

@@ -17,7 +17,7 @@ class Role(contract.Role):
 
     @property
     def is_start(self) -> bool:
-        """Whether another function starts from the configurations that the function computes."""
+        """Whether the computed configurations are start values for another function."""
         return self.name == "nominal inverse"
 
 

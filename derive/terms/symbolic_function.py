@@ -81,15 +81,15 @@ class NativeSolverFunction(Signature):
     """A function that a handwritten solver computes from tables of numbers.
 
     Attributes:
-        solver: Name of the solver, which is the same for all robots. Each language has a file for
-            the solver.
+        solver: Name of the solver, which is the same for all robots. Each output language has a
+            file with this name.
         tables: The tables of the robot.
         calls: Names of the functions that the solver calls, in the order of the solver.
         branches: Number of solutions that fit into the output.
         operations: Approximate number of operations. The runtime uses this number to divide a batch
             over threads.
-        margin: Name of the function that explains NaN results. The name is empty if there is no
-            such function.
+        margin: Name of the function that explains NaN results. The name is empty if no function
+            explains NaN results.
         steps: Names of the loops, one per margin, if the function returns margins.
     """
 
@@ -110,7 +110,8 @@ class Call:
         system: Name of the equations that are solved, and of their C file.
         entry: Name of the C function to call.
         inputs: Names of function inputs, or of outputs of earlier calls.
-        outputs: Arrays that the call fills. Their symbols are arguments of the later statements.
+        outputs: Arrays that the call fills. The symbols of the arrays are arguments of the later
+            statements.
         operations: Approximate number of operations of the call.
     """
 
@@ -130,9 +131,9 @@ class SymbolicFunction(Signature):
         margin: Name of the function that returns the distance of the loops from dead points. The
             name is empty for a robot without loops.
         steps: Names of the loops, one per margin, if the function returns margins.
-        signs: Symbols with the value 1 or -1. Each one selects one of two branches. In branch b,
-            the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1. The first
-            sign varies slowest.
+        signs: Symbols with the value 1 or -1. Each sign symbol selects one of two branches. In
+            branch b, the i-th of n signs is -1 if bit n - 1 - i of b is 1, otherwise the sign is 1.
+            The first sign varies slowest.
         calls: Solver calls before the statements, in order.
     """
 
@@ -153,7 +154,7 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """Number of branches. A function without signs has one."""
+        """Number of branches, which is 1 for a function without signs."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:

@@ -15,9 +15,10 @@ from ..model.tolerances import MEANT, ROUNDING
 from ..model.values import Values, to_digits
 
 TERM = "_t"
+"""Prefix of the names of terms. No name in a robot file starts with this prefix."""
 CONSTANT = "_k"
+"""Prefix of the names of constants. No name in a robot file starts with this prefix."""
 Result = TypeVar("Result")
-"""Prefixes of the names of terms and constants. No name in a robot file starts with them."""
 
 
 class Terms:
@@ -28,8 +29,8 @@ class Terms:
         definitions: Definition of each named term.
         constants: Definition of each named constant.
         solved: Cosine and sine of each solved loop angle.
-        turning: The cosines and sines that are named terms of a loop solution. Each has its angle
-            and its derivative with respect to the angle.
+        turning: The cosines and sines that are named terms of a loop solution. The value is a pair:
+            the angle, and the derivative with respect to the angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -128,8 +129,7 @@ class Terms:
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """Returns the names of the cosine and sine of an angle. Right angles in a sum are exact.
 
-        For a sum that contains solved angles, the addition theorem replaces trigonometric
-        functions.
+        If the angle is a sum with solved angles, the addition theorems give the cosine and sine.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -240,8 +240,8 @@ class Terms:
 
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         for value, derivative in ((c, -s), (s, c)):
-            # If a link has length 1, the cosine of an angle may equal a coordinate. The rate of
-            # this coordinate is an input.
+            # If a link has length 1, the cosine of an angle may equal a coordinate. The rate of a
+            # coordinate is an input.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
