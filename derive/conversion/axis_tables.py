@@ -4,8 +4,11 @@ Axis 0 is the z axis of the base frame; the last axis is the z axis of the tool 
 from each axis to the next one. The position of the tool follows from all steps, and from a last
 rotation and translation along the tool axis:
 
-    T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest
-    step = Rz(turn) Tz(shift) Tx(a) Rx(alpha)
+    T_0_ee = step_0 motion_1 step_1 ... motion_n step_n rest.
+
+Each step is the product
+
+    step = Rz(turn) Tz(shift) Tx(a) Rx(alpha).
 
 Row k of a modified (Craig) table contains a and alpha of step k-1. The rotation and the shift of
 row k come from step k. Row k of a standard table has all four values of step k. The poses of base

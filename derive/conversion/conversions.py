@@ -42,8 +42,9 @@ class Conversion:
         format: The file format. :func:`convert` lists the formats.
         text: The robot file or the URDF.
         robot: The robot with the numbers that the text contains.
-        error: The pair (distance, angle), in meter and radian. The pair bounds how far the tool of
-            the written robot is from the tool of the original robot, within the joint limits.
+        error: The pair (distance, angle), in meter and radian. Upper bounds of the distance and of
+            the angle between the tool poses of the written and the original robot, within the joint
+            limits.
         notes: Sentences about changes, and about facts that the format cannot express.
     """
 
@@ -107,8 +108,8 @@ def convert(robot: Described, to: Format) -> Conversion:
             joints become part of the links.
 
     Returns:
-        The text in the new format, with a bound of the pose error. Multiples of pi/12 and short
-        decimals stay exact. Other computed numbers have 17 digits.
+        The conversion, with the text in the new format and an upper bound of the pose error.
+        Multiples of pi/12 and short decimals stay exact. Other computed numbers have 17 digits.
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or masses are positioned in

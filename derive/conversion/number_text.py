@@ -25,7 +25,8 @@ from ..model.tolerances import EVALUATION_DIGITS, NOISE
 from ..model.values import Values
 
 DIGITS = 17
-"""Significant digits of a number that has no short exact form. A double has 17."""
+"""Significant digits of a number that has no short exact form. A double has 17 significant digits.
+"""
 _PLACES = 16
 """Decimal places of the lengths in a table (meter)."""
 _LONGEST = 40

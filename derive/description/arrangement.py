@@ -31,14 +31,17 @@ increase the error."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Returns exact points for the rounded copies among the points of each body.
+    """Returns exact points for rounded points of each body.
+
+    A rounded point is a copy of another point of the body, rotated by a multiple of 15 degrees.
 
     Args:
         bodies: The points of each body as decimals without noise (meter).
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        An exact point for each rounded copy. Equal points get equal exact points on every body.
+        A dictionary from rounded copy to exact point. Equal points of different bodies get equal
+        exact points.
     """
     found: dict[Vector, Vector] = {}
     for points in bodies:
@@ -67,7 +70,7 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """Returns the exact copy of an original that is nearest to a point, if it is near enough."""
+    """Returns the nearest exact rotated copy of an original point, if the copy is near enough."""
     copies = [
         (off, original, axis, steps)
         for original in originals
@@ -88,10 +91,10 @@ def _is_mirrored(point: Vector, original: Vector) -> bool:
 def _rotations(
     point: Vector, original: Vector, rounding: float, noise: float
 ) -> Iterator[tuple[float, int, int]]:
-    """Yields the rotations (deviation, axis, steps) that map an original to a point.
+    """Yields the rotations (deviation, axis, steps) that map an original point to another point.
 
-    Rotations by right angles keep the decimals of the original, so their deviation is at most the
-    noise.
+    Rotations by right angles preserve the decimals of the original point. The deviation of these
+    rotations is therefore at most the noise.
     """
     here, there = tuple(map(float, point)), tuple(map(float, original))
     for axis in _AXES:
@@ -122,7 +125,7 @@ def _turned(point: Vector, axis: int, steps: int) -> Vector:
 
 
 class Distances:
-    """The irrational distances between points of one body. A file can only state them rounded."""
+    """The irrational distances between points of one body, which a file can only state rounded."""
 
     def __init__(self, bodies: Iterable[Iterable[Vector]], noise: float) -> None:
         """Collects the distances.

@@ -145,7 +145,7 @@ def _in_chain(
     joints: Sequence[Joint],
 ) -> SerialRobot:
     if robot.load or robot.springs:
-        raise DescriptionError("masses and springs refer to the whole chain from its base")
+        raise DescriptionError("expected no masses and springs for a chain between two links")
     start, end = frames[base], frames[tip]
     path = tuple(outwards(_path(joints, start.body, end.body), start.body))
     couplings = tuple(
@@ -167,7 +167,7 @@ def _in_chain(
 
 def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Frame]) -> Described:
     if robot.load:
-        raise DescriptionError("masses refer to the whole robot from its base")
+        raise DescriptionError("expected no masses for the part of a robot between two links")
     start, end = frames[base], frames[tip]
     up = _path(robot.joints, start.body, robot.base_frame)
     joints = (*outwards(up, start.body), *(joint for joint in robot.joints if joint not in up))

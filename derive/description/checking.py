@@ -26,7 +26,9 @@ from .toml_lines import table_of
 MAX_ERRORS = 100
 """Maximum number of errors that are reported per file."""
 _UNITS = {"length": "mm", "angle": "rad"}
-"""Units that allow numbers of any size. An unknown unit is replaced by one of these units."""
+"""An unknown length unit is replaced by mm, and an unknown angle unit by rad. With these units,
+numbers of any size are plausible.
+"""
 _MISSING = {"axis": [0, 0, 1], "length": 1, "mass": 1, "pitch": 1, "retracted": 1, "value": 1}
 """Values for missing required fields."""
 
@@ -120,7 +122,7 @@ class _Repairs:
     Attributes:
         file: Name of the file.
         text: The text of the file, with misspelt words corrected.
-        values: Replacements for values of the file. None removes a value.
+        values: Replacements for values of the file. If a replacement is None, the value is removed.
         removed: Names of the removed parameters.
         respelled: Paths of the fields in which a word was corrected.
     """
@@ -147,7 +149,10 @@ class _Repairs:
         return is_repaired or bool(names & self.removed)
 
     def repair(self, reader: RobotFile, error: DescriptionError) -> bool:
-        """Adds the correction for an error. The result is False if there is none."""
+        """Corrects the value that caused an error.
+
+        Returns False if the value cannot be corrected.
+        """
         keys = keys_of(error.field)
         if not keys or error.file != self.file:
             return False

@@ -104,7 +104,7 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """Returns a strut length without noise, or the exact distance that it rounds."""
+        """Returns a strut length without noise, or the exact distance if the length is rounded."""
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))

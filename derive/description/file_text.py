@@ -1,4 +1,4 @@
-"""Reads the text of description files. The size is limited."""
+"""Reads the text of description files. The size of a file is limited."""
 
 import errno
 from collections.abc import Iterable

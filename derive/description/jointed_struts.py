@@ -22,10 +22,13 @@ FREEDOMS: Mapping[str, int] = {"pin": 1, "universal": 2, "ball": 3}
 """Degrees of freedom of each kind of joint at the end of a strut."""
 _RIGHT = sp.pi / 2
 _TO_CROSS = rotation("x", -_RIGHT)
-"""From the frame of one axis of a universal joint to the frame of the other axis, the y axis."""
+"""Rotation from the frame of the first axis of a universal joint to the frame of the second axis.
+The second axis is the y axis of the first frame.
+"""
 _TO_STRUT = rotation("z", _RIGHT) + rotation("x", _RIGHT)
-"""From the frame of a pin, whose x axis is along the strut, to the frame of the strut, whose z axis
-is along the strut and whose y axis is the axis of the pin."""
+"""Rotation from the frame of a pin to the frame of its strut. The x axis of the pin frame is along
+the strut. The z axis of the strut frame is along the strut, and the y axis is the axis of the pin.
+"""
 _FROM_STRUT = rotation("x", -_RIGHT) + rotation("z", -_RIGHT)
 _FROM_CROSS = rotation("x", _RIGHT)
 """The inverse rotations."""
@@ -40,7 +43,7 @@ class JointedStrut(NamedTuple):
 
 
 def is_jointed(ends: Ends) -> bool:
-    """Whether joints replace a strut with these ends; other struts keep a distance or a plane."""
+    """Whether a strut with the joint kinds ``ends`` is replaced by joints and a closure."""
     return ends[0] != ends[1] if "pin" in ends else "ball" not in ends
 
 

@@ -27,12 +27,14 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Steps of rounded angles. The smaller step comes first."""
+"""Angle steps: a rounded angle becomes a multiple of pi/12 or of pi/2. The step pi/12 comes first.
+"""
 _PLACES_OF_PI = 4
 """Minimum number of decimal places of a rounded pi. 3.14 is too inaccurate for a real joint."""
 _MIN_PLACES = 3
-"""Minimum number of decimal places of a rounded direction. Directions with fewer places are
-approximate."""
+"""Minimum number of decimal places of a rounded direction. A direction with fewer than three places
+is only approximate and stays as it is.
+"""
 _PI_AS_WRITTEN = (
     _PI,
     *(
@@ -54,22 +56,23 @@ _SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
 """Sines of 0, 15, 30, ... degrees. Zeros are exact."""
 _THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
-"""Minimum number of digits of a single-precision number. Exact binary fractions have fewer
-digits."""
+"""Minimum number of digits of a decimal that is tested as a single-precision number. Exact binary
+fractions, such as 0.375, have fewer than 13 digits.
+"""
 _SINGLE_PLACES = 7
 """Number of decimal places of a unit-vector component in single precision."""
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """Returns the short decimal behind a noisy decimal, or the decimal itself.
+    """Returns the short decimal for a decimal with noise, or the unchanged decimal without noise.
 
     A single-precision number with the digits of a double, such as 0.20000000298023224, is first
     shortened. A decimal d is accepted if it differs from the value by at most ``tolerance``, and by
-    at most its last place divided by ``NOISE_GAP``. The next three digits of the value are then 000
-    or 999.
+    at most its last place divided by ``NOISE_GAP``. The three digits of the value after the last
+    place of d are then 000 or 999.
 
     Args:
-        value: A number. If it is not a finite decimal, it is returned unchanged.
+        value: A number. A number that is not a finite decimal is returned unchanged.
         tolerance: Maximum noise, in the unit of the value.
     """
     places = decimal_places(value)
@@ -102,11 +105,11 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     """Returns the exact value (radian) of a rounded angle. Noise of other angles is removed.
 
     A decimal becomes a multiple of pi/12 if rounding or truncating this multiple gives the decimal.
-    The decimal must have so many places that an arbitrary angle matches with a probability of at
-    most ``CHANCE``. Three places suffice, or two for right angles. The file may also contain a
-    fraction of a rounded pi. The rounded pi has at least four places, and at most as many places as
-    the decimal. For example, 0.7853975 is 3.14159 / 4. Trailing zeros do not count as places, so
-    the decimal 2.880 stays as it is. Zero must be written as zero.
+    The decimal must have enough places: an arbitrary angle may match with a probability of at most
+    ``CHANCE``. Three decimal places are enough, or two decimal places for right angles. The file
+    may also contain a fraction of a rounded pi. The rounded pi has at least four places, and at
+    most as many places as the decimal. For example, 0.7853975 is 3.14159 / 4. Trailing zeros do not
+    count as places, so the decimal 2.880 stays as it is. Zero must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -134,7 +137,7 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
     """Returns the multiple of pi if an angle in degrees looks like radians, else None.
 
     The angle must be at most one turn. A right angle needs two decimal places (1.57). Any other
-    multiple of pi/12 needs four (0.7854).
+    multiple of pi/12 needs four decimal places (0.7854).
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi

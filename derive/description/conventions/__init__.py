@@ -1,9 +1,10 @@
 """Modeling conventions. A convention maps the parameters of a joint to its placements.
 
-:data:`CONVENTIONS` lists them. Each convention is a
+:data:`CONVENTIONS` lists the conventions. Each convention is a
 :class:`~chasles.derive.model.convention.Convention` in a file of this folder.
 
-The list states the link transforms, with the joint variable in brackets.
+The following list states the link transform of each convention, with the joint variable in
+brackets.
 
 `dh` (denavit_hartenberg.py) is Rz([theta]) Tz([d]) Tx(a) Rx(alpha).
 `mdh` (denavit_hartenberg.py) is Rx(alpha) Tx(a) Rz([theta]) Tz([d]).

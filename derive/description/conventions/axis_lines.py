@@ -2,8 +2,8 @@
 
 The reference frame has its z axis along the preceding joint axis. In most conventions, the x axis
 of the link points along the common normal of both axes. Hayati's convention uses the plane through
-the origin that is normal to the preceding axis. The x axis of the link then points to the
-intersection of this plane with the joint axis.
+the origin that is normal to the preceding axis. In Hayati's convention, the x axis of the link
+points to the intersection of the plane with the joint axis.
 """
 
 from collections.abc import Mapping
@@ -51,7 +51,10 @@ def common_normal(line: AxisLine) -> Fitted:
 
 
 def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
-    """Returns the rotation and the shift to the common normal, and its length."""
+    """Returns the angle, the shift and the length of the common normal.
+
+    The angle is about the z axis of the reference frame, and the shift is along this axis.
+    """
     (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
     sine = mpmath.hypot(x, y)
     n_x, n_y = -y / sine, x / sine
@@ -106,7 +109,7 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """Returns a fit without rotation and shift."""
+    """Returns field values for which the previous axis needs no rotation and no translation."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 

@@ -1,8 +1,9 @@
 """Measures how a joint axis moves if the parameters of its convention change.
 
-A revolute axis is a line, which can move in four ways. Shifts along the line and rotations about it
-have no effect. A prismatic axis is a direction, which two tilts can change. A convention is
-complete if its parameters can move the axis in all these ways.
+A revolute axis is a line, which can move in four ways. Shifts along the line and rotations about
+the line have no effect. A prismatic axis is a direction, which two tilts can change. A convention
+is complete if its parameters can move a revolute axis in four ways and a prismatic axis in two
+ways.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -38,7 +39,8 @@ class AxisMap:
     Attributes:
         product: Pose of the joint frame relative to the preceding axis, as elementary motions.
         own: Symbols of the convention parameters.
-        added: Symbols of the rotations and shifts along both axes that were added.
+        added: Symbols of the added rotations about, and shifts along, the joint axis or the
+            preceding axis.
         columns: Twists (v; omega) of the joint frame per unit change of each parameter, shape (6,
             number of parameters), in the joint frame.
         free: Components of the twist that move the axis.
@@ -132,7 +134,7 @@ class Motions:
             for symbol in argument.free_symbols & places.keys()
         ]
         self._places = [(k, i) for k, i, _ in rates]
-        # Without the limit, SymPy would print all expressions into the docstring.
+        # Without ``docstring_limit``, SymPy would print all expressions into the docstring.
         results = [arguments, [rate for _, _, rate in rates]]
         self._evaluated = sp.lambdify([symbols], results, docstring_limit=0)
         self._count = len(symbols)
@@ -213,7 +215,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether the product ends with a rotation about z. Shifts along z may follow."""
+    """Whether the product ends with a rotation about z, except for shifts along z."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

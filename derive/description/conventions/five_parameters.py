@@ -2,8 +2,8 @@
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-    Engineering. Equation (6) is `mdh5`, for axes that are not parallel. Equation (8) is `hayati5`,
-    for axes that are nearly parallel.
+    Engineering. Equation (6) of this article is `mdh5`, for axes that are not parallel. Equation
+    (8) of this article is `hayati5`, for axes that are nearly parallel.
 """
 
 import sympy as sp
@@ -17,7 +17,7 @@ alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
 
 
 def _at_the_normal(line: AxisLine) -> Fitted:
-    """Places the frame at the foot of the common normal, so b is zero."""
+    """Places the frame at the foot of the common normal, so the parameter b of `mdh5` is zero."""
     found = common_normal(line)
     return Fitted(found.turn, sp.S.Zero, {**found.values, "c": found.shift})
 

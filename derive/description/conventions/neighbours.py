@@ -44,7 +44,10 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines. Prismatic axes and the base frame are not lines."""
+        """Whether the joint axis and the preceding axis are lines.
+
+        A prismatic axis is only a direction. The base frame has no axis.
+        """
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
@@ -70,9 +73,10 @@ class Neighbours:
         """Returns the displacements of the axis per convention parameter, shape (4, k) or (2, k).
 
         The first rows are shifts along the common normal and its perpendicular, divided by the arm
-        length. The last two rows are rotations about the same directions. A prismatic axis has only
-        the rotations. The position of a preceding prismatic axis is arbitrary, so its perpendicular
-        shifts count as parameters. The result is None if the convention cannot describe the axis.
+        length. The last two rows are rotations about the common normal and its perpendicular. For a
+        prismatic axis, the array has only the two rows of rotations. The position of a preceding
+        prismatic axis is arbitrary, so its perpendicular shifts count as parameters. The result is
+        None if the convention cannot describe the axis.
         """
         found = self.fit(convention)
         if found is None:

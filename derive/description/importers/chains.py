@@ -38,7 +38,7 @@ class LinkedBodies(Protocol):
         """The tree of links and joints."""
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """Returns the chains between base and tip. An end that is None is inferred."""
+        """Returns the chains between base and tip. If base or tip is None, the end is inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
         """Returns the chain between two links, and the loops that contain its joints."""
@@ -151,7 +151,8 @@ def _chains(
     if not groups:
         found = [(base, end.tip, end.tip) for end in source.ends(base, None)]
         if len(found) == 1:
-            # The file reader selects the tip. Its note lists the other possible tips.
+            # The file reader selects the tip. The note of the file reader lists the other possible
+            # tips.
             return ((base, None, ""),)
     if len(found) == 1:
         return ((*found[0][:2], ""),)

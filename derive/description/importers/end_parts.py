@@ -1,13 +1,14 @@
 """Finds the end parts of an arm: fingers, wheels, short branches and ball joints.
 
 A finger is a joint with one of ``FINGER_WORDS`` in its name. If a finger follows
-``JOINTS_OF_AN_ARM`` joints, all branches on its parent link are fingers too. Two more rules apply
-after a moving joint. A joint is also a finger if the name of its parent link contains a word of
-``FINGER_WORDS``. If several prismatic or coupled joints end on one link, they are fingers too,
-unless they carry a tool frame.
+``JOINTS_OF_AN_ARM`` joints, all branches on its parent link are fingers too. After a moving joint,
+a joint is also a finger if the name of its parent link contains a word of ``FINGER_WORDS``. If
+several prismatic or coupled joints start at one link after a moving joint, these joints are fingers
+too, unless they carry a tool frame.
 
-Most hands have several branches that start at one link. These branches are end parts if each has at
-most ``LONGEST_FINGER`` joints and the link follows ``JOINTS_OF_AN_ARM`` joints.
+Most hands have several branches that start at one link. Branches that start at one link are end
+parts if each branch has at most ``LONGEST_FINGER`` joints. The link must follow
+``JOINTS_OF_AN_ARM`` joints.
 
 A wheel is a joint with a wheel word in its name or in the name of its child link. A base joint also
 counts as a wheel if it carries only wheels.
@@ -61,7 +62,7 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 class EndPart:
     """A joint that does not belong to the arm.
 
-    The links after the joint do not belong to the arm either.
+    The joint and all links after the joint are excluded from the arm.
     """
 
     kind: EndPartKind
@@ -123,7 +124,7 @@ def _end_part(
     path: TreePath,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
-    """Returns the kind of end part that starts at a joint, or None for a joint of the arm."""
+    """Returns the kind of end part (such as fingers) at a joint, or None for a joint of the arm."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
     if _is_wheel(joint) or (not freedom(path) and _steers_wheels(tree, joint)):

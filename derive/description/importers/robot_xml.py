@@ -1,4 +1,7 @@
-"""A safe XML parser. It rejects entities, so a file cannot read other files or fill the memory."""
+"""A safe XML parser, which rejects entities.
+
+A file can therefore not read other files or fill the memory.
+"""
 
 import re
 from pathlib import Path

@@ -38,7 +38,7 @@ def of_matrix(pose: mp.matrix) -> Angles:
 
 
 def _quaternion(R: mp.matrix) -> list[mp.mpf]:
-    """Returns a quaternion with any length.
+    """Returns a quaternion that is not normalized.
 
     The longest of four equivalent quaternions is the most accurate.
     """

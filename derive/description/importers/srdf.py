@@ -40,7 +40,8 @@ def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, 
 def srdf_in_folder(file: Path) -> Path | None:
     """Returns the SRDF file in the folder of a file.
 
-    A file with the same name is preferred, otherwise there must be only one.
+    An SRDF file with the same name is preferred. Otherwise, the folder must contain exactly one
+    SRDF file.
     """
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())

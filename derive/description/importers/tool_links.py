@@ -7,9 +7,9 @@ The arm is the chain with the largest number of coordinates. If two arms have th
 different last joints, each arm is a separate robot.
 
 The tip is attached to the last joint. The first link with a name in ``TOOL_NAMES`` is the tip. If
-no link has such a name, the tip is the only end link that is not a sensor, or else the child link
-of the last joint. The base is the root of the tree, or the child link of the last floating or
-planar joint.
+no link has a name in ``TOOL_NAMES``, the tip is the only end link that is not a sensor, or else the
+child link of the last joint. The base is the root of the tree, or the child link of the last
+floating or planar joint.
 """
 
 import difflib
@@ -24,7 +24,7 @@ from .kinematic_tree import KinematicTree, TreeJoint
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
 """Words in the names of links that cannot be tools."""
 MAX_LINKS = 500
-"""Maximum number of links. The tip of a larger tree is not inferred."""
+"""Maximum number of links. In a tree with more than 500 links, the tip is not inferred."""
 MAX_OTHERS = 6
 """Maximum number of other chain ends in a note."""
 
@@ -51,7 +51,8 @@ class Ends:
         base: The base link.
         tip: The tip link.
         others: The other possible tip links.
-        before: The joints before an inferred base. The last of them is floating or planar.
+        before: The joints before an inferred base. The last joint before the base is floating or
+            planar.
         left_out: Fingers and other end parts.
     """
 
@@ -216,7 +217,10 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(path: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """Returns the ends of a chain. By default, it starts after a floating or planar joint."""
+    """Returns the ends of a chain.
+
+    By default, the base is the link after the last floating or planar joint.
+    """
     free = [k for k, joint in enumerate(path) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)

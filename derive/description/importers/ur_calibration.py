@@ -47,7 +47,7 @@ DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
 """Rows of the upper arm and the forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Number of digits of the computed placements. Double precision has fewer."""
+"""Number of digits of the computed placements, which exceeds the digits of a double."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
 
     Raises:
         DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
-            calibration belongs to another type of arm. For another type, the tools at zero differ
-            by more than ``CALIBRATED_TOOL``.
+            calibration belongs to another type of arm. A calibration of another type displaces the
+            tool at joint values 0 by more than ``CALIBRATED_TOOL``.
     """
     check_type("apply_calibration: description", description, SerialRobot, Mechanism)
     file = as_path("path", path)

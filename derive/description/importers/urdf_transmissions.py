@@ -119,8 +119,8 @@ class TransmissionReader:
     ) -> list[tuple[Ratios, sp.Expr]] | None:
         """Returns the equation of each joint of a transmission.
 
-        The result is None for an unknown type of transmission. The result is empty if the actuator
-        is the joint.
+        The result is None for an unknown type of transmission. The result is empty if actuator and
+        joint have the same position (ratio 1).
         """
         if not len(parts) == len(joints) == ACTUATORS.get(kind):
             return None
@@ -168,7 +168,7 @@ def _kind(element: etree._Element) -> str:
 def _in_order(element: etree._Element, tag: str) -> Iterator[etree._Element]:
     """Yields the actuators or joints of a transmission.
 
-    If all have roles, the roles define the order.
+    If all actuators or joints of the transmission have roles, the roles define the order.
     """
     parts = element.findall(tag)
     roles = [(part.get("role") or part.findtext("role") or "").strip() for part in parts]

@@ -4,8 +4,8 @@ Xacro itself passes ``${...}`` and ``$(eval ...)`` to ``eval``. A file could the
 function. Here, Python only parses the expression. The evaluator supports numbers, strings, lists,
 tuples, dictionaries, operators, comprehensions and the documented functions of xacro. The evaluator
 rejects ``lambda``, ``type``, ``vars``, ``str.format`` and names that start with an underscore. No
-accepted symbol may lead to a rejected function. For example, ``map`` is rejected because it can
-call any function.
+accepted symbol may call a rejected function. For example, ``map`` is rejected because it can call
+any function.
 """
 
 import ast
@@ -82,7 +82,8 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
         yield
     finally:
         for name in values:
-            # A built-in function was not an attribute of the module, so the replacement is deleted.
+            # If the module had no attribute of this name, the replaced function was a built-in
+            # function. Deleting the replacement restores the built-in function.
             if name in before:
                 setattr(module, name, before[name])
             else:
@@ -176,7 +177,8 @@ class _Evaluator:
         if evaluator is None:
             raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
         found = evaluator(node)
-        # Methods of strings and lists are not symbols, so `_attribute` has checked them.
+        # Methods of strings and lists are not in the symbols of xacro. The function `_attribute`
+        # has already checked the methods.
         return found if isinstance(node, ast.Attribute) else self._checked(node, found)
 
     def _expression(self, node: ast.Expression) -> Any:
@@ -198,7 +200,10 @@ class _Evaluator:
             raise NameError(f"name {node.id!r} is not defined") from None
 
     def _checked(self, node: ast.AST, found: Any) -> Any:
-        """Returns a value. A function must be allowed."""
+        """Returns a value.
+
+        If the value is a function, the function must be in the set of allowed functions.
+        """
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             name = ast.unparse(node)
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")

@@ -25,7 +25,8 @@ ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """Name of the error class, which xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""A text that occurs twice in succession. Nested errors of xacro repeat their message."""
+"""A text that occurs twice in succession. If xacro nests errors, xacro repeats the error message.
+"""
 MAX_REASON = 2000
 """Maximum length of a reason from xacro."""
 PACKAGE_ENDINGS = ("_description", "_support")

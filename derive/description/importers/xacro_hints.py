@@ -1,6 +1,6 @@
 """Finds the cause if a part of a xacro file is missing, such as an argument, macro or link.
 
-The hint names a nearby file that defines the part.
+The hint names a nearby file that defines the missing part.
 """
 
 import re
@@ -118,7 +118,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 def _macros(file: Path) -> list[_Macro]:
     """Returns the macros of a file that create links.
 
-    If there are none, all macros are returned.
+    If no macro creates links, all macros are returned.
     """
     document = nearby_document(file)
     elements = document.getElementsByTagName("xacro:macro") if document else []
@@ -153,7 +153,7 @@ def _with(pattern: str, file: Path) -> list[Path]:
 
 
 def files_like(folder: Path, pattern: str, maximum: int | None = None) -> list[Path]:
-    """Returns the files that match a pattern. If a folder cannot be read, there are none."""
+    """Returns the files that match a pattern. The list is empty if the folder cannot be read."""
     try:
         return sorted(islice(folder.glob(pattern), maximum))
     except OSError:

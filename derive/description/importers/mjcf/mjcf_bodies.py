@@ -166,7 +166,11 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
-        """Yields the joints of a body. A fixed joint from the last anchor to the origin follows."""
+        """Yields the joints of a body.
+
+        The last joint is a fixed joint from the last joint anchor to the body origin, if these
+        points differ.
+        """
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
         link = self.names[int(arrays.body_parentid[body])]

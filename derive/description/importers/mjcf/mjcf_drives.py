@@ -43,7 +43,7 @@ class Tendon:
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
-        """Whether the tendon moves one of these joints or bodies."""
+        """Whether the tendon moves one of the named joints or bodies."""
         return bool({*self.joints} & {*joints} or {*self.bodies} & {*bodies})
 
     @property

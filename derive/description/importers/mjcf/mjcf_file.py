@@ -21,7 +21,10 @@ from .mjcf_tendons import tendon_couplings
 
 
 class MjcfFile:
-    """An MJCF model. Its bodies and sites become links, and its hinges and slides become joints."""
+    """An MJCF model.
+
+    Bodies and sites of the model become links. Hinges and slides become joints.
+    """
 
     def __init__(self, file: Path) -> None:
         """Reads the model.
@@ -57,8 +60,8 @@ class MjcfFile:
         """Returns the chain between two links.
 
         Args:
-            base: A body or site. By default, the world, or the child body of a free joint.
-            tip: A body or site. By default, the end of the longest chain.
+            base: A body or site. The default base is the world, or the child body of a free joint.
+            tip: A body or site. The default tip is the end of the longest chain.
             name: Name of the robot. By default, the name of the model.
 
         Returns:

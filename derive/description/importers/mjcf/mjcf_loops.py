@@ -1,4 +1,4 @@
-"""Finds the loops of a compiled MJCF model. Equalities of bodies or sites close them.
+"""Finds the loops of a compiled MJCF model. Equalities between bodies or sites close the loops.
 
 A ``connect`` equality joins two points with a ball joint. Two ``connect`` equalities between the
 same bodies form a pin joint. The axis of the pin joint passes through the points of both
@@ -24,7 +24,9 @@ from .mjcf_bodies import FREE_WORDS, ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
-"""Maximum number of ``connect`` equalities between two bodies. Two of them form a pin joint."""
+"""Maximum number of ``connect`` equalities between two bodies. Two ``connect`` equalities form a
+pin joint.
+"""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class _End:
 
 @dataclass(frozen=True)
 class _Equality:
-    """A ``connect`` or ``weld`` equality between two frames. A rod connects their origins."""
+    """A ``connect`` or ``weld`` equality between two frames, or a rod between the frame origins."""
 
     name: str
     kind: Literal["connect", "weld", "rod"]
@@ -104,7 +106,8 @@ class ModelLoops:
                 continue
             joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
             if is_in_a_tree and joint is not None and joint.leader not in {"", *by_name, *leaders}:
-                # The leader moves no other joint of the robot. It is a motor, or it is omitted.
+                # The leader moves no other joint of the robot. The leader is a motor, or the leader
+                # is omitted.
                 leaders.add(joint.leader)
                 continue
             if joint is not None and (joint.coupling is None or is_in_a_tree):
@@ -123,9 +126,9 @@ class ModelLoops:
                 )
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
-        """Returns the hinges outside a tree that have an actuator and move a joint of the tree.
+        """Returns the hinges outside the robot's tree that move a joint of the tree by an actuator.
 
-        A joint with an actuator of its own needs no such motor.
+        A joint of the tree with its own actuator needs no hinge as a motor.
         """
         inside, moved = {joint.name for joint in tree}, self.model.drives.joints
         turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}
@@ -208,7 +211,10 @@ class ModelLoops:
         return equality
 
     def _rods_in_tree(self, others: Sequence[_Equality]) -> Iterator[_Equality]:
-        """Yields rods between two ball joints of the tree. The body behind a rod becomes free."""
+        """Yields rods between two ball joints of the tree.
+
+        The body at the far end of a rod loses its ball joint and becomes a free body.
+        """
         for joint in self.bodies.joints:
             ball = next((j for j in self._path_to(joint.parent) if j.kind != "fixed"), None)
             if joint.kind != "ball" or ball is None or ball.kind != "ball":

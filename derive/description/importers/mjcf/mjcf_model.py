@@ -127,13 +127,14 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 def _check_text(file: Path, by: Path, seen: list[Path]) -> None:
     """Checks a file and its included files before MuJoCo opens them.
 
-    All numbers must be finite. MuJoCo itself only writes a log file. Included files must be in the
-    folder of the model. MuJoCo opens no other files, because shapes are removed.
+    All numbers must be finite. MuJoCo itself does not reject infinite numbers, but writes a log
+    file. Included files must be in the folder of the model. MuJoCo opens no other files, because
+    shapes are removed.
 
     Args:
         file: The model file or an included file.
         by: The model.
-        seen: The checked files. The function adds the current file.
+        seen: The checked files. The function adds ``file`` to this list.
     """
     seen.append(file)
     # MuJoCo reads every file as UTF-8 and ignores the declared encoding.

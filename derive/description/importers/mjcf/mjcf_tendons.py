@@ -1,7 +1,8 @@
 """Reads fixed tendons with actuators as couplings of joints.
 
 The length of a fixed tendon is a weighted sum of its joint positions. If n tendons with actuators
-couple n joints, the tendon lengths determine the joints. The tendons then are coordinates.
+couple n joints, the tendon lengths determine the joints. The tendon lengths are then the
+coordinates of the robot.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -164,8 +164,8 @@ class SdfFile:
         """Returns the chain between two links or frames.
 
         Args:
-            base: The link of the base frame. By default, the root.
-            tip: The link of the tool frame. By default, the end of the longest chain.
+            base: The link of the base frame. The default is the root link of the model.
+            tip: The link of the tool frame. The default is the end of the longest chain.
             name: Name of the robot. By default, the name of the model.
 
         Raises:
@@ -324,7 +324,7 @@ class SdfFile:
         """Returns a link between two ball joints as a rod with the name of the second joint.
 
         Raises:
-            DescriptionError: The link of the first ball joint has other joints.
+            DescriptionError: The link between the two ball joints has further joints.
         """
         links = {*self.tree.rigid(joint.child)}
         closing = [each for each in self.closing if links & {*self._ends(each)}]

@@ -8,8 +8,9 @@ from lxml import etree
 def split_universal_joints(model: etree._Element) -> None:
     """Replaces the universal joints of a model.
 
-    A joint ``J`` keeps its first axis. The link ``J_cross`` and the joint ``J_2`` with the second
-    axis follow. Both joints and the link have the frame of the universal joint.
+    A universal joint ``J`` becomes a revolute joint ``J`` about the first axis, a link ``J_cross``,
+    and a revolute joint ``J_2`` about the second axis. The two revolute joints and the link have
+    the frame of the universal joint.
     """
     for joint in model.findall("joint[@type='universal']"):
         _split(model, joint, str(joint.get("name")))
