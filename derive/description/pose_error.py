@@ -1,10 +1,10 @@
 """Bounds the pose difference between two robots with the same joints.
 
 The pose of a link is ``T = before * motion(q) * after``. The same pose is ``T = exp([S] q) M`` with
-the screw axis S of the joint and the pose M at zero. Both forms give bounds for the translation and
-rotation of a link, and the smaller bound is used. The bounds of all links are added. A rotation
-bound is multiplied by the largest distance from the link to the tool. The sums hold for all joint
-values within the limits.
+the screw axis S of the joint and the pose M at zero. Each of these two forms gives bounds for the
+translation and rotation error of a link, and the smaller bound is used. The pose error is bounded
+by the sum of the link bounds. A rotation bound is multiplied by the largest distance from the link
+to the tool. The sum of the link bounds holds for all joint values within the limits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -61,8 +61,8 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
     Args:
         one: A robot.
-        other: A robot with the same joints, limits and parameter names. Both robots have their
-            default parameter values.
+        other: Another robot whose joints, limits and parameter names are equal to those of ``one``.
+            The two robots have their default parameter values.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
@@ -96,7 +96,7 @@ def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds from the frames before and after the motion."""
+    """Returns error bounds of a link from the form ``before * motion(q) * after``."""
     tilt = _angle(link.before, same.before)
     arm = mpmath.norm(link.after[:3, 3]) + link.travel
     shift = _distance(link.before, same.before) + tilt * arm + _distance(link.after, same.after)
@@ -104,7 +104,7 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Returns the bounds from the screws and the poses at zero.
+    """Returns error bounds of a link from the form ``exp([S] q) M``.
 
     Rotations of the joint frames about their z axes do not change the screws.
 

@@ -70,20 +70,21 @@ def read(
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF
-            (.sdf). Also the name of a robot installed with chasles, or ``robot:NAME`` for a robot
-            in the package robot_descriptions.
-        base: The link of the base frame. By default, the root of the tree, or the base of a robot
-            file.
-        tip: The link of the tool frame. By default, the end of the longest chain, or the tool of a
+            (.sdf). The source may also be the name of a robot installed with chasles, or
+            ``robot:NAME`` for a robot in the package robot_descriptions.
+        base: The link of the base frame. The default is the root of the tree, or the base of a
             robot file.
-        group: A group of the SRDF file in the same folder. The group replaces base and tip.
-        name: Name of the robot. By default, the name in the file.
+        tip: The link of the tool frame. The default is the end of the longest chain, or the tool of
+            a robot file.
+        group: A group of the SRDF file in the same folder. The group defines base and tip of the
+            robot.
+        name: Name of the robot. The default is the name in the file.
         arguments: Argument values of a xacro file, each as ``name:=value``.
-        conventions: The conventions that a robot file may use. By default, all conventions of
+        conventions: The conventions that a robot file may use. The default is all conventions of
             chasles.
-        exact: Whether the numbers of the file are used exactly. Otherwise, noise is removed, and
+        exact: Whether the numbers of the file are used exactly. If False, noise is removed, and
             rounded angles, directions and arrangements become exact. The field ``cleaning`` of the
-            robot lists these changes.
+            robot lists all changed numbers.
 
     Returns:
         The robot, in meters and radians. The result is a Mechanism if the file has closed loops,
@@ -91,8 +92,9 @@ def read(
         are possible, ``notes`` states the selected tip.
 
     Raises:
-        DescriptionError: The file or its parent file cannot be read or is invalid. Or its suffix is
-            not supported, the chain does not exist, or there are several arms.
+        DescriptionError: The file or its parent file cannot be read, is invalid or has an
+            unsupported suffix. The error is also raised if the chain does not exist or the file has
+            several arms.
         UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
@@ -127,7 +129,7 @@ def read_text(
             from a file.
         file: File name for error messages. The folder of this file is searched for the extended
             file.
-        conventions: The conventions that a robot file may use. By default, all conventions of
+        conventions: The conventions that a robot file may use. The default is all conventions of
             chasles.
         exact: Whether the numbers of the text are used exactly. See :func:`read`.
 

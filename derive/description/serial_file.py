@@ -83,7 +83,7 @@ class RobotFile(CoordinateFile):
         self._taken: dict[tuple[str, str], Keys] = {}
 
     def described(self) -> Described:
-        """The robot. Its type depends on the file."""
+        """The robot that the file describes, as a SerialRobot or a Mechanism."""
         return self.robot()
 
     def robot(self) -> SerialRobot:
@@ -253,7 +253,10 @@ class RobotFile(CoordinateFile):
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
-        """Returns the convention of a joint. By default, this is the convention of the file."""
+        """Returns the convention of a joint.
+
+        A joint without its own convention has the convention of the file.
+        """
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
         words = self.of_lines if len(at) == 1 else {}
         chosen = self.option(at, (*self._conventions, *words), "")

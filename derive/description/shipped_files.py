@@ -11,7 +11,9 @@ from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Folder of more arms. The code of these arms is not installed, and is derived when needed."""
+"""Folder of arms whose generated code is not installed with chasles. The code is derived when
+needed.
+"""
 NAMED = "robot:"
 """Prefix of the names of robots in the package robot_descriptions."""
 

@@ -29,7 +29,8 @@ Keys = tuple[str | int, ...]
 """Path to a value in the file: table names, field names and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields of the extended file that a file may replace, besides parameters."""
+"""Fields that a file with ``extends`` may replace in the file that it extends, besides parameters.
+"""
 EXTENDING_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -211,7 +212,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """Reads an expression with parameters, in meter or radian. A missing field gives zero."""
+        """Reads an expression with parameters, in meter or radian. A missing field is 0."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -367,7 +368,7 @@ class TomlFile:
         Args:
             keys: The path to the value.
             expected: A valid value, in words.
-            shown: The value in the message. By default, the value at the path.
+            shown: The value in the message. The default is the value at the path ``keys``.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:

@@ -49,7 +49,7 @@ def table_of(text: str) -> dict[str, object]:
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
     """Returns the first line for which the text up to this line fulfills ``holds``.
 
-    A bisection over the lines finds it. Open brackets are closed before each test.
+    The line is found by bisection over the lines. Open brackets are closed before each test.
     """
     lines = text.split("\n")
 

@@ -26,12 +26,15 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding error of a relative rotation in units of the last place. Each of six angles has an
-error of half a unit."""
+"""Rounding error of a relative rotation in units of the last place. A relative rotation consists of
+two orientations with three angles each. Each angle has an error of half a unit in the last place.
+"""
 _FINE = 10**20
 """Steps per radian. An angle in rotated axes is rounded to a step before it is simplified."""
 _UPRIGHT = 1e-3
-"""Minimum cosine of the pitch. Otherwise, roll and yaw count as rotations about the same axis."""
+"""Minimum cosine of the pitch. If the cosine is smaller, roll and yaw count as rotations about the
+same axis.
+"""
 _GUARD = 2
 """Number of additional decimal places of coordinates in the list of changes."""
 
@@ -41,13 +44,15 @@ class TurnedBase:
     """The rotated axes in which a base has exact angles.
 
     Attributes:
-        owner: The joint or closure whose frame has the orientation of the axes.
+        owner: The joint or closure whose frame has the orientation of the rotated axes.
         turn: The rotation of the axes.
         matrix: The rotation as a matrix (4, 4).
         angle: Rounding error of relative angles (radian).
         length: Rounding error of coordinates in the rotated axes (meter).
-        lengths: Lengths of other bodies and of rods. A coordinate may have one of these values.
-        angles: Angles of other bodies. A base angle may have one of these values.
+        lengths: Lengths of rods and of bodies other than the base. A rounded coordinate of a base
+            frame may be replaced by one of these lengths.
+        angles: Angles of bodies other than the base. A rounded angle of a base frame may be
+            replaced by one of these angles.
     """
 
     owner: str
@@ -67,7 +72,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
         noise: Minimum difference that counts as rounding (meter).
 
     Returns:
-        The axes, or None if the base frame itself gives as many exact angles.
+        The axes, or None if no axes give more exact angles than the base frame itself.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -163,7 +168,10 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Yields name and placement of each frame on the base whose orientation matters."""
+    """Yields name and placement of each frame on the base, except frames of ball joints.
+
+    The orientation of a ball joint's frame has no effect.
+    """
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before

@@ -36,7 +36,9 @@ DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
 """Joint types that require limits."""
 FREE_KINDS = ("floating", "planar")
-"""Joint types with several degrees of freedom. A chain can only start after such a joint."""
+"""Joint types with several degrees of freedom. A chain can only start after a floating or planar
+joint.
+"""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -57,7 +59,7 @@ def _states_no_range(limit: etree._Element | None) -> bool:
 
 
 class UrdfFile:
-    """A parsed URDF. Its joints are stored by child link."""
+    """A parsed URDF, with the joints stored by child link."""
 
     def __init__(self, file: str, text: str) -> None:
         """Reads the tree of links and joints.

@@ -8,7 +8,9 @@ _FOLDER = Path(__file__).parent
 
 
 def template(kind: str) -> str:
-    """Returns the text of a robot file with comments. The robot can be derived at once.
+    """Returns the text of a robot file with comments.
+
+    The text is a valid robot description that can be derived without changes.
 
     Args:
         kind: The kind "arm" has joints with origins and axes. The kind "dh" has a table of joints.

@@ -31,8 +31,9 @@ FEW, FEW_STEPS = 60, 17
 """Number of random configurations and of grid values, for loops without a closed form."""
 HALVINGS = 20
 OMITTED = 0.01
-"""Smallest reported error of the value that is assumed for an omitted actuator (radian, or
-relative to the size)."""
+"""A wrong assumed value of an omitted actuator is reported if its error exceeds this value (radian,
+or relative to the size).
+"""
 LITTLE = 0.5
 """Minimum fraction of closed configurations without a remark."""
 
@@ -57,7 +58,7 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 
 
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
-    """Returns warnings about a robot with closed loops. There are usually none.
+    """Returns warnings about a robot with closed loops. The tuple is usually empty.
 
     The warnings are about rods with swapped ends, about omitted or distant reference values, and
     about geometry that narrowly misses a closed form.
@@ -172,7 +173,7 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 def omitted_actuators(h: SolvedLoops) -> str:
     """Lists actuators without a reference value, and the values that follow from the other joints.
 
-    The text is empty if the reference is complete or if there is none.
+    The text is empty if the reference states all actuators or no coordinate at all.
     """
     mechanism, bodies = h.mechanism, NumericMechanism(h.mechanism)
     omitted = [c.moves for c in mechanism.coordinates if c.moves in mechanism.omitted]

@@ -19,7 +19,7 @@ HALVINGS = 60
 OTHERS = 8
 """Number of values per coordinate that show whether a margin depends on the coordinate."""
 CHANGED = 1e-9
-"""Minimum change of a margin that depends on a coordinate."""
+"""A margin depends on a coordinate if the margin changes by at least this value."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
         np.ptp(margins(k, reference[k] + np.linspace(-0.5, 0.5, OTHERS) * _width(r)), axis=1)
         for k, r in enumerate(ranges)
     ]
-    # A margin that is NaN at some values depends on the coordinate.
+    # If a margin is NaN at some values of a coordinate, the margin depends on this coordinate.
     depends = ~(np.array(moved) < CHANGED)
 
     def of(row: int) -> DeadValues | None:

@@ -1,8 +1,8 @@
 """Detects loops that almost have a closed form, such as loops of a real robot.
 
 There are two closed forms. A platform on pairs of equal, parallel rods only translates. A loop with
-parallel axes is planar. If the geometry differs from both forms by more than rounding errors,
-Newton's method must close the loops. A sentence in the report then states the difference.
+parallel axes is planar. If the geometry differs from the two closed forms by more than rounding
+errors, Newton's method must close the loops. A sentence in the report then states the difference.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ tested."""
 
 
 def nearly_met(h: SolvedLoops) -> Iterator[str]:
-    """Yields a sentence on each closed form that the loops narrowly miss."""
+    """Yields a sentence on each closed form whose conditions the loops almost fulfill."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)

@@ -195,7 +195,8 @@ class ClosedLoops:
     def unit_rows(self, w: Vector) -> Vector:
         """Returns the Jacobian with rows of length 1.
 
-        Lengths are divided by the size of the mechanism. Rows of rounding errors stay as they are.
+        Lengths are divided by the size of the mechanism. A row that contains only rounding errors
+        is not normalized.
         """
         J = self.evaluated(w)[1] * self._scaled(np.ones(len(w)))
         norms = np.linalg.norm(J, axis=1, keepdims=True)

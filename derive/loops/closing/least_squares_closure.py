@@ -1,9 +1,9 @@
 """Closes overconstrained loops in the least-squares sense.
 
-Overconstrained loops have more equations than variables. For example, a pin parallel to the other
-axes of a planar loop keeps the loop in its plane a second time. Likewise, a third crank of a
-parallelogram fixes the direction of the coupler a second time. On a real robot, redundant
-constraints contradict each other slightly.
+Overconstrained loops have more equations than variables. For example, if the other axes of a loop
+keep the loop in a plane, the pin that closes the loop repeats this constraint. If a parallelogram
+has three cranks, the third crank repeats the constraint on the direction of the coupler. On a real
+robot, redundant constraints contradict each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -113,7 +113,7 @@ def overactuated(mechanism: Mechanism) -> LeastSquaresClosure | None:
 
 
 def _joints(mechanism: Mechanism, loop_joint: Closure | Strut) -> int:
-    """Returns the number of joints in a loop with its closure."""
+    """Returns the number of joints in a loop, including the closing joint or strut."""
     one, other = (
         {joint.name for joint in mechanism.path_to(f.body)} for f in (loop_joint.a, loop_joint.b)
     )

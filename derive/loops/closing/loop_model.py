@@ -23,7 +23,8 @@ class LoopModel:
     """A mechanism and its coordinates.
 
     Attributes:
-        mechanism: The description. Pins whose tilt the file accepts are modeled as balls.
+        mechanism: The description. If the file allows least-squares closure, tilted pins are
+            modeled as balls.
         terms: Names of the terms.
         least_squares_closure: The least-squares configuration of overconstrained loops, or None if
             all loops close.
@@ -69,7 +70,8 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
             new terms are created.
 
     Raises:
-        DescriptionError: The pins of a rod are not parallel, and the file does not accept the tilt.
+        DescriptionError: The pins of a rod are not parallel, and the file does not allow
+            least-squares closure.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, closure_errors = closable(mechanism, terms), None

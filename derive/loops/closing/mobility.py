@@ -55,7 +55,7 @@ class Mobility:
     def kutzbach(self) -> int:
         """Gruebler-Kutzbach mobility lambda (n - 1 - j) + sum f.
 
-        If lambda is 6, it includes idle rotations.
+        If lambda is 6, the mobility includes idle rotations.
         """
         return self.order * (self.bodies - 1 - self.joints) + self.freedoms
 
@@ -76,7 +76,7 @@ class Mobility:
 
     @property
     def report(self) -> tuple[str, ...]:
-        """The numbers as lines of text, with all disagreements."""
+        """The mobility by each formula as a line of text, followed by all disagreements."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (
@@ -152,7 +152,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
 
     Raises:
         InputTypeError: An argument is not an int.
-        InputValueError: No mechanism has these numbers.
+        InputValueError: No mechanism has the given numbers of links, joints and freedoms.
     """
     for name, count in {"links": links, "joints": joints, "freedom": freedom}.items():
         check_type(f"kutzbach: {name}", count, int)

@@ -26,7 +26,7 @@ from .tilted_pins import explain_open_loop
 STARTS = 8
 """Number of random start configurations before a loop counts as open."""
 MAX_REFINED = 3
-"""Number of start configurations to refine. The best ones come first."""
+"""Number of start configurations to refine, in the order of increasing closure error."""
 MAX_REMEDIES = 5
 """Maximum number of lengths and angles in a message. The smallest changes come first. A message
 also lists the reachable values of the actuated coordinates."""

@@ -1,8 +1,9 @@
 """Measures how much the tool moves if written values are replaced by exact values.
 
 Near a dead point, a small change of a length causes a large motion. Therefore, no bound holds for
-all configurations. Instead, the loops of both robots are closed at random configurations. The
-largest difference of the tool poses is reported.
+all configurations. Instead of a bound, the module closes the loops of the robot with written values
+and of the robot with exact values, at random configurations. The largest difference of the tool
+poses is reported.
 """
 
 from collections.abc import Iterator
@@ -56,7 +57,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
-    """Returns the planes of loops before the numbers were replaced."""
+    """Returns the planes of the loops of the robot with written values."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.loop_joints if c.a.body == m.base_frame}
@@ -67,12 +68,13 @@ def _planes(exact: NumericMechanism, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
-    """Returns a value within the limits of a coordinate. Without limits, it is near the reference.
+    """Returns a value within the limits of a coordinate, or near the reference without limits.
 
     Args:
         bodies: The robot.
         c: The coordinate.
-        part: Position in the range from -1 to 1. The reference has position 0.
+        part: Position of the value in the range, from -1 to 1. Position 0 stands for the reference
+            value.
     """
     at = bodies.values[c.moves]
     if part == 0:

@@ -16,15 +16,18 @@ from .shown_values import shown
 FAR_OFF = 100.0
 """Minimum factor between the length of a suspect rod and the median of the other lengths."""
 MIN_OTHERS = 3
-"""Minimum number of other lengths that define the scale of a mechanism."""
+"""Minimum number of lengths besides the suspect length. These lengths define the scale of a
+mechanism.
+"""
 SLIPS = (1000.0, 1 / 1000)
 """Ratios of units that are often confused, such as mm and m."""
 
 
 def suspect_rod(bodies: NumericMechanism, loops: Sequence[str]) -> str:
-    """Names a suspect rod, and tests whether another unit closes the loops.
+    """Names a rod whose length has a suspect unit.
 
-    Returns "" if none is found.
+    The text also states whether the loops close if the length is read in another unit. The text is
+    empty if all rod lengths are plausible.
 
     Args:
         bodies: A mechanism with an open loop.

@@ -19,14 +19,17 @@ Reference values of passive joints are only approximate. A wrong exchange may cl
 distant configuration.
 """
 CLEARLY = 0.02
-"""Minimum distance from the reference that values with two digits cannot explain, in the unit of
-:data:`NEAR`."""
+"""A closed configuration farther from the reference than this value has another cause than
+reference values with two digits. The unit is the unit of :data:`NEAR`.
+"""
 PART = 0.1
-"""An exchange must reduce the distance from the reference at least to this fraction."""
+"""An exchange of rod ends must reduce the distance from the reference to at most this fraction."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
-    """States which rods seem to have swapped ends although all loops close. Returns "" if none do.
+    """States which rods seem to have swapped ends although all loops close.
+
+    The text is empty if no rod seems to have swapped ends.
 
     Args:
         mechanism: A description whose loops close far from the reference.
@@ -47,7 +50,8 @@ def swapped_ends(mechanism: Mechanism) -> str:
     """States which rods seem to have swapped ends. Returns "" if no exchange closes the loops.
 
     Exchanges are tried for single rods, then for all rods between two bodies, and then for all
-    rods. The exchange that is reported closes all loops nearest to the reference.
+    rods. The text reports the exchange for which the closed configuration is nearest to the
+    reference.
 
     Args:
         mechanism: A description whose loops do not close at the reference.

@@ -2,8 +2,8 @@
 
 Two pins keep a rod in a plane. If an axis of the loop is not exactly normal to this plane, no
 configuration satisfies all constraints. The constraint along the axes is redundant, because the
-planar loop closes without it. To first order, a least-squares solution keeps the lengths, and the
-pins absorb the tilt.
+planar loop closes without it. To first order, a least-squares solution preserves the rod lengths,
+and the pins tilt.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ class Tilt:
             axis.
         offset: Distance (meter) between the ends of the rod along the mean axis at zero.
         span: Distance (meter) between the ends of the rod at zero.
-        axes: Number of axes of the loop. If there are two, it is unknown which one is tilted.
+        axes: Number of axes of the loop. If the loop has two axes, the tilted axis is unknown.
     """
 
     loop_joint: str
@@ -54,7 +54,7 @@ class Tilt:
         return max(self.angle * self.span, self.offset) <= NUMERICALLY_CLOSED * self.span
 
     def __str__(self) -> str:
-        """Describes the deviation. Angles and distances of rounding errors are omitted."""
+        """Describes the deviation. Angles and distances within rounding errors are omitted."""
         parts = []
         if self.angle > NUMERICALLY_CLOSED:
             parts.append(
@@ -113,13 +113,13 @@ def explain_open_loop(mechanism: Mechanism) -> str:
 
 
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
-    """Returns the mechanism.
+    """Returns a mechanism whose loops can close.
 
-    Tilted rods keep only their length constraint if the file accepts this.
+    If the file allows least-squares closure, a rod with tilted pins constrains only a length.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop, and the rod cannot be reduced.
-            Either the file does not accept it, or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not allow
+            least-squares closure, or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:

@@ -30,7 +30,7 @@ class Joints:
         rates: The time derivatives of joints, swing angles and cylinders.
         passive: Names of the passive joints.
         interval: Text about the interval of the angles, or "" if it is unbounded.
-        finished: Completes a function so that the result is NaN if the loops do not close.
+        finished: Returns a function with the result NaN if the loops do not close.
     """
 
     hybrid: SolvedLoops
@@ -76,14 +76,15 @@ class Map:
 
     Attributes:
         name: Name of the map and of its result.
-        symbol: Name of the joint values.
+        symbol: Symbol of the vector of joint values.
         names: Returns the names of the computed joints.
         noun: Noun for the joints in the descriptions.
         meaning: Meaning of the result.
-        summary: Summary of the map. The angle interval replaces ``{interval}``.
-        identity: Identity that the map fulfills. The joint names replace ``{names}``.
-        moving: Summary and meaning of the time derivatives. The word rates or accelerations
-            replaces ``{}``.
+        summary: Summary of the map. The placeholder ``{interval}`` stands for the angle interval.
+        identity: Identity that the map fulfills. The placeholder ``{names}`` stands for the joint
+            names.
+        moving: Summary and meaning of the time derivatives. The placeholder ``{}`` stands for
+            "rates" or "accelerations".
     """
 
     name: str
@@ -289,7 +290,7 @@ def _where(h: SolvedLoops, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tup
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """Returns the margins of a branch. A step that the branch does not have gets the margin 1.
+    """Returns the margins of a branch. The margin is 1 for a step that is not in the branch.
 
     If several branches were merged, the first branch with closed loops is used.
     """
@@ -323,7 +324,7 @@ def _labels(h: SolvedLoops, slots: Sequence[Sequence[Solution]]) -> tuple[str, .
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """Returns the signs that merged branches have in common, by joints."""
+    """Returns the signs that merged branches have in common, keyed by the joints of the step."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions
@@ -402,7 +403,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         found |= backward_makers(from_chain(h))
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
-        # The inverse of an as-built robot calls this map, also if the robot has no loops.
+        # The inverse of an as-built robot calls actuators_all, even if the robot has no loops.
         if h.mechanism.loop_joints or h.mechanism.nominal is not None:
             found |= {"actuators_all": actuators_all}
     return found

@@ -47,7 +47,7 @@ class Start:
         determinant: Determinant of c_u, the derivative of the equations with respect to the unknown
             variables. If c_u is not square, the product of the diagonal of R in its QR
             decomposition.
-        is_regular: Whether c_u has full rank. At a dead point, it has not.
+        is_regular: Whether c_u has full rank. At a dead point, c_u is rank deficient.
     """
 
     q: FloatArray
@@ -66,12 +66,13 @@ class LoopClosure:
         names: Names of the variables.
         is_length: Mask of the variables that are lengths.
         w: Symbols of the variables.
-        entries: Terms that are zero if the loops are closed. In the least-squares sense, they are
-            the gradient of the errors.
+        entries: Terms that are zero if the loops are closed. For least-squares closure, the terms
+            are the gradient of the closure errors.
         units: Unit of each entry, m or 1.
-        size: The longest translation or rod (meter). Lengths are divided by it.
-        functions: The functions of w that the iteration calls, by name. The value is empty if there
-            are too few equations.
+        size: The longest translation or rod (meter). Lengths in the equations are divided by this
+            size.
+        functions: The functions of w that the iteration calls, by name. The dictionary is empty if
+            there are too few equations.
         inputs: Name of the coordinates that drive the input variables, ``q`` or ``theta``.
         ratios: Change of each input variable per unit of its coordinate.
         given: Indices of the input variables.
@@ -120,7 +121,7 @@ class LoopClosure:
 
     @cached_property
     def of_chain(self) -> "LoopClosure | None":
-        """The same equations with the main-chain joints as inputs.
+        """The closure equations with the main-chain joints instead of the actuators as inputs.
 
         The value is None if the main-chain joints do not determine the other variables, or if the
         reference is a dead point.
@@ -219,5 +220,5 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """Rounds to 12 decimal places. Rounding errors of zeros vanish."""
+    """Rounds to 12 decimal places. Zeros with rounding errors become exact zeros."""
     return np.asarray(np.round(values, 12) + 0.0)

@@ -2,7 +2,7 @@
 
 A solver closes the loops by Newton's method (:mod:`.closure_equations`). The implicit function
 theorem gives the derivatives of the solution. The solver returns the variables w and their
-derivatives. The statements of a function use them as arguments.
+derivatives. The statements of a function use the variables w and their derivatives as arguments.
 """
 
 import math
@@ -68,8 +68,7 @@ class Iteration:
     def _vector(self, name: str, unit: str) -> Argument:
         """Returns one symbol per variable. Main-chain joints have the symbols of the main chain.
 
-        The terms of the main chain then are the same for joints that are inputs and for joints that
-        are results.
+        The main chain therefore has one set of terms, whether its joints are inputs or results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:

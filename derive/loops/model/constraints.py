@@ -59,8 +59,8 @@ class LoopEquations:
 
     Attributes:
         loop: The loop: a closure or strut, and two branches.
-        kind: ``planar`` or ``spatial``. Also ``point`` for a spatial ball closure, and ``distance``
-            for a strut with ball ends.
+        kind: The kind is ``point`` for a spatial ball closure, and ``distance`` for a strut with
+            ball ends. Other loops have the kind ``planar`` or ``spatial``.
         residual: Independent terms that are zero if the loop is closed. The terms are differences
             of points (a minus b) or lengths, and direction cosines.
         units: Unit of each residual, m or 1.
@@ -122,10 +122,10 @@ def constraints(
     """Returns the equations of all loops in the order of the closures and struts.
 
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If all
-    components of a point difference must be zero, they are expressed in the axes of the body at
-    which the loop starts. A strut with ball ends has one equation, the distance between its ends. A
-    strut with pin ends has two equations. These equations state that the strut leads from one end
-    to the other.
+    components of a point difference must be zero, the components are expressed in the axes of the
+    body at which the loop starts. A strut with ball ends has one equation, the distance between its
+    ends. A strut with pin ends has two equations. The two equations state that a vector with the
+    length and direction of the strut connects the strut's end points.
 
     Equations that hold in every configuration are omitted.
 
@@ -133,8 +133,8 @@ def constraints(
         mechanism: The description.
         terms: Receives the terms.
         z: The full configuration in the order of :func:`configuration_names` (radian or meter).
-        may_stay_open: Whether the loops may close only in the least-squares sense. Equations that
-            never hold are then allowed.
+        may_stay_open: Whether the loops may close only in the least-squares sense. If True, an
+            equation that holds in no configuration causes no error.
 
     Raises:
         DescriptionError: A strut in a spatial loop has pin ends, or a loop never closes.
@@ -422,8 +422,8 @@ class _Spatial:
         along = partial(dot, self.terms)
         kind: Kind = (loop_joint.kind, "space")
         rows = ROWS[kind]
-        # If all three components must be zero, any axes are suitable. The axes of this body give
-        # the shortest expressions.
+        # If all three components must be zero, any axes are suitable. The axes of the body at which
+        # the loop starts give the shortest expressions.
         is_met = sum(isinstance(row, Along) for row in rows) == len(difference)
         entries = [
             (difference[row.axis] if is_met else along(A[row.axis], difference))

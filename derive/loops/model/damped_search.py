@@ -49,7 +49,7 @@ def least(
         try:
             step = -np.linalg.solve(J.T @ J + damping * np.eye(len(x)), g)
         except np.linalg.LinAlgError:
-            # Rounding can cancel the weakest damping.
+            # Rounding errors can be as large as a weak damping, so that the matrix is singular.
             damping, growth = damping * growth, growth * FACTOR
             continue
         promised = float(step @ (damping * step - g))

@@ -111,7 +111,8 @@ def _through(loop_joint: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], 
             "weld": [],
         }
         return freedoms[loop_joint.kind], sp.eye(4)
-    # Pins rotate about z, and a strut lies along x. With ball ends, any axis would do.
+    # Pins rotate about z, and a strut lies along x. For ball ends, the choice of the axis has no
+    # effect.
     M = pose(sp.eye(3), sp.Matrix([loop_joint.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if loop_joint.is_cylinder else []
     if loop_joint.ends == "ball":
@@ -130,7 +131,7 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """Returns the pose of the planar axes of a body at the origin of a frame."""
+    """Returns a pose on a body: axes of the loop plane, with the origin of a frame of the body."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -8,8 +8,8 @@ the unknown variables u is then zero:
 
 There are as many equations as unknown variables. The Jacobian of the equations contains second
 derivatives of the closure errors. The Jacobian is regular if the closure errors are small and their
-derivative has full rank. Therefore, the methods for loops that close can be used: Newton's method,
-joint rates and accelerations.
+derivative has full rank. Therefore, overconstrained loops are solved by the methods for other
+loops: Newton's method, joint rates and accelerations.
 """
 
 from collections.abc import Sequence

@@ -106,7 +106,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
     def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
-        """Returns an axis of the equations in base axes. The axis is fixed to one end."""
+        """Returns an axis of a loop equation in base axes. The axis is fixed to one end frame."""
         end = self.a if side == "a" else self.b
         if plane is None:
             return end.pose[0][k]
