@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import mutations
-from report import ECHO, TWICE, Row
+from report import ECHO, TWICE, Row, capitalized
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
@@ -32,7 +32,6 @@ PAPERS = (
 PROCESSES = 2
 DOTS_PER_INCH = 320
 HEAD = ("item", "values", "verdict")
-SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
 MEANINGS = {
     "agrees": "our value equals the printed value to half a unit of its last digit. If the paper "
     "says “about”, the note quotes it and states the tolerance.",
@@ -277,9 +276,7 @@ def _values(row: Row) -> tuple[str, str]:
 
 def _phrase(note: str) -> str:
     """Returns a note with a period, and with a capital unless it starts with a symbol."""
-    first = re.match(r"[a-z]+(?=[\s,:])", note)
-    if first and len(first[0]) > 1 and first[0] not in SYMBOLS:
-        note = note[0].upper() + note[1:]
+    note = capitalized(note)
     return f"{note}." if note and not note.endswith((".", ":")) else note
 
 

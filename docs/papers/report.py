@@ -12,6 +12,7 @@ dict from caption to matplotlib figure, or to a function that writes an animatio
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -64,6 +65,8 @@ Verdict = Literal[
     "lost",
     "not printed",
 ]
+SYMBOLS = ("acos", "alpha", "beta", "phi", "theta")
+"""Symbols that keep their small first letter at the start of a sentence."""
 Equation = Callable[[Printed], Value]
 """Evaluates the equations of an item."""
 ECHO = "the value is an input, copied from the paper"
@@ -208,12 +211,8 @@ def _agreeing(
         equations = f"{np.size(value)} entries"
         return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
     if printed.about is not None:
-        note = "; ".join(
-            filter(
-                None,
-                ((f"the tolerance is ± {printed.about}, as the paper says “{printed.text}”", note)),
-            )
-        )
+        words = f"the tolerance is ± {printed.about}, as the paper says “{printed.text}”"
+        note = _sentences((words, note))
     return _with_value(_row(printed, ours, verdict, note), printed, value)
 
 
@@ -261,7 +260,7 @@ def erratum(
     right = corrected.evidence if isinstance(corrected, Finding) else corrected
     right = right if isinstance(right, str) else ""
     read_instead = f"correct: {right} {printed.unit}".strip() if right else ""
-    words = (read_instead, note, f"cause: {cause[0]}" if cause else "")
+    words = (_sentences((read_instead, note)), f"cause: {cause[0]}" if cause else "")
     row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
     return _with_value(row, printed, value)
 
@@ -338,11 +337,25 @@ def not_reproducible(
             raise _refuted(printed, value, "is reproducible by")
     row = _row(printed, ours, "not reproducible", note)
     tried = [
-        f"{reading} ({_number(_shown(value, printed, row.digits), row.digits)})"
+        f"{_number(_shown(value, printed, row.digits), row.digits)} {printed.unit} for {reading}"
         for reading, value in readings.items()
     ]
-    words = (f"tried: {', '.join(tried)}" if tried else "", note)
-    return replace(row, note="; ".join(filter(None, words)))
+    words = (f"other readings also differ: {', '.join(tried)}" if tried else "", note)
+    return replace(row, note=_sentences(words))
+
+
+def _sentences(parts: Sequence[str]) -> str:
+    """Joins parts of a note as sentences without the last period."""
+    first, *others = [part for part in parts if part] or [""]
+    return ". ".join([first, *map(capitalized, others)])
+
+
+def capitalized(note: str) -> str:
+    """Returns a note with a capital, unless it starts with a symbol or a number."""
+    first = re.match(r"[a-z]+(?=[\s,:])", note)
+    if first and len(first[0]) > 1 and first[0] not in SYMBOLS:
+        return note[0].upper() + note[1:]
+    return note
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:

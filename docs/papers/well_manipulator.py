@@ -53,7 +53,7 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 
 FloatArray = NDArray[np.float64]
 
-BY_LAW = "our assumption for 39-49 s is used"
+BY_LAW = "for 39-49 s, each pose is solved by minimum-norm steps from the configuration at 37 s"
 """Note on values of the last stage; the paper does not define its motion."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of the start angles theta2, 3, 5 and 7, within half a unit of their last digit [rad]."""
@@ -130,24 +130,26 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["R_object"],
             at_the_object(),
-            f"the start angles theta2, 3, 5, 7 are shifted by {shifts} deg, within half a unit "
-            f"of their last "
-            f"digit, which moves R by up to {1e3 * digits_of_start():.2f} mm; (63) as printed "
-            f"gives {shown_mm(tool[5])}",
+            f"with the start angles of (63), R is {shown_mm(tool[5])}. Our value agrees after "
+            f"shifts of theta2, theta3, theta5 and theta7 by {shifts} deg. These shifts are within "
+            f"half a unit of the last printed digit. A shift of half a unit moves R by up to "
+            f"{1e3 * digits_of_start():.2f} mm",
         ),
         erratum(
             printed["R_39"],
             tool[39][2],
             1.02 - DESCENT,
-            "correct: 1020 - 2166 - 216.6 (t - 39), which continues from 37 s; evaluated at 39 s",
+            "correct: 1020 - 2166 - 216.6 (t - 39), which continues the motion from 37 s. The "
+            "equations are evaluated at 39 s",
             evaluated=lambda item: at(t=39.0)(item) * 1e-3,
         ),
         assumed(
             printed["law"],
             "minimum norm",
-            "four joints satisfy three conditions, and the paper does not state how: each pose is "
-            "solved from the configuration at 37 s by minimum-norm steps of the joint angles. No "
-            "rule that we tried gives all amplitudes; this rule gives figures 6 and 9",
+            "four joints satisfy three conditions, and the paper does not state the rule of "
+            "motion. We solve each pose by minimum-norm steps of the joint angles from the "
+            "configuration at 37 s. Our rule gives the amplitudes of figures 6 and 9. No rule that "
+            "we tried gives all amplitudes of the paper",
         ),
     ]
 
@@ -205,7 +207,8 @@ LAWS = {
     "minimum-norm joint rates": joint_norm,
     "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""Further assumptions for the last stage, whose rates are integrated from 39 s."""
+"""Rules for the motion in the stage 39-49 s that replace the rule of figure 6. The joint rates are
+integrated from 39 s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -235,7 +238,7 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
                 printed[f"amplitude_theta{8 + k}"],
                 swings[k],
                 "our value is the angle relative to the preceding arm, as in (38)",
-                readings={"angle relative to the following arm": on_arm[k]}
+                readings={"the angle relative to the following arm": on_arm[k]}
                 | {name: values[k] for name, values in other.items()},
             )
             for k in range(4)
@@ -248,7 +251,7 @@ def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
     misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")
     lengths = np.ptp(misprinted.actuators(found.theta[:, :2])[:, 1])
-    cause = (f"r_B as printed in (64), which gives {1e3 * lengths:.2f} mm", lengths)
+    cause = (f"the printed r_B of (64) gives {1e3 * lengths:.2f} mm", lengths)
     return [
         erratum(printed["amplitude_l1"], first, "349", BY_LAW, cause=cause),
         *(agrees(printed[f"amplitude_l{k}"], own, BY_LAW) for k, own in enumerate(others, 2)),
@@ -268,8 +271,9 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
         in_one_reading(
             printed["amplitude_rate3"],
             least_speeds[2],
-            f"with minimum-norm cylinder speeds in 39-49 s, for which theta5 is {angle:.0f} deg, "
-            f"not 132 as printed; the rule of figure 6 gives {np.degrees(rates[2]):.1f}",
+            f"our value is for minimum-norm cylinder speeds in 39-49 s. With this rule, the "
+            f"amplitude of theta5 is {angle:.0f} deg instead of the printed 132 deg. The rule of "
+            f"figure 6 gives a rate of {np.degrees(rates[2]):.1f} deg/s",
         ),
         not_reproducible(
             printed["amplitude_rate5"],
@@ -288,20 +292,23 @@ def cylinder_speed_rows(
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
-    unit = "our value is in mm deg/s instead of the printed mm/s, because rates stay in degrees"
+    unit = (
+        "our value has the unit mm deg/s instead of the printed mm/s, because the joint rates "
+        "stay in degrees"
+    )
     own = np.degrees(1e3 * speeds)
     return [
         in_one_reading(
             in_mm[0],
             by_law["minimum-norm joint rates"][0],
-            f"{unit}, with minimum-norm joint rates in 39-49 s; the rule of figure 6 gives "
-            f"{own[0]:.0f}, in mm/s {1e3 * speeds[0]:.1f}",
+            f"{unit}. Our value is for minimum-norm joint rates in 39-49 s. The rule of figure 6 "
+            f"gives {own[0]:.0f} mm deg/s, which is {1e3 * speeds[0]:.1f} mm/s",
         ),
         *(
             not_reproducible(
                 in_mm[k],
                 speeds[k],
-                f"{unit}; in mm/s, our value is {1e3 * speeds[k]:.1f}",
+                f"{unit}. In the printed unit, our value is {1e3 * speeds[k]:.1f} mm/s",
                 readings={name: values[k] for name, values in by_law.items()},
             )
             for k in (1, 2)
@@ -309,7 +316,8 @@ def cylinder_speed_rows(
         in_one_reading(
             in_mm[3],
             speeds[2],
-            f"{unit}, for cylinder 3 with the rule of figure 6; cylinder 4 has {own[3]:.0f}",
+            f"{unit}. Our value is the speed of cylinder 3 with the rule of figure 6. The speed of "
+            f"cylinder 4 is {own[3]:.0f} mm deg/s",
         ),
     ]
 
@@ -323,17 +331,17 @@ def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             printed["jump_theta3"],
             theta3 / JUMP,
             f"the rate jumps by {np.degrees(theta3):.2f} deg/s, and the paper states no time "
-            f"step; our step is {JUMP} s, and for 1/{RATE:.0f} s the value is "
-            f"{np.degrees(theta3 * RATE):.0f}",
+            f"step. Our value is for a time step of {JUMP} s. For a time step of 1/{RATE:.0f} s, "
+            f"the acceleration is {np.degrees(theta3 * RATE):.0f} deg/s²",
         ),
         not_reproducible(
             printed["jump_l2"],
             l2 * RATE,
-            f"the speed jumps by {1e3 * l2:.2f} mm/s; our value is for a time step of "
+            f"the speed jumps by {1e3 * l2:.2f} mm/s. Our value is for a time step of "
             f"1/{RATE:.0f} s",
             readings={
-                f"time step {JUMP} s": l2 / JUMP,
-                f"time step {JUMP} s, in mm deg/s": np.degrees(l2) / JUMP,
+                f"a time step of {JUMP} s": l2 / JUMP,
+                f"a time step of {JUMP} s and speeds in mm deg/s": np.degrees(l2) / JUMP,
             },
         ),
     ]

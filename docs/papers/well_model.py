@@ -137,31 +137,37 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["det_8"], plain(convention("hayati5").determinant), TWICE),
         erratum(
             printed["zeros"],
-            Finding(bool(six.free_symbols), f"det = {plain(six)} everywhere"),
+            Finding(bool(six.free_symbols), f"det(D^T D) is {plain(six)} everywhere"),
             Finding(
                 whole.subs(zeros) == 0,
-                f"det with the rotation of the preceding joint, {plain(whole)}",
+                f"with the rotation of the preceding joint, det(D^T D) is {plain(whole)}",
             ),
-            "the parameters of (6) alone give no zero; with this rotation the zeros are (7)",
+            "the zeros of this determinant are the points of (7). With the parameters of (6) "
+            "alone, the determinant has no zero",
         ),
         agrees(
             printed["only_parallel"],
             Finding(
                 not any(parallel) and all(others),
-                f"jumps at {len(parallel)} of {len(parallel)} parallel pairs, at 0 of "
-                f"{len(others)} others",
+                f"discontinuous for {len(parallel)} of {len(parallel)} pairs of parallel axes and "
+                f"0 of {len(others)} pairs of other axes",
             ),
         ),
-        agrees(printed["figure_2"], jump_of_theta(), f"“{printed['figure_2'].text}”"),
+        agrees(
+            printed["figure_2"],
+            jump_of_theta(),
+            f"the text of the paper states: “{printed['figure_2'].text}”",
+        ),
         agrees(
             printed["continuous_8"],
             Finding(convention("hayati5", 1).is_continuous, convention("hayati5", 1).verdict),
-            "evaluated between axes 2 and 3",
+            "the model is evaluated between the parallel axes 2 and 3",
         ),
         agrees(
             printed["complete"],
             report.suitable_rank,
-            "our value is the rank over random configurations, with r = 5 and t = 2",
+            "our value is the rank of the identification Jacobian at random configurations. The "
+            "robot has r = 5 revolute and t = 2 prismatic joints",
             evaluated=at(**numbers),
         ),
         erratum(
@@ -177,8 +183,8 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
 def jump_of_theta() -> float:
     """Returns the jump of theta in model (6) if an axis parallel to the preceding axis tilts [rad].
 
-    The x axis of the preceding frame is along the common normal. So the rotation between both axes
-    is Rz Rx(alpha) Rz(theta), and the first Rz belongs to the preceding joint.
+    The x axis of the preceding frame is along the common normal. Therefore, the rotation between
+    the two joint axes is Rz Rx(alpha) Rz(theta). The left factor Rz belongs to the preceding joint.
     """
     tilted = Rotation.from_euler("Y", TILT) * Rotation.from_euler("Z", THETA)
     return float(abs(tilted.as_euler("ZXZ")[2] - THETA))
@@ -202,16 +208,20 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     return [
         erratum(
             printed["figure_3"],
-            Finding(max(map(abs, y)) < SMALL, f"y {1e3 * y[0]:.1f} and {1e3 * y[1]:.1f} mm"),
-            Finding(max(tilt) < SMALL, "Figure 1 and model (6) for systems 5 and 7"),
-            "(64) prints these y for (25) and (33); for parallel axes, model (8) shifts only along "
-            "x and z",
+            Finding(
+                max(map(abs, y)) < SMALL,
+                f"shifts of {1e3 * y[0]:.1f} mm and {1e3 * y[1]:.1f} mm along y",
+            ),
+            Finding(max(tilt) < SMALL, "figure 1 and model (6) for systems 5 and 7"),
+            "For parallel axes, model (8) of figure 3 shifts a frame only along x and z, but (64) "
+            "prints shifts along y for (25) and (33)",
         ),
         erratum(
             printed["equation_36"],
             own,
             others + value["l_LM"] * four,
-            "correct: l_LM, as in (32); at (63) with theta1 0.4 rad, l_HI 110 and l_MN 70 mm",
+            "the correct length is l_LM instead of l_MN, as in (32). The values are for the "
+            "configuration (63) with theta1 = 0.4 rad, l_HI = 110 mm and l_MN = 70 mm",
             evaluated=lambda _: others + l_MN * four,
         ),
     ]

@@ -62,7 +62,7 @@ def drawn(process: Process) -> dict[str, Any]:
 
 
 def over_time(process: Process, values: FloatArray, names: tuple[str, ...], label: str) -> Any:
-    """Plots curves over the eight stages, which pale stripes separate and numbers label."""
+    """Plots curves over time. Pale stripes and numbers mark the eight stages of the process."""
     figure, axes = panels(2.5)
     curves(axes, process.sampled.t, values, names, label)
     for stage, (begin, end) in enumerate(pairwise(STAGES), 1):

@@ -24,11 +24,12 @@ TELESCOPES = ["l_HI", "l_MN"]
 OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
 """Pose of the tool point R after 25 s [m], from step (4) of section 5."""
 DESCENT = 2.166
-"""Downward distance in each of the last two stages [m]: 216.6 mm/s for 10 s."""
+"""Downward distance in each of the last two motion stages [m]. The tool moves for 10 s at 216.6
+mm/s."""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
-"""Indices of x, z and pitch of point R, which four joints move."""
+"""Indices of x, z and pitch in the six tool coordinates. Four joints move x, z and pitch."""
 
 
 @cache
@@ -76,8 +77,8 @@ def over_the_well(down: float) -> FloatArray:
 def process() -> Process:
     """Returns all eight stages of the process.
 
-    In the last stage, four joints satisfy three conditions. These joints move by minimum-norm steps
-    from the configuration at 37 s.
+    In the last stage, four joints satisfy three conditions. The four joints move by minimum-norm
+    steps from the configuration at 37 s.
     """
     well, start = robot(), initial()
     q_start = well.actuators(start)

@@ -57,7 +57,7 @@ def test_word_about_widens_the_tolerance_and_is_quoted():
 
 
 def test_erratum_requires_a_refuted_value_and_its_correction():
-    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "correct: 0.79 rad; 45 deg"
+    assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "correct: 0.79 rad. 45 deg"
     for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
         with pytest.raises(Refuted):
             erratum(ANGLE, ours, corrected)
@@ -102,7 +102,7 @@ def test_agreeing_value_cannot_be_marked_not_reproducible():
 
 def test_reading_that_agrees_refutes_not_reproducible():
     row = not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6})
-    assert row.note == "tried: other elbow (0.600)"
+    assert row.note == "other readings also differ: 0.600 rad for other elbow"
     with pytest.raises(Refuted):
         not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6, "in turns": 0.971})
     assert in_one_reading(ANGLE, 0.971, "in turns").verdict == "one reading"
