@@ -1,9 +1,9 @@
 """Geometry of a robot with loops as variables that a calibration may correct.
 
 Joints, end frames and drives have the same parameters as in a serial robot
-(:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in the
-frames of their bodies. A strut also adds its length. The length parameter of a cylinder is its
-length at coordinate zero.
+(:mod:`chasles.derive.model.geometry`). For closures and struts, the parameters are the positions of
+the two ends in the frames of their bodies. The length of a strut is a parameter too. The length
+parameter of a cylinder is its length at coordinate zero.
 
 A passive joint has no offset parameter, because its loop determines its value. Six consecutive
 passive joints leave a body free, so their axes have no parameters. Planar loops only have
@@ -32,7 +32,11 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from a parent frame to a body: before, of and after the joint."""
+    """The motions from a parent frame to a body.
+
+    The motions are split into the motion before the joint, the joint motion, and the motion after
+    the joint.
+    """
 
     before: Placement
     motion: Placement
@@ -164,7 +168,10 @@ class _Numbered:
         return translation(*place) + turns + self._turned(loop_joint, side)
 
     def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
-        """Returns the rotation parameters of a spatial closure. A ball closure has none."""
+        """Returns the rotation parameters of a spatial closure.
+
+        The result is empty for a ball closure.
+        """
         if (
             isinstance(loop_joint, Strut)
             or loop_joint.kind == "ball"

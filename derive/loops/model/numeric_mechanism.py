@@ -1,7 +1,7 @@
 """Numerical model of a mechanism: poses of bodies and closure errors of loops.
 
-The poses follow directly from the description, for any parameter values. If a parameter is varied,
-the closure errors show whether it would close a loop.
+The poses follow directly from the description, for any parameter values. The closure errors at
+another value of a parameter show whether this value would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -54,7 +54,8 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Axes of planar loops by closure or strut. By default, they are computed.
+            planes: Axes of planar loops by closure or strut. If None, the axes are computed from
+                the mechanism.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -216,7 +217,7 @@ class NumericMechanism:
         )
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
-        """Whether all these loops are closed."""
+        """Whether all named loops are closed."""
         closure_errors = self.closure_errors(values)
         return all(self.is_closed(closure_errors[name]) for name in loops)
 
@@ -286,8 +287,8 @@ class NumericMechanism:
                 contains constants.
             free: Names of the joints, cylinders or constants that may change.
             loops: Names of the loops to close.
-            last: The loop whose error is minimized while the other loops stay closed. With "", all
-                loops have equal weights.
+            last: The loop whose error is minimized while the other loops stay closed. If ``last``
+                is empty, all loops have equal weights.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -302,11 +303,11 @@ class NumericMechanism:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """Returns the closure errors as a function of the variables, and their current values.
+        """Returns the closure errors as a function of the variables, and the variables' values.
 
         Lengths are divided by the size of the mechanism. The function accepts one configuration
-        (n,), or many (m, n) with the same constants. Each call writes its argument into ``at`` and
-        into the constants.
+        (n,), or many (m, n) with the same constants. Each call of the function writes the variables
+        into ``at`` and into the constants of the model.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -422,7 +423,7 @@ def _rotation_vector(R: Floats) -> Floats:
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
     """Scales a vector of length sin(angle) to the length angle (radian).
 
-    A zero vector becomes a multiple of the first axis.
+    For a zero vector, the result points along the first axis.
     """
     length = _norm(sine)
     angle = np.arctan2(length, cosine)

@@ -30,7 +30,8 @@ class NumericRows:
         names: Names of the joints and cylinders.
         owners: The closure or strut of each equation.
         is_turn: Whether each equation compares directions.
-        facing_owners: The closure of each cosine that detects a flipped frame.
+        facing_owners: Names of closures, one for each cosine. A negative cosine shows that a frame
+            is flipped.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
@@ -98,9 +99,9 @@ class NumericRows:
                 a, b = (T[:3, :3] @ self._axes[loop_joint.name] for T in (A, B))
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
-            # The axes of a complete difference vector are arbitrary. Newton's method converges
-            # better if they do not rotate with frame a. The wrench on the body at end a must act at
-            # the point of end a.
+            # If all components of a difference vector must be 0, the axes of the components are
+            # arbitrary. Newton's method converges better if these axes do not rotate with frame a.
+            # The wrench on the body at end a must act at the point of end a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:
                 residual.append(row)

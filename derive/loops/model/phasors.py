@@ -135,7 +135,11 @@ class PlanarPose:
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """Returns the pose ``other`` of a second body on this body, in the plane."""
+        """Returns the product of two planar poses.
+
+        If ``self`` is the pose of a first body, ``other`` is the pose of a second body relative to
+        the first body.
+        """
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),

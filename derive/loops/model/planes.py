@@ -26,7 +26,7 @@ from .phasors import ONE, REAL, ZERO, Complex
 Vector = NDArray[np.float64]
 
 MECHANISMS = 64
-"""Cache size for linkages. A derivation uses fewer variants of a mechanism."""
+"""Cache size for linkages, which exceeds the number of variants of a mechanism in a derivation."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PinEdge:
 
     Attributes:
         name: Name of the joint, swing angle or closure.
-        a: A body. The other body rotates relative to this body.
+        a: The first body. The second body rotates relative to the first body.
         at_a: The common point in the axes of a.
         b: The other body.
         at_b: The common point in the axes of b.
@@ -58,7 +58,7 @@ class SlideEdge:
 
     Attributes:
         name: Name of the joint, cylinder or closure.
-        a: The body with the guide. The body b slides along it.
+        a: The body with the guide. The body b slides along the guide.
         at_a: A point of the guide in the axes of a.
         direction: The unit direction of the guide in the axes of a.
         b: The other body.
@@ -245,7 +245,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # A closure without rotation must also preserve the normal.
+    # If a closure allows no rotation, the plane normal must be equal in the two end frames.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -348,7 +348,7 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
 
 
 def piston(cylinder: Strut) -> str:
-    """Returns the name of the moving half of a cylinder."""
+    """Returns the name of the piston body of a cylinder."""
     return f"{cylinder.name}.piston"
 
 

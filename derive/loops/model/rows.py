@@ -1,7 +1,7 @@
 """The table of closure equations for every kind of closure.
 
 An equation compares frames a and b of a closure. Position errors are in meters. Direction errors
-are cosines of angles. These angles are 90 degrees if the loop is closed.
+are cosines of angles that are 90 degrees if the loop is closed.
 """
 
 from collections.abc import Mapping
@@ -48,5 +48,6 @@ FACING: Mapping[Kind, tuple[int, ...]] = {
     ("slider", "space"): (0, 1),
     ("weld", "space"): (0, 1),
 }
-"""The axes that have the same direction in both frames. The equations also hold if such axes
-have opposite directions, so the directions are tested."""
+"""The axes that have equal directions in the two frames of a closure. The equations also hold if
+two axes have opposite directions, so the directions are tested.
+"""

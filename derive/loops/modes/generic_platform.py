@@ -1,4 +1,6 @@
-"""A generic platform on six rods with its forty complex poses. All paths start from it.
+"""A generic platform on six rods with its forty complex poses.
+
+All tracked paths start from this platform.
 
 The parameters of the rods are random numbers. Path tracking along random closed paths of the
 parameters found all forty poses from a single one. A generic platform has at most forty complex

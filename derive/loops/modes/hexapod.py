@@ -53,8 +53,8 @@ class DoubleJoints(NamedTuple):
     """Three pairs of rods. The rods of a pair may share an end.
 
     Attributes:
-        side: 1 if they share an end on the platform, 2 if they share an end on the actuated side, 0
-            if they share none.
+        side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the
+            actuated side, 0 if no rods share an end.
         rods: The rods, pair by pair.
     """
 
@@ -163,7 +163,8 @@ class RodNumbers:
         size: The size of the platform (meter).
         origin: The centroid of the ends on the actuated side, divided by the size.
         middle: The centroid of the ends on the platform, divided by the size.
-        family: The rods at all configurations, relative to both centroids.
+        family: The rods at all configurations. Rod ends are relative to the centroids of the ends
+            on each side.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:

@@ -2,9 +2,9 @@
 
 The rods are generic members of a family of rods. A generic platform has forty complex poses, which
 are in a table. A special platform may be flat or have shared rod ends. For generic rod lengths,
-some of the forty paths lead to all its poses. The other paths diverge to infinity. For generic
-lengths, no pose is singular. The reason is Sard's theorem, by which almost all values of a smooth
-function are regular. Therefore, singular end poses are not used as starts.
+some of the forty paths lead to all poses of a special platform. The other paths diverge to
+infinity. For generic lengths, no pose is singular. This fact follows from Sard's theorem: almost
+all values of a smooth function are regular. Therefore, singular end poses are not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -66,7 +66,8 @@ class RodFamily:
 
     def member(self, phase: int) -> SixRods:
         """Returns generic complex rods of the family."""
-        # A rotation of the decomposition would also be valid, but its projector is unique.
+        # The singular vectors of a subspace are not unique, but the projector on the subspace is
+        # unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
         # Rounding removes the last digits, which differ between machines.
         found = np.round(self.middle + away, GENERIC_DIGITS)
@@ -147,9 +148,9 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
     """Tracks poses while the rods change from start to end.
 
     The rods may change their ends a or their ends b, but not both. The coefficients change along a
-    straight line with t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose.
-    Between generic complex coefficients, all paths are regular. If the final rods are not generic,
-    a path may end at a singularity or at infinity.
+    straight line with t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose. If
+    the coefficients at the start and at the end are generic complex numbers, all paths are regular.
+    If the final rods are not generic, a path may end at a singularity or at infinity.
 
     Args:
         start: Rods whose poses are known.
@@ -204,7 +205,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
     """Returns H(t) y and the Jacobian.
 
-    The last row of the Jacobian makes steps orthogonal to `of`.
+    The last row of the Jacobian makes steps orthogonal to the vector `of`.
     """
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
@@ -218,7 +219,7 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # A pose is exactly singular, for example at infinity.
+        # The Jacobian of a pose is exactly singular, for example of a pose at infinity.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 

@@ -18,7 +18,8 @@ Named = tuple[sp.Symbol, sp.Expr]
 Name = Callable[[str, str], sp.Symbol]
 """Returns the symbol of a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
 
-The index is a leg number, an axis, or both. The distances ``|a|`` and ``|b|`` have two leg numbers.
+The index consists of a leg number, an axis, or a leg number and an axis. The index of the distances
+``|a|`` and ``|b|`` consists of two leg numbers.
 """
 
 
@@ -163,8 +164,8 @@ def _distances(
 def _harmonics(legs: Triad) -> int:
     """Returns the degree of the polynomial in the cosine and sine of the platform angle.
 
-    k_i has degree 1, and so have its products with u_i. The product of two line normals has degree
-    0 if both rotate with the same body.
+    The scalar k_i has degree 1. The products of k_i with u_i have degree 1 too. The product of two
+    line normals has degree 0 if both rotate with the same body.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

@@ -1,11 +1,11 @@
 """Planar platforms on legs with three joints. Each leg has a single closure equation.
 
-With a fixed actuator, such a leg is a body between two passive joints. A leg gives one equation for
-the position p and the rotation R of the platform. A is a fixed point, and b is a point of the
-platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A| = L.
-With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R b -
-A) = 0. With a prismatic joint on the platform, a line of the platform contains A. The equation is R
-n . (p + R b - A) = 0.
+With a fixed actuator, a leg with three joints is a body between two passive joints. A leg gives one
+equation for the position p and the rotation R of the platform. A is a fixed point, and b is a point
+of the platform. A leg with two revolute joints is a rod of length L with the equation |p + R b - A|
+= L. With a prismatic joint on the fixed side, b moves on a fixed line with the equation n . (p + R
+b - A) = 0. With a prismatic joint on the platform, a line of the platform contains A. The equation
+is R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
@@ -110,7 +110,7 @@ def _joined(h: SolvedLoops, linkage: Linkage, known: Mapping[str, sp.Expr]) -> C
 
 
 def _axes(h: SolvedLoops, linkage: Linkage) -> ChainAxes | None:
-    """Returns the axes of x and y, or None if x, y, phi are other coordinates."""
+    """Returns the axes of x and y, or None if x, y, phi are not the coordinates of the platform."""
     moving = _virtual(h)
     x, y, phi = h.theta
     clusters = _joined(h, linkage, {j.name: s for j, s in zip(moving, h.theta, strict=True)})

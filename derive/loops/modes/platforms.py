@@ -42,11 +42,13 @@ WrittenMaker = Callable[[SolvedLoops], NativeSolverFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
-"""Names of functions of serial robots, by the names of the functions of the open main chain."""
+"""Dictionary from the function name of an open main chain, such as ``chain_fk``, to the function
+name of a serial robot.
+"""
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of the functions of a platform. Other robots have none."""
+    """Returns the builders of the functions of a platform, or {} for a robot without a platform."""
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}

@@ -122,7 +122,8 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
     Args:
         h: The robot.
-        kinds: The kinds of the moving joints. There must be as many struts.
+        kinds: The kinds of the moving joints. The numbers of struts and moving joints must be
+            equal.
     """
     mechanism, terms = h.mechanism, h.terms
     moving = [joint for joint in mechanism.path_to(mechanism.tool_body) if joint.kind != "fixed"]

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Complex numbers, or complex numbers of mpmath."""
+"""An array of complex numbers, in double precision or from mpmath."""
 RODS, SOMA = 6, 8
 
 
@@ -64,7 +64,7 @@ def quadrics(rods: SixRods) -> Array:
     """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
     The equation of the last rod is subtracted from the others, which removes g.g. The seventh
-    equation is e.g = 0.
+    equation is ``e . g = 0``.
     """
     L, R = left(rods.a), right(rods.b)
     H = np.zeros((7, SOMA, SOMA), np.complex128)

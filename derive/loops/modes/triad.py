@@ -16,9 +16,10 @@ then becomes a polynomial equation for phi:
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
-Every factor has degree 1 in cos(phi) and sin(phi). This includes |u_i|^2 and u_2 . u_3, because R
-preserves lengths and scalar products. The degree is therefore 3, although k_3 u_2 - k_2 u_3 has
-degree 2. In exp(i phi), the polynomial has degree 6, so there are at most six assembly modes.
+Every factor of this equation has degree 1 in cos(phi) and sin(phi). The factors |u_i|^2 and u_2 .
+u_3 have degree 1 too, because R preserves lengths and scalar products. The degree of the polynomial
+is therefore 3, although the vector k_3 u_2 - k_2 u_3 has degree 2. In exp(i phi), the polynomial
+has degree 6, so there are at most six assembly modes.
 
 A leg with a prismatic joint gives a line instead of a circle: n_i . (w + u_i) = 0. The unit normal
 n_i of the line is constant or rotates with the platform. In the linear pair and the later
@@ -91,7 +92,8 @@ class Elimination:
         k: The right-hand sides of the linear pair, as functions of the lengths.
         w: Symbols of the components of the first rod.
         position: x and y of the platform in terms of w.
-        scale: A squared length. The polynomial is divided by its third power.
+        scale: A squared length. The polynomial is divided by the third power of this squared
+            length.
         linear: The left-hand sides of the two linear equations.
         solution: The vector w that solves the linear pair.
         polynomial: Both sides of the equation for phi.
@@ -123,7 +125,7 @@ def elimination(
         L: Three rod lengths, meter.
         phi: The platform's angle.
         name: Returns the symbol of a letter (``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J``) and an
-            index. The index is the rod number, an axis, or both.
+            index. The index consists of a rod number, an axis, or a rod number and an axis.
     """
     turn = sp.cos(phi), sp.sin(phi)
     sides = [minus(other, b[0]) for other in b[1:]]
@@ -185,13 +187,13 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
 def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the position of the platform at an angle that is a zero of the polynomial.
 
-    Let u be the longer of u_2 and u_3. Along u, the component of the first rod is k / |u|. The
-    component across u follows from the rod length. Both components are accurate even if u_2 and u_3
-    are parallel. The third circle determines the sign of the component across u. If the three
-    centers are collinear, both signs are solutions. The function returns the first solution, and
-    :func:`triad_mirror` returns the second solution. If the centers coincide, the position is NaN.
-    Legs with lines come first. If there are three lines, the two lines that are closest to
-    perpendicular determine the position.
+    Let u be the longer of u_2 and u_3. The component of the first rod along u is k / |u|. The
+    component of the first rod orthogonal to u follows from the rod length. The two components are
+    accurate even if u_2 and u_3 are parallel. The third circle determines the sign of the
+    orthogonal component. If the three centers are collinear, both signs are solutions. The function
+    returns the first solution, and :func:`triad_mirror` returns the second solution. If the centers
+    coincide, the position is NaN. Legs with lines come first. If there are three lines, the two
+    lines that are closest to perpendicular determine the position.
 
     Args:
         terms: Receives the terms.
@@ -199,8 +201,9 @@ def triad_position(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Comple
         c: Cosine of the platform angle.
         s: Sine of the platform angle.
 
-    Returns: x and y as named terms. At other angles, the position is near the intersections of the
-        first two circles.
+    Returns:
+        x and y as named terms. At an angle that is not a zero of the polynomial, the position is
+        near the intersections of the first two circles.
     """
     return _Factors(terms, triad).position(c, s, sp.S.One)
 
@@ -209,7 +212,7 @@ def triad_mirror(terms: Terms, triad: Triad, c: sp.Expr, s: sp.Expr) -> Complex:
     """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
     If the centers of the circles are collinear, the mirror image is a second solution. Near a
-    double zero of the polynomial, it is a start value for an iteration.
+    double zero of the polynomial, the mirror image is a start value for an iteration.
     """
     return _Factors(terms, triad).position(c, s, sp.S.NegativeOne)
 
@@ -275,7 +278,7 @@ class _Factors:
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """Returns the summands of the polynomial for a first leg with a circle."""
+        """Returns the summands of the polynomial if the first leg gives a circle."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_constants, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [

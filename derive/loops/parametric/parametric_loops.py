@@ -7,7 +7,7 @@ Jacobians of the tool. The implicit function theorem then gives
 
     L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-L needs six linear systems, for any number of parameters.
+The matrix L is computed from six linear systems, for any number of parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,

@@ -14,7 +14,7 @@ class Arm:
     """A vector on a body. The rotation angle of the vector is stored separately.
 
     Attributes:
-        vector: Named components at angle zero.
+        vector: Components of the vector at angle zero, as named terms.
         angle: Angle of the rotation relative to the body.
         square: The squared length.
     """

@@ -2,8 +2,8 @@
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
 them are joined first. Then the first step of :data:`STEPS` that can be applied joins more bodies.
-Both operations repeat until all bodies are joined. The mechanism is then a sequence of Assur groups
-of class II. The known joints are the actuated joints or the main-chain joints.
+These two operations repeat until all bodies are joined. The mechanism is then a sequence of Assur
+groups of class II. The known joints are the actuated joints or the main-chain joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +33,7 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The kinds of steps. The cheapest ones, which need no square root, come first."""
+"""The kinds of steps. The cheapest steps, which need no square root, come first."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,10 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first rigid groups that a step can join. Returns False if there are none."""
+    """Joins the first rigid groups that a step can join.
+
+    Returns False if no step can join rigid groups.
+    """
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 

@@ -61,8 +61,8 @@ class Guide:
         angle: The rotation angle of the sliding group, without the constant part.
         rotor: The constant part of the rotation.
         at: The point of the guide at travel 0.
-        at_other: The point of the sliding group that is at ``at`` for travel 0, in the axes of the
-            sliding group.
+        at_other: The point of the sliding group that coincides with the point ``at`` at travel 0,
+            in the axes of the sliding group.
         along: The direction of travel.
     """
 
@@ -80,7 +80,7 @@ class Guide:
 
 
 class Clusters:
-    """The rigid groups of a linkage. Steps join them to a single group.
+    """The rigid groups of a linkage, which the solution steps join to a single group.
 
     Attributes:
         terms: Receives the terms.
@@ -142,13 +142,16 @@ class Clusters:
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Sorts rigid groups by their number of bodies, after the group of the root body."""
+        """Sorts rigid groups by decreasing number of bodies.
+
+        The group of the root body comes first.
+        """
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
         """Yields rings of three rigid groups with a given number of slides.
 
-        The other joints are pins.
+        All joints of the ring that are not slides are pins.
         """
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
@@ -355,7 +358,7 @@ class Clusters:
     def closure_errors(self, everywhere: Sequence[AtReference]) -> list[float]:
         """Returns the largest closure error of redundant joints at each configuration.
 
-        On a branch other than the reference branch, a redundant joint may stay open.
+        On a branch other than the reference branch, the equation of a redundant joint may not hold.
 
         Args:
             everywhere: The configurations.
@@ -370,8 +373,8 @@ class Clusters:
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
         """Whether the two base pins of a dyad coincide at every closed configuration.
 
-        Bodies on coincident pins rotate together freely. Only rounding errors would determine their
-        pose.
+        Bodies on coincident pins rotate together freely. Only rounding errors would determine the
+        angle of bodies on coincident pins.
 
         Args:
             everywhere: The configurations. Open configurations are ignored.

@@ -75,7 +75,7 @@ def join_dyad(
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
     """Returns the side of the pin between the arms at the reference, or 0 if ambiguous.
 
-    If a branch is requested, the side is not needed and the result is 0.
+    If a branch is requested, the side of the pin is not needed and the result is 0.
     """
     if clusters.branch is not None:
         return 0

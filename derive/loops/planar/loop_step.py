@@ -3,7 +3,7 @@
 A step determines some joints of a loop from known joints. The class of a step finds bodies or
 struts to which the step applies, and solves them. An instance stores the vectors of one solution.
 The equations of a step are SymPy expressions in its quantities (:func:`quantity`). An article
-prints the expressions with the symbols of the robot. A test evaluates them numerically.
+prints the expressions with the symbols of the robot. A test evaluates the expressions numerically.
 """
 
 from abc import ABC, abstractmethod
@@ -64,7 +64,8 @@ class AngleEquation:
     Attributes:
         angle: The angle, a named term.
         here: The letter of the rotated vector.
-        there: Components of a vector of the same length in the target direction.
+        there: Components of a vector in the target direction, with the length of the rotated
+            vector.
     """
 
     angle: sp.Symbol
@@ -76,15 +77,14 @@ class AngleEquation:
 class RateEquation:
     """A linear equation for the time derivatives of the unknowns of a step.
 
-    Both sides are sums of ``weight * rate``. The left side contains the unknowns, and the right
-    side contains the known quantities.
+    Each side of the equation is a sum of ``weight * rate``. The left side contains the unknowns,
+    and the right side contains the known quantities.
 
     Attributes:
-        left: Pairs (unknown, weight). If there is only one unknown, its weight is zero at a dead
-            point.
+        left: Pairs (unknown, weight). The weight of a single unknown is zero at a dead point.
         right: Pairs (quantity, weight). The quantity may be an expression.
         projected: Two vectors. The left side is the scalar product of the first vector with the
-            derivative of the second. The value is empty if the left side is printed as a sum.
+            derivative of the second. The tuple is empty if the left side is printed as a sum.
     """
 
     left: Weighted
@@ -136,7 +136,8 @@ class LoopStep(ABC):
             line of the mechanism the solved bodies lie.
         opening: Text printed before the equations if the equations are not in the axes of a body.
         reason: A sentence that is printed if the step has no equations.
-        dead_point: Text that describes margin 0. Letters of quantities are in braces.
+        dead_point: Text that describes the configurations with margin 0. Letters of quantities are
+            in braces.
     """
 
     joints: tuple[str, ...]

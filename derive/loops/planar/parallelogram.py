@@ -1,8 +1,8 @@
 """Solves a ring of three pins whose base is the sum of two vectors with the lengths of the arms.
 
-The ring has two assembly modes. The modes need no square root. In the parallelogram, the arms stay
-parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about the base
-D:
+The ring has two assembly modes, which are computed without a square root. In the parallelogram, the
+arms stay parallel to the two vectors. In the crossed mode, the vector C of an arm is mirrored about
+the base D:
 
     C* = D conj(C) / conj(D), where conj is the complex conjugate.
 """
@@ -31,8 +31,9 @@ from .loop_step import (
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Names of the two assembly modes. In the first one, the arms are parallel to two vectors whose
-sum is the base. In the second one, they are mirrored about the base."""
+"""Names of the two assembly modes. In the parallel mode, the arms are parallel to two vectors whose
+sum is the base. In the crossed mode, the arms are mirrored about the base.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Sides:
         turns: The rotations of X and Y in the parallelogram.
         crossed: The rotations in the crossed mode of a rhombus, or None for unequal sides. The
             crossed mode exchanges the two sides.
-        base: The sum of both sides.
+        base: The base vector as the sum of the two sides.
     """
 
     dyad: Dyad
@@ -146,7 +147,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """Returns the sides of the base, or None if it is not such a sum."""
+    """Returns the two sides whose sum is the base, or None if no such sides exist."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))

@@ -151,7 +151,8 @@ class TwoPinsAndSlide(PlanarStep):
         joints = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # The length of a cylinder is the positive root. A slide on another guide has two travels.
+        # The length of a cylinder is the positive root. If the guide is not the axis of a cylinder,
+        # two travels are possible.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:
@@ -189,7 +190,7 @@ class TwoPinsAndSlide(PlanarStep):
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")
-        # If the pin is on the line, the root is the length itself.
+        # If the pin is on the line of the guide (n = 0), the square root is the length |a|.
         root = sp.Abs(a) if self.margin is None else sp.sqrt(a**2 - n**2)
         (angle,) = self.solved
         across = -C[1], C[0]

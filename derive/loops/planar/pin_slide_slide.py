@@ -26,7 +26,7 @@ def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndTwoSlides(PlanarStep):
-    """Two slides in succession whose outer bodies share a pin.
+    """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
         offset: The vector from the pin at zero travels to the pin on the base.

@@ -27,7 +27,8 @@ class Branch:
         requested: The signs of the first steps with two branches. 1 is the sign at the reference,
             and -1 the opposite sign.
         own: The sign at the reference for the joints or struts of each step.
-        taken: The signs so far, in the form of ``requested``.
+        taken: The signs of the steps that are already solved: 1 for the sign at the reference, -1
+            for the opposite sign.
     """
 
     def __init__(
@@ -40,7 +41,8 @@ class Branch:
     def others_since(self, taken: int) -> "list[Branch]":
         """Returns a branch for each sign after the first ``taken`` signs.
 
-        The sign is changed on the branch. All signs before the changed sign are kept.
+        Each returned branch has the opposite sign at one step. All signs before the changed sign
+        are kept.
         """
         found = []
         for k in range(max(taken, len(self.requested)), len(self.taken)):
@@ -68,7 +70,7 @@ class Branch:
 
 
 class FreeSides(Branch):
-    """Branch signs as symbols. Each step with two branches has one.
+    """Branch signs as symbols. Each step with two branches has a sign symbol.
 
     A parallelogram stays in the mode of the reference, because its modes differ in more than a
     sign. The length of a leg has a fixed sign, because an inverted leg is not a solution.

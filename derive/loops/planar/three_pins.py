@@ -75,8 +75,8 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm at the first end of D.
-        w: The arm at the second end of D.
+        v: The arm at the first end of the base D.
+        w: The arm at the second end of the base D.
         D: The base.
         sign: 1 if C is to the left of D, -1 if C is to the right of D.
         gate: Makes the radicand negative if an arm length is invalid.
@@ -140,7 +140,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
     Args:
         triangle: The triangle.
         sign: The sign of h selects the intersection.
-        solved: The angle of A. Also the angle of B if B rotates.
+        solved: The angle of the vector A, followed by the angle of the vector B if B rotates.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
     d, a, b = map(length_of, "DAB")
@@ -176,7 +176,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """Returns a sentence on which intersection of two circles is used."""
+    """Returns a sentence that names the used intersection of the two circles."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"
@@ -237,5 +237,5 @@ class ThreePins(PlanarStep):
 
     @property
     def remark(self) -> str:
-        """A sentence on which side of the base the far pin lies."""
+        """A sentence that names the side of the base on which the far pin lies."""
         return side_remark(self.sign)

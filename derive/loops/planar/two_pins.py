@@ -73,7 +73,7 @@ class TwoPins(PlanarStep):
     def equations(self) -> StepEquations:
         """Returns the equations for the rotation of A to C.
 
-        There are none if the rotation is exact.
+        The result has no equations if the rotation is exact.
         """
         if not self.vectors:
             return StepEquations()
@@ -86,7 +86,7 @@ def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> Ste
 
     Args:
         angle: The rotation angle.
-        vectors: Components of both vectors by letter.
+        vectors: Components of the vectors A and C by letter.
     """
     C, A = components("C"), components("A")
     c, a = length_of("C"), length_of("A")

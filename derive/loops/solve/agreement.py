@@ -1,7 +1,7 @@
 """Conditions on main-chain joints if the chain has redundant joints.
 
-The closed form may not contain all main-chain joints. The remaining loop equations then test the
-unused joints.
+If the closed form does not use all main-chain joints, the remaining loop equations test the unused
+joints.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Returns closures and struts with known joints that no step with a margin closes.
+    """Returns closures and struts whose joints are known, unless a step with a margin closes them.
 
     A cylinder is never included, because it can have any length.
     """
@@ -54,7 +54,8 @@ def _edges(loop_joint: Closure | Strut) -> set[str]:
     """Returns the joints of a step that solves all equations of a closure or strut."""
     if isinstance(loop_joint, Strut):
         return {loop_joint.name, loop_joint.swing_name, f"{loop_joint.name}.end"}
-    # A step with the ball joint of a rod only solves the equation of the rod length.
+    # If a step contains the ball joint of a rod, the step solves only the equation of the rod
+    # length.
     return set() if loop_joint.kind == "ball" else {loop_joint.name}
 
 

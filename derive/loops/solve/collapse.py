@@ -1,9 +1,9 @@
 """Replaces chain segments whose rotations cancel by a translation.
 
 If loops keep the angle sum of consecutive parallel axes constant, the bodies after these axes only
-translate. The translation is a sum of planar vectors. The loop equations eliminate solved angles
-from the sum. The result is often short. For example, a pantograph arm moves its wrist along a line
-and a circle.
+translate. The translation is a sum of planar vectors. Solved angles are eliminated from this sum by
+the loop equations. The remaining sum is often short. For example, a pantograph arm moves its wrist
+along a line and a circle.
 """
 
 from collections.abc import Sequence

@@ -169,7 +169,10 @@ def _is_length(member: Joint | Strut) -> bool:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """Returns the solution on a branch. By default, this is the branch of the reference."""
+    """Returns the solution on a branch.
+
+    If ``branch`` is None, the solution is on the branch of the reference.
+    """
     solution = begun
     try:
         while True:
@@ -249,8 +252,8 @@ def _on_planar_branches(
     """Returns up to ``most`` solutions of the planar linkages, and whether they are complete."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, and not once for each branch of the
-        # others.
+        # Linkages without a common joint are independent. Each of these linkages is solved once,
+        # and not once for each branch of the other linkages.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -302,7 +305,8 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
 
     Args:
         terms: Receives the terms.
-        solution: The solution with the value. Receives the rate of the new name.
+        solution: The solution that contains the angle ``value``. The function adds the rate of the
+            wrapped angle to the solution.
         value: A sum of solved angles and coordinates.
         joint: The joint of the angle, or None for a swing angle.
     """
