@@ -36,14 +36,14 @@ class SolvedLoops(LoopModel):
     Attributes:
         loops: The loops by kind.
         forward: All joints as functions of the actuators.
-        backward: All joints as functions of the main-chain joints. The value is empty if the branch
-            is not determined.
+        backward: All joints as functions of the main-chain joints. The solution is empty if the
+            main-chain joints do not determine the branch.
         numbers: The constraints in double precision near the reference.
         at_reference: The value of each entry of z at the closed reference.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
         spare: Number of redundant actuators. Redundant actuators do not determine the main chain,
             unless the loops close in the least-squares sense.
-        missing: Number of branches that each function omits, by function name.
+        missing: Number of branches that are missing in each function, by function name.
     """
 
     loops: Loops
@@ -57,7 +57,10 @@ class SolvedLoops(LoopModel):
 
     @property
     def is_overdetermined(self) -> bool:
-        """Whether the actuators contradict each other. There is then no ``fk``."""
+        """Whether the actuators contradict each other.
+
+        If the actuators contradict each other, the robot has no ``fk``.
+        """
         return bool(self.spare) and self.least_squares_closure is None
 
     @property
@@ -98,8 +101,10 @@ class SolvedLoops(LoopModel):
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
         """Makes expressions NaN if the loops do not close.
 
-        An expression with the square root of a step is NaN if the step has no solution. Other steps
-        need an extra term that is 0 or NaN. An example is a brace next to the chain.
+        If an expression contains the square root that solves a step, the expression is NaN if the
+        step has no solution. Steps without a square root in the expression need an extra term that
+        is 0 or NaN. For example, the pose of a chain does not contain the square root of a brace
+        parallel to the chain.
 
         Args:
             entries: The entries.
@@ -138,7 +143,8 @@ class SolvedLoops(LoopModel):
             i
             for i, step in enumerate(solution.steps)
             if step.margin is not None
-            # A loop with a constant root closes everywhere, because it closes at the reference.
+            # If the square root of a step is constant, its loop closes everywhere, because the loop
+            # closes at the reference.
             and not self.terms.is_constant(step.root)
             and not step.root.free_symbols <= behind
         ]
@@ -260,8 +266,8 @@ def _closed(model: LoopModel, numbers: ClosedLoops, free: Vector) -> dict[str, f
 def _backward(model: LoopModel, loops: Loops, forward: Solution) -> Solution:
     """Returns all joints as functions of the main-chain joints, or an empty solution.
 
-    A branch that is not determined is an error, unless the loops have no closed form or are
-    measured.
+    If the main-chain joints do not determine the branch, the function raises an error. The solution
+    is empty instead if the loops have no closed form or close only in the least-squares sense.
     """
     of, terms, theta = forward.reference.of, model.terms, model.theta
     closed = {} if forward.open else {name: of(x) for name, x in forward.values.items()}

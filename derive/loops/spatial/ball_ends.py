@@ -19,7 +19,7 @@ class BallEnd(NamedTuple):
 
     Attributes:
         closure: The closure.
-        path: The joints from the common body of both branches to this end.
+        path: The joints from the common body of the two loop branches to the ball.
         frame: The frame of the ball on the body at the end.
         target: The frame of the ball on the other body.
         open: Indices of the unknown joints in ``path``.
@@ -37,7 +37,9 @@ class BallEnd(NamedTuple):
         return [*places] if tuple(self.path[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """Returns the ball position in the axes of joint k at zero. The later joints are known.
+        """Returns the ball position in the axes of joint k at zero.
+
+        The joints after joint k are known.
 
         Args:
             legs: The partially solved mechanism.
@@ -65,7 +67,10 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Returns both ends of a ball closure. There are none for other closures and struts."""
+    """Returns the two ends of a ball closure.
+
+    The tuple is empty for a closure without a ball and for a strut.
+    """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "ball":
         return ()
@@ -75,7 +80,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
     """Returns two points of the axis at both ends of a pin closure.
 
-    There are none for other closures.
+    The tuple is empty for a closure without a pin.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":
@@ -112,7 +117,7 @@ def fork_of(legs: Legs, path: Sequence[Joint], i: int, k: int) -> Fork | None:
         legs: The partially solved mechanism.
         path: The joints.
         i: Index of the first revolute joint.
-        k: Index of the second joint. The joints in between are known.
+        k: Index of the second revolute joint. The joints between joint i and joint k are known.
     """
     terms, let = legs.terms, legs.terms.let
     # Each motion leads from the axes of a joint at zero to the next joint.

@@ -78,7 +78,7 @@ class _Guided:
     def values(self) -> dict[str, sp.Expr]:
         """Returns the values of the unknown joints.
 
-        The value is empty if the closure stays open.
+        The dictionary is empty if the closure cannot be closed by these joints.
         """
         loop_joint = self.loop.loop_joint
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}

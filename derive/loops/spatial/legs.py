@@ -33,7 +33,8 @@ from .universal_leg import UniversalJoint
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The kinds of steps, in the order in which they are tried."""
 LastStep = Callable[[Legs, Loop], bool]
-"""Solves for the unknown joints of a loop, or returns False if it does not apply."""
+"""Solves for the unknown joints of a loop, or returns False if the step does not apply to the loop.
+"""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before the ball of a closure, in the order in which they are tried. Each kind
@@ -56,9 +57,9 @@ def assemble_in_space(
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: Receives values, rates and steps.
+        known: The known values, to which the function adds values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The branch. By default, the branch of the reference.
+        branch: The branch. None stands for the branch of the reference.
         last_step: The step to try on each loop if no other step applies.
 
     Raises:
@@ -104,8 +105,9 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
     """Whether a leg is the best one for a joint, because it is far from its dead point.
 
     In a chain with more joints than degrees of freedom, several rods may determine the same joint.
-    A rod that is almost aligned with its crank can pass its dead point. The joint then changes the
-    branch. A rod perpendicular to its crank has no dead point near the reference.
+    A rod that is almost aligned with its crank can pass its dead point. After the dead point, the
+    joint value is on another branch. A rod perpendicular to its crank has no dead point near the
+    reference.
 
     Args:
         legs: The partially solved mechanism.
@@ -113,7 +115,8 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
         struts: All unsolved legs.
 
     Returns:
-        Also True if there is no choice, because no other leg determines the same joint.
+        Whether the leg is the best leg for its joint. The result is also True if no other leg
+        determines the joint.
     """
     moving = legs.moving(strut)
     rivals = [

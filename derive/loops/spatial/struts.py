@@ -43,12 +43,12 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The known values. Each solved loop adds more.
+    """The known values. Each solved loop adds values.
 
     Attributes:
         values: Values of joints, swing angles and cylinders by name.
         loops: Rates of all solved angles.
-        steps: The steps so far.
+        steps: The solution steps of the loops that are already solved.
     """
 
     values: dict[str, sp.Expr]
@@ -81,7 +81,7 @@ class Legs:
     Attributes:
         terms: Names of all terms.
         mechanism: The description.
-        known: Receives values, rates and steps.
+        known: The known values, to which the solution steps add values, rates and steps.
         reference: The configuration that selects the branch.
         branch: The branch. None stands for the branch of the reference.
     """
@@ -138,8 +138,8 @@ class Legs:
         """Returns the strut that determines a single joint, or None.
 
         Args:
-            struts: The struts. If there are several, the result is None.
-            sliding: Whether the joint must be prismatic. Otherwise, it must be revolute.
+            struts: The struts. If the sequence has several struts, the result is None.
+            sliding: True if the joint must be prismatic, False if the joint must be revolute.
         """
         if len(struts) != 1:
             return None

@@ -1,8 +1,8 @@
 """Solves a telescope: a slide between revolute joints and a ball, as in RPS and UPS legs.
 
-The axes of the revolute joints intersect at a fixed point, the foot. A single hinge has a fixed
-axis instead. The travel of the slide determines the distance between the ball and the foot. The
-revolute joints then point the slide at the ball.
+The axes of the revolute joints intersect at a fixed point, the foot. If the telescope has a single
+hinge, the hinge has a fixed axis. The travel of the slide determines the distance between the ball
+and the foot. The revolute joints then point the slide at the ball.
 
 Source:
     Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
@@ -37,7 +37,7 @@ from .struts import SIGNS, Legs
 
 @dataclass(frozen=True)
 class Telescope:
-    """The slide before the ball of a closure, on unknown revolute joints.
+    """A prismatic joint between unknown revolute joints and the ball of a closure.
 
     Attributes:
         closure: The closure that contains the ball.
@@ -46,8 +46,8 @@ class Telescope:
         foot: The frame of the foot, at the fixed point or on the fixed axis of the revolute joints.
         is_hinge: Whether a single hinge rotates the slide. The hinge axis is the z axis of the foot
             frame.
-        tip: The vector from the foot to the ball at zero travel. For a hinge, it is normal to the
-            hinge axis.
+        tip: The vector from the foot to the ball at zero travel. For a hinge, this vector is normal
+            to the hinge axis.
         direction: Direction of the slide in the axes of the foot frame.
     """
 
@@ -100,7 +100,7 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
-    """Returns ball (at zero travel) and slide direction in the axes of the previous joint."""
+    """Returns the ball position at zero travel and the slide direction, in previous joint axes."""
     values = {**legs.known.values, end.path[k].name: ZERO}
     between, before, after = end.path[i + 1 : k], end.path[k].before, end.path[i].after
     axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)

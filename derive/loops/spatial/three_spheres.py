@@ -145,7 +145,7 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """Returns the sphere of each strut. There are none if the platform can rotate."""
+    """Returns the sphere of each strut. The list is empty if the platform can rotate."""
     path = _joints_to_tip(legs, struts)
     if path is None:
         return []
@@ -189,7 +189,7 @@ def _sphere(
 
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
-    """Returns the different spheres. Parallel rods of equal length have the same sphere."""
+    """Returns the spheres without duplicates. Parallel rods of equal length have equal spheres."""
     entries = [entry for sphere in spheres for entry in (*sphere.center, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
@@ -211,7 +211,7 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
 
 @dataclass(frozen=True)
 class _Meeting:
-    """The intersection of three spheres. Only the sign of the root is open.
+    """The two intersections of three spheres. The sign of a square root selects one of them.
 
     The vectors u and v point from the first center to the second and third center, and w is u x v.
     At the intersection p, p . u = alpha and p . v = beta. These equations give n = alpha (v x w) +

@@ -101,8 +101,8 @@ class TurningLeg(LegStep):
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
     """Whether a squared distance from the joint axis is zero."""
-    # If the distance at the reference is not zero, the end is not on the axis. A zero distance
-    # requires the full test.
+    # If the distance at the reference is not zero, the end is not on the axis. If the distance at
+    # the reference is zero, `vanishes` tests whether the distance is always zero.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 

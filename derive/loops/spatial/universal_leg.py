@@ -43,7 +43,7 @@ from .ball_ends import BallEnd, Fork, ball_ends, fork_of, pin_ends
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
-"""Names of the two orientations of the fork. The rod has the same direction."""
+"""Names of the two orientations of the fork for one direction of the rod."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class UniversalJoint:
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
         """Returns the universal joint before the ball of a closure, or None.
 
-        A pin through the center of the joint acts like a ball, as in a spherical linkage. A second
-        point on the axis of the pin then determines its direction.
+        A pin through the center of the joint acts like a ball, as in a spherical linkage. In this
+        case, a second point on the axis of the pin determines the direction of the axis.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
