@@ -7,9 +7,9 @@ before the fixed joint, and Q the motion of all joints after it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A prismatic joint shifts the axes after it without rotating them. Therefore, fixed joints inside the
-chain are prismatic if they are selected automatically. The user may also fix a revolute joint
-there.
+A prismatic joint shifts the axes after it without rotating them. Therefore, if chasles selects a
+fixed joint inside the chain, the fixed joint is prismatic. The user may also fix a revolute joint
+inside the chain.
 """
 
 from collections.abc import Mapping
@@ -97,7 +97,10 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """Returns an axis after a fixed rotation. Its numeric values are those at a generic angle."""
+    """Returns an axis after a fixed rotation.
+
+    The numeric values of the axis hold at a generic angle of the fixed rotation.
+    """
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
@@ -114,7 +117,7 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
     """Returns an axis after a fixed translation.
 
-    Its numeric origin is that at a generic displacement.
+    The numeric origin of the axis holds at a generic displacement of the fixed translation.
     """
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

@@ -2,8 +2,8 @@
 
 At some poses, the angle of a joint is arbitrary. The solution step then selects one value. If the
 other joints need another value of this angle, the closed form misses the solution. Right-angle
-poses of arms with round dimensions are at risk. So are poses at which a fixed prismatic joint makes
-axes intersect.
+poses of arms with round dimensions are at risk. Poses at which a fixed prismatic joint makes axes
+intersect are also at risk.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -43,10 +43,11 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
     Args:
         arm: The arm.
-        inverse: The inverse of one task. The values of fixed joints are its other inputs.
+        inverse: The inverse of one task. The inputs are the target and the values of the fixed
+            joints.
 
     Returns:
-        The count, from 0 to ``SAMPLES``.
+        The number of missed configurations, from 0 to ``SAMPLES``.
     """
     role = inverse.role
     q = configurations(arm, role.free)
@@ -78,8 +79,8 @@ def _unsolved(inverse: SymbolicFunction, inputs: Sequence[FloatArray], tolerance
 def configurations(arm: NumericArm, fixed: Sequence[int]) -> FloatArray:
     """Returns at most ``SAMPLES`` configurations (N, n) whose revolute joints are at right angles.
 
-    A prismatic joint is at 0, at a generic position, or at a sum of one or two link offsets. At
-    such a sum, the joint may cancel an offset and make axes intersect.
+    The position of a prismatic joint is 0, a generic value, or a sum of one or two link offsets. If
+    the position is a sum of link offsets, the joint may cancel an offset and make axes intersect.
     """
     rng = np.random.default_rng(0)
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])

@@ -92,7 +92,7 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """Returns the joint on an axis.
+    """Returns a joint with the same kind on the axis with direction h through the point p.
 
     At home, the frames of the joint are parallel to the base frame.
     """
@@ -131,7 +131,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """Returns an angle with 40 digits. A right angle is exact."""
+    """Returns an angle with 40 digits, or an exact multiple of pi/2 for a right angle."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)

@@ -4,8 +4,8 @@ The dimensions of a built robot differ slightly from its design. If the file nam
 design is the nominal mechanism. Otherwise, the lengths of the design are probably round numbers. In
 a design, some lengths are equal or proportional. The loops then have a closed form. Lengths are
 rounded to decimal grids, from coarse to fine. Axis directions are rounded to multiples of 15
-degrees. The nominal mechanism is the first result that has a suitable closed-form inverse. From its
-solutions, Newton's method must converge to solutions of the true robot.
+degrees. The nominal mechanism is the first result that has a suitable closed-form inverse. From
+solutions of the nominal mechanism, Newton's method must converge to solutions of the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -162,7 +162,7 @@ class _Rounding:
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """Returns the rounded number. An irrational number stays."""
+        """Returns the rounded number. An irrational number is not rounded."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -228,8 +228,8 @@ def convergence_of(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loops are solved by continuation from the reference. A joint that rotates the wrong way
-        # may block them.
+        # Loops are solved by continuation from the reference. If a joint rotates the wrong way
+        # around, the continuation may reach a dead point.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
         # A design with few degrees of freedom cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)

@@ -57,10 +57,10 @@ def polished_inverse(
     Args:
         classification: The structure, with the deviation of the axes.
         nominal: The task ``ik`` of the nominal arm.
-        general: Tables of the general solver, which finds solutions of uncertain branches. If the
-            general solver is well conditioned, it runs at every pose in two cases. In one case,
-            fixed joints make the singularities of the arm complex. In the other case, the arm
-            differs much from its nominal arm.
+        general: Tables of the general solver, which finds solutions of uncertain branches. A
+            well-conditioned general solver runs at every pose if the arm has fixed joints, because
+            fixed joints make the singularities complicated. A well-conditioned general solver also
+            runs at every pose if the arm differs much from its nominal arm.
         move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
     lines, found = classification.lines, classification.found
@@ -89,8 +89,7 @@ class RefinedTables(Tables):
     """Numeric data of a robot whose inverse is refined.
 
     Attributes:
-        turns: Number of full turns per unit of each coordinate. The number is 0 for prismatic
-            joints.
+        turns: Number of full turns per unit of each coordinate, which is 0 for prismatic joints.
         length: Robot length (meter), which converts distances to angles.
         deviation: Deviation from the nominal robot. An angle is in radian, a distance is divided by
             the robot length.

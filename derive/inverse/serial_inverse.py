@@ -1,9 +1,9 @@
 """Inverse kinematics of a serial robot.
 
 A chain that fits a family exactly has a closed form. For a chain that is close to a family,
-Newton's method refines the solutions of a nominal arm. A five-joint arm without a family is solved
-as a six-joint arm. The added joint rotates about the tool axis. Any other arm with six free joints
-is solved as a general arm.
+Newton's method refines the solutions of a nominal arm. A five-joint arm that fits no family is
+solved as a six-joint arm. The added joint rotates about the tool axis. Any other arm with six free
+joints is solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -75,8 +75,8 @@ class Inverses:
         solved: The solved tasks, keyed by function name.
         others: Related functions, such as the swivel angle of a configuration.
         general: The inverse of a general arm, if the axes fit no family.
-        polished: The inverse of an arm close to a family. In this case, ``solved`` contains the
-            inverse of the nominal arm.
+        polished: The inverse of an arm close to a family. If ``polished`` is not None, ``solved``
+            contains the inverse of the nominal arm.
         polished_tasks: Functions for other tasks that refine solutions of the nominal arm.
         composed: The inverse of a robot with loops, which calls the inverse of the main chain.
         chain: For a coupled robot, the chain that is solved instead.
@@ -100,7 +100,7 @@ class Inverses:
 
     @property
     def missing(self) -> str:
-        """The reason why there is no inverse. The text is empty if there is one."""
+        """The reason why the robot has no inverse, or an empty text if the robot has an inverse."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
@@ -323,7 +323,8 @@ WRITTEN: tuple[Method, ...] = (_by_nominal, _by_determinant)
 A robot with loops can call such an inverse for its main chain.
 """
 STRUCTURED = METHODS[: METHODS.index(_by_self_motion)]
-"""Methods whose solution steps can be printed. The method for general arms has none."""
+"""Methods whose solution steps can be printed. The method for general arms has no printable steps.
+"""
 
 
 def _by_free_followers(

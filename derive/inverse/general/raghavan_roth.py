@@ -11,18 +11,19 @@ so the equations of the axis do not contain joint 6.
     Let a be the axis of joint 6. Then ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1 C_1^-1
     Rz_1^-1 C_6^-1 a``.
 
-Each side is a line with fourteen quantities (:mod:`.line_quantities`). The quantities are linear in
-the cosine and sine of each joint. The result is ``A y = B(theta_3) x``. Here, y contains the eight
-products for joints 1 and 2, and x the nine products for joints 4 and 5.
+Each side of this equation is a line with fourteen quantities (:mod:`.line_quantities`). The
+quantities are linear in the cosine and sine of each joint. The result is ``A y = B(theta_3) x``.
+Here, y contains the eight products for joints 1 and 2, and x the nine products for joints 4 and 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
 combinations of the equations eliminate y. The generated C finds the angles theta_3 at which the six
 equations have a solution. The accuracy depends on the suppressed joint
 (:mod:`.elimination_choice`).
 
-A prismatic joint with displacement d has Tz(d) instead of Rz(theta). Its products contain 1, d, d^2
-instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. So may the joint of 4 and 5 that has no
-half angle. The other joints of the order must be revolute.
+A prismatic joint with displacement d has Tz(d) instead of Rz(theta). The products of a prismatic
+joint contain 1, d, d^2 instead of 1, cosine, sine. Joints 1 and 2 may be prismatic. One of joints 4
+and 5 has a half angle; the other joint of this pair may also be prismatic. All other joints of the
+order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -42,7 +43,7 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Returns the coefficient matrices of a joint. ``sense`` is the sign of its coordinate."""
+"""Returns the coefficient matrices of a joint. ``sense`` is the sign of the joint coordinate."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,9 @@ from .raghavan_roth import EliminationOrder, equations, forward, moved, suppress
 
 NEWTON = 30
 TURNS = 12
-"""Number of tried origins of the suppressed angle. The origin with the best condition is used."""
+"""Number of offsets of the suppressed angle that are tried. The offset with the best-conditioned
+matrix is used.
+"""
 
 
 def real_solutions(
@@ -30,7 +32,7 @@ def real_solutions(
 
     Args:
         constants: The seven placements of the arm.
-        orders: Elimination orders. Their solutions are merged.
+        orders: Elimination orders. The solutions of all elimination orders are merged.
         T: The pose (4, 4).
         slides: Indices of the prismatic joints.
 

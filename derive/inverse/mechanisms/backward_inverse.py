@@ -61,8 +61,8 @@ IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
     """Returns the function ``ik`` if the main chain determines all joints in closed form.
 
-    Otherwise, the dictionary is empty. Planar platforms with three legs have an inverse of their
-    own.
+    If the main chain does not determine all joints in closed form, the dictionary is empty. Planar
+    platforms with three legs have an inverse of their own.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or (h.may_have_inverse and not is_platform(h.mechanism)):
@@ -82,7 +82,8 @@ def is_carried(h: SolvedLoops) -> bool:
 def missing(h: SolvedLoops) -> str:
     """Returns the reason why a robot with iterated loops has no ``ik``.
 
-    The text is empty if the reason is unknown. The robot must have no ``ik`` from its loops.
+    The text is empty if the reason is unknown. The function must only be called for a robot without
+    ``ik``.
     """
     if not h.forward.open or h.may_have_inverse or triad_of(h) is not None:
         return ""
@@ -113,7 +114,7 @@ def _whole_chain(h: SolvedLoops) -> MovingChain | None:
 
 
 def moving_inverses(h: SolvedLoops) -> Inverses | None:
-    """Returns the inverse of the joints of the main chain that move. None if all of them move."""
+    """Returns the inverse of the moving joints of the main chain, or None if all joints move."""
     if leg_chains(h) is None or _whole_chain(h) is not None:
         return None
     moving = moving_chain(h, FAMILIES)
@@ -156,8 +157,8 @@ def _settled(
     if not 0 < len(work.signs) <= MAX_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # The loops can rarely be closed at random poses. The branch signs change the coordinates
-        # nevertheless.
+        # The loops can rarely be closed at random poses. Branch signs change the coordinates even
+        # if the loops are open.
         return unused | idle_choices(h, function, *_poses(h, chain), within=np.inf)[0]
     same, without = idle_choices(h, function, *_poses(h, chain))
     return unused | same | {k for k in without if work.signs[k] in work.sides}

@@ -1,17 +1,17 @@
 """A wrist on a platform whose loops couple its position with its orientation, such as a 3-RPS.
 
 Each of three legs keeps a ball joint in a plane that is fixed to the base. The joints on the
-platform are revolute, and their axes meet in the wrist center c. The tool pose determines the base
-position w of the wrist center, so that the platform rotation R is unknown. With the unit normal n_i
-and the offset d_i of plane i, and the ball joint b_i on the platform, the planes give
+platform are revolute, and their axes meet in the wrist center c. The tool pose determines the
+position w of the wrist center in the base frame. The platform rotation R is unknown. With the unit
+normal n_i and the offset d_i of plane i, and the ball joint b_i on the platform, the planes give
 
     n_i . R (b_i - c) = d_i - n_i . w,   i = 1, 2, 3.
 
-The first equation leaves two angles: R maps the direction of b_1 - c to the direction with the
-azimuth alpha about n_1, and rotates by beta about it. The other two equations are linear in
-cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of degree 4 in alpha, so that
-there are at most eight rotations. Handwritten C finds the rotations; ``ik_legs`` solves the legs
-and the wrist for each platform pose.
+After the first equation, two angles of R are unknown. R maps the direction of b_1 - c to the
+direction with the azimuth alpha about n_1, and rotates by beta about this direction. The other two
+equations are linear in cos(beta) and sin(beta). Their resultant is a trigonometric polynomial of
+degree 4 in alpha, so that there are at most eight rotations. Handwritten C code computes the
+rotations. The function ``ik_legs`` solves the legs and the wrist for each platform pose.
 """
 
 from collections.abc import Sequence
@@ -56,7 +56,9 @@ ROTATIONS = 8
 LEGS, LEG_JOINTS, TURNS = 3, 2, 3
 """Number of legs, joints per leg before its ball joint, and maximum number of wrist joints."""
 FREE = 6
-"""Number of virtual joints of a platform; a leg in the main chain has one joint less."""
+"""Number of virtual joints of a platform. If the main chain contains a leg instead of virtual
+joints, the leg has five joints.
+"""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ class CarriedWrist:
     Attributes:
         whole: The main chain.
         platform: The virtual joints of the platform, or the leg that carries it.
-        wrist: The joints on the platform; the base is the platform.
+        wrist: The joints on the platform, as a serial robot whose base is the platform.
         lines: The axes of the platform's joints.
         found: The structure of these axes.
         axes: The axes of the wrist.
@@ -215,7 +217,7 @@ def carried_wrist(h: SolvedLoops) -> CarriedWrist | None:
 
 
 def missing(h: SolvedLoops) -> str:
-    """Returns the reason why a chain with coupled joints before other joints has no ``ik``.
+    """Returns the reason why a platform on loops that carries further joints has no ``ik``.
 
     The text is empty if the chain is a platform with a wrist.
     """
@@ -314,7 +316,7 @@ def _center(axes: Lines) -> FloatArray:
 
 
 def _plane(h: SolvedLoops, loop: Loop) -> Plane | None:
-    """Returns the plane of the ball joint at the end of a leg, or None if it moves differently."""
+    """Returns the plane in which a leg's end ball moves, or None if the ball is not in a plane."""
     closure, chain = loop.loop_joint, {joint.name for joint in h.robot.joints}
     if not isinstance(closure, Closure) or closure.kind != "ball":
         return None
@@ -328,7 +330,7 @@ def _plane(h: SolvedLoops, loop: Loop) -> Plane | None:
 
 
 def _plane_of_leg(h: SolvedLoops, own: Frame, other: Frame) -> Plane | None:
-    """Returns the plane of a ball joint.
+    """Returns the plane in which the ball joint at the end of a leg moves.
 
     Args:
         h: The robot.
@@ -348,7 +350,10 @@ def _plane_of_leg(h: SolvedLoops, own: Frame, other: Frame) -> Plane | None:
 
 
 def _plane_of_chain(platform: SerialRobot, terms: Terms) -> Plane | None:
-    """Returns the plane of a leg in the main chain, whose last three axes are its ball joint."""
+    """Returns the plane in which the ball joint of a leg in the main chain moves.
+
+    The last three axes of the leg are the ball joint.
+    """
     lines = Lines(terms, axes_of(platform, terms))
     if len(lines.axes) != LEG_JOINTS + TURNS or not all(a.turns for a in lines.axes[LEG_JOINTS:]):
         return None

@@ -41,7 +41,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
     Args:
         built: The robot as built.
-        design: The numeric model of the design. It has the same joints and struts.
+        design: The design. The joints and struts of the design correspond to those of ``built``.
     """
     mine, other = NumericMechanism(built), NumericMechanism(design)
     moved = [
@@ -146,7 +146,8 @@ def _rows(
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # The direction of a line may be reversed. An axis of a pose may not.
+            # The direction of a line may be reversed. The direction of an axis of a pose must not
+            # be reversed.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 

@@ -21,7 +21,7 @@ If more Newton steps are needed, as near a singularity, the result counts as not
 
 
 class Followed:
-    """Iterates the main chain and the tool pose at actuated coordinates."""
+    """Computes the main-chain joints and the tool pose at actuated coordinates by iteration."""
 
     def __init__(self, closure: LoopClosure) -> None:
         self.closure = closure

@@ -2,7 +2,7 @@
 
 The joints of the main chain follow from the pose, and the actuators follow from these joints. If
 the loops prevent a part of the chain from rotating, virtual prismatic joints replace this part. The
-prismatic displacements then determine the actuators of the part.
+displacements of the virtual prismatic joints then determine the actuators of the replaced part.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,7 +60,8 @@ from .translation import (
 )
 
 MAX_TRIED = 60
-"""Maximum number of joint sets to try that contain a revolute joint between free joints."""
+"""Maximum number of sets of fixed joints to try if a fixed revolute joint is between free joints.
+"""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -241,7 +242,7 @@ def _actuator(hybrid: SolvedLoops, k: int) -> sp.Expr:
     """Returns the value of one actuator as a function of the main-chain joints.
 
     Raises:
-        DescriptionError: The actuator has no closed form.
+        DescriptionError: The value of the actuator has no closed form in the main-chain joints.
     """
     coordinate = hybrid.mechanism.coordinates[k]
     if coordinate.moves in hybrid.backward.open:
@@ -265,8 +266,9 @@ def _on_chain(
 ) -> Solved:
     """Solves for the chain and the actuators, without redundant branch signs.
 
-    If the robot as built is known, Newton's method starts from the result. The built robot
-    determines the coordinates of fixed joints, which Newton's method keeps.
+    If the robot as built is known, the solved coordinates are start values for Newton's method.
+    Newton's method does not change the coordinates of fixed joints, so these coordinates are
+    computed from the built robot.
     """
     terms = design.terms
     loops = built if built is not None and built.has_closed_form else design
@@ -338,7 +340,7 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # Whether the replaced loops close does not depend on the virtual prismatic joints.
+    # The virtual prismatic joints have no influence on whether the replaced loops close.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 

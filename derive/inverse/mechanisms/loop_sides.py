@@ -35,8 +35,8 @@ In crank-and-rod loops, one of twenty trials can be closed.
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
 """Sampling ranges for lengths without limits, as fractions of the mechanism size.
 
-The last number is a sufficient count of closed configurations. Loops through three booms far from
-the base close only within a small range.
+If ``FEW`` closed configurations are found, no smaller range is sampled. For example, a loop of
+three long booms closes only within a small range.
 """
 MAX_CHOICES = 9
 """Maximum number of branch signs, for 512 solution slots.
@@ -107,7 +107,8 @@ def choices_of_loops(work: Work) -> frozenset[int]:
 def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
     """Returns the indices of loop branches that a built robot never reaches.
 
-    At random configurations, such a branch never has better start values than the reference branch.
+    At random configurations, an unused branch never has better start values than the reference
+    branch.
 
     Args:
         built: The robot as built.
@@ -147,11 +148,11 @@ def idle_choices(
         hybrid: The robot.
         function: The inverse with all branch signs.
         inputs: Inputs of the inverse. The first input contains the poses (16, N).
-        within: Maximum residual of a solution. The default is the rounding error.
+        within: Maximum residual of a solution. By default, only rounding errors are accepted.
 
     Returns:
-        Two sets of indices. For a sign in the first set, both values lead to equal coordinates. For
-        a sign in the second set, the value -1 has no solution.
+        Two sets of indices of branch signs. A sign in the first set does not change the
+        coordinates. For a sign in the second set, the value -1 gives no solution.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -167,7 +168,7 @@ def idle_signs(
 ) -> frozenset[int]:
     """Finds branch signs that change no coordinate at sample poses.
 
-    The other signs have random values. Any number of signs is possible.
+    Each sign is tested while all other signs have random values. Any number of signs is possible.
     """
     (ik,) = lower([function], "inverse")
     shape = len(function.signs), inputs[0].shape[1]

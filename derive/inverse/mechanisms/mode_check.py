@@ -35,8 +35,8 @@ def with_legs(
     """Adds the function ``ik``, which checks the results of the leg inverse ``ik_legs``.
 
     Args:
-        makers: Functions that derive the robot functions, keyed by name. The entry ``ik``, if any,
-            derives the leg inverse.
+        makers: Functions that derive the robot functions, keyed by name. The function under the key
+            ``ik``, if present, derives the leg inverse.
         closure: The closure equations of the loops.
     """
     if IK not in makers:

@@ -29,7 +29,7 @@ from ..tasks.slots import POSE_SYMBOLS, given_argument, values_of
 
 @dataclass(frozen=True)
 class MovingChain:
-    """A main chain with a structure for its moving joints.
+    """A main chain whose moving joints have a known structure of axes.
 
     Attributes:
         whole: The main chain.
@@ -93,8 +93,8 @@ def moving_chain(
         h.terms, tuple(replace(axis, joint=k) for axis, k in zip(axes, numbers, strict=True))
     )
     surplus = len(lines.axes) - rank.of_chain(lines)
-    # If loops couple moving joints, the chain has fewer redundant joints than moving joints
-    # suggest.
+    # If loops couple moving joints, the number of redundant joints is smaller than the number of
+    # moving joints suggests.
     are_coupled = len(numbers) > len(h.q)
     if unfit(robot) or not (locked or surplus) or (surplus and are_coupled):
         return None

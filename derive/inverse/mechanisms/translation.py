@@ -69,7 +69,7 @@ class Translating:
 
 
 def translating(hybrid: SolvedLoops) -> Translating | None:
-    """Returns the shortened chain. None if no part of the chain only translates."""
+    """Returns the shortened chain, or None if every part of the chain can rotate."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
     shorter, translations = collapsed(
@@ -172,17 +172,18 @@ def actuators_of(
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """Solves for the actuated coordinates that produce given prismatic displacements.
 
-    The displacements must be linear in one coordinate, which belongs to a slider. The other
-    coordinate must also be linear or belong to a crank, whose cosine and sine are linear. The
-    slider coordinate is eliminated, which leaves an equation for the crank angle.
+    The displacements must be linear in one coordinate, which belongs to a slider. The displacements
+    must be linear in the second coordinate too, or linear in the cosine and sine of a crank angle.
+    The slider coordinate is eliminated, which leaves an equation for the crank angle.
 
     Args:
-        work: Record of the solution. It contains the prismatic displacements and receives the step.
+        work: Record of the solution, which contains the prismatic displacements. The function adds
+            the step.
         moved: The shortened chain.
         q: The actuated coordinates.
 
     Returns:
-        The values of the coordinates. None if the displacements have another form.
+        The values of the coordinates. None if the displacements do not have this form.
     """
     terms = work.terms
     slides = moved.slides

@@ -2,8 +2,8 @@
 
 Dependent joints move a point only along a line or in a plane, so many displacements reach the same
 target. The joints are solved in succession. Each joint compensates the rounding errors of the
-joints before it. A joint keeps the displacement 0 if it does not move the point in the direction of
-its equation.
+joints before it. Each joint has a scalar equation for one component of the point position. If the
+joint does not change this component, its displacement is 0.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,13 +20,13 @@ from ..subproblems.quartic import select
 from ..subproblems.turns import perpendicular
 
 DEPENDENT_SLIDES = sp.Float("1e-14", 20)
-"""Prismatic joints count as dependent up to this sine of an angle.
+"""Prismatic joints count as dependent if the sine of an angle is at most this value.
 
 The angle is between two joints, or between a joint and the plane of two other joints.
 """
 _TRIPLE = 3
 OneOf = Callable[..., sp.Expr]
-"""Selects one of three values. There is one value for each cyclic order of the directions."""
+"""Selects one of three values. Each cyclic order of the three directions has one value."""
 
 
 def dependent_lengths(
@@ -37,7 +37,8 @@ def dependent_lengths(
     Args:
         terms: Table of named terms.
         directions: The unit directions of the joints.
-        displacement: The vector. Only its component in the span of the directions is reached.
+        displacement: The vector. The point moves by the component of the vector in the span of the
+            directions.
     """
     if len(directions) < _TRIPLE:
         return [found.length for found in in_order(terms, directions, displacement)]
@@ -68,9 +69,9 @@ def plane_normal(terms: Terms, directions: Sequence[Vector]) -> Vector:
 
 
 def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, list[Vector]]:
-    """Returns three directions in cyclic order. The last two have the largest angle between them.
+    """Returns three directions in cyclic order, and a function that selects a value for this order.
 
-    A function that selects a value for this order is also returned.
+    The second and third direction have the largest angle between them.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])

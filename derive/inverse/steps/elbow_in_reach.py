@@ -32,7 +32,7 @@ def with_elbow_in_reach(
         v: The target direction of axis 6, rotated back by joint 1.
         U: The target wrist position relative to axis 2, rotated back by joint 1.
         center: The wrist position with joints 1 to 4 at 0.
-        sign: Selects one of two sums with the same elbow angle.
+        sign: Selects one of two values of the sum. The elbow angle is equal for the two values.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

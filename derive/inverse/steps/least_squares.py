@@ -82,7 +82,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Returns the twist and the Jacobian. The columns start with the last joint."""
+    """Returns the twist and the Jacobian. The first Jacobian column belongs to the last joint."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home

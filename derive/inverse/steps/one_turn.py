@@ -1,7 +1,8 @@
 """Three joints that position a point. The joints are revolute or prismatic.
 
 A rotation keeps the height of a point along the axis and the distance of the point from the axis.
-Therefore, a plane or a sphere determines one prismatic joint. The other joints follow.
+Therefore, the intersection of the joint's line of motion with a plane or a sphere determines one
+prismatic joint. The other joints are then determined by the remaining equations.
 """
 
 from collections.abc import Callable
@@ -54,7 +55,8 @@ def turn_then_slides(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     length, height = _two_lengths(terms, a1, (lift.h, other.h), (c, u), sign)
     rate, other_rate = (dot(terms, a1.h, slide.h) for slide in (lift, other))
     if not terms.is_constant(rate) and other_rate != 0:
-        # At some values of fixed joints, only the other prismatic joint changes the height.
+        # For some values of fixed joints, the lift does not change the height, but the prismatic
+        # joint `other` does.
         swapped = _two_lengths(terms, a1, (other.h, lift.h), (c, u), sign)
         is_steeper = terms.let(rate**2) >= terms.let(other_rate**2)
         length, height = (
@@ -76,7 +78,7 @@ def _two_lengths(
     points: tuple[Vector, Vector],
     sign: sp.Expr,
 ) -> tuple[FoundLength, FoundLength]:
-    """Returns the displacements of two prismatic joints. The lift is last.
+    """Returns the displacements of two prismatic joints: first ``other``, then the lift.
 
     Args:
         terms: Table of named terms.
@@ -92,7 +94,8 @@ def _two_lengths(
     is_flat = sp.false
     if not terms.is_constant(rate):
         # If both prismatic joints are perpendicular to the axis, the lift makes the line of the
-        # other joint intersect the axis. The other joint then reaches every distance from the axis.
+        # other joint intersect the axis. Displacements of the other joint then give every distance
+        # from the axis.
         is_flat = terms.let(rate**2) <= terms.let(UNDETERMINED_SUM**2)
         to_axis = _to_axis(terms, cross(terms, axis.h, other), lift, start)
         ratio = select(terms, is_flat, sp.S.Zero, ratio)
@@ -168,9 +171,9 @@ def slide_turn_slide(work: Work, lines: Lines, center: Vector, W: Vector) -> Non
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, center, a2.p)
     conditions = [(a1, u, back, c), (a3, c, a3, u)]
-    # The height of the target determines one prismatic joint. The distance from the axis determines
-    # the other. The height determines a joint along the axis, or the only joint that changes the
-    # height.
+    # The height of the target determines one prismatic joint. The distance of the target from the
+    # axis determines the second prismatic joint. The height determines a joint along the axis, or
+    # the only joint that changes the height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         conditions if first_by_height else conditions[::-1]
@@ -258,9 +261,9 @@ def _to_height(
         work: Records the step.
         slide: The prismatic joint.
         axis: The revolute axis, along which the height is measured.
-        point: The position of the point.
+        point: The current position of the moved point, relative to the axis.
         goal: The goal point.
-        in_reach: Returns the displacement for a joint that does not change the height.
+        in_reach: Returns the displacement to use if the prismatic joint does not change the height.
     """
     terms = work.terms
     found = slide_to_plane(terms, axis.h, slide.h, point, dot(terms, axis.h, goal))

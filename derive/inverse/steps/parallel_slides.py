@@ -1,8 +1,8 @@
 """Prismatic joints of an arm with parallel revolute axes.
 
 The lift moves along the revolute axes. The telescope moves perpendicular to two of the axes. The
-sum of the two revolute angles is known. The telescope changes one side of a triangle. The other two
-sides are known.
+sum of the two revolute angles is known. The telescope changes one side of a triangle. The lengths
+of the two other sides of the triangle are known.
 """
 
 import sympy as sp
@@ -57,8 +57,8 @@ def telescope(
     displacement = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # A telescope between the two axes is part of the triangle side between them. Any other
-    # telescope changes the distance that the elbow must have from the wrist.
+    # A telescope between the two axes is part of the triangle side between them. A telescope that
+    # is not between the two axes changes the required distance between elbow and wrist.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

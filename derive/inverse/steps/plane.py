@@ -48,8 +48,8 @@ def turn_to_plane(
         carried: The point in the home pose.
         position: The target position of the point.
         reason: Explains why no other joint moves the point along the second axis.
-        sides: Link vectors that later joints rotate to any angle. If the two axes are parallel,
-            joint 1 moves the target to a distance that the links reach.
+        sides: Link vectors that later joints can rotate to any angle in the plane. If the two axes
+            are parallel, joint 1 moves the target to a distance that the links reach.
 
     Returns:
         Two values: the target position relative to the second axis, rotated back by joint 1, and
@@ -85,7 +85,8 @@ def turn_to_direction(
     """Solves for joint 1 from the targets of a point and of a direction of the tool.
 
     The later joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
-    Therefore, the later joints keep the angle between the direction and the parallel axes.
+    Therefore, the later joints do not change the angle between the tool direction and the parallel
+    axes.
 
     Args:
         work: Records the step.
@@ -102,7 +103,7 @@ def turn_to_direction(
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, V is a small difference of two large positions.
+    # If the target is near the axis of joint 1, V is a small difference of two large positions.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -153,7 +154,8 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
         U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
-    # 2. The parallel joints rotate this direction. The last joint does not.
+    # 2. The parallel joints rotate the tool direction e. If the arm has a fifth joint, e is its
+    # axis, so the fifth joint does not rotate e.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     total = turned_as_one(
         work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
@@ -180,7 +182,10 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Rotates the arm plane to a position. Returns the position in this plane and the rotation."""
+    """Solves for joint 1, which rotates the arm plane so that the plane contains a position.
+
+    Returns the position in the rotated arm plane, and the rotation of joint 1.
+    """
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)
@@ -192,7 +197,7 @@ def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> Co
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """Solves for the joints in the arm plane. The sum of their angles is known."""
+    """Solves for the joints in the arm plane. The sum of these joint angles is known."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)
