@@ -19,7 +19,7 @@ from .structure.lines import Lines, axes_of
 from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
-"""Maximum number of joint sets to test for an error message, which takes 1 to 2 seconds."""
+"""Maximum number of joint sets to test for an error message. The tests take 1 to 2 seconds."""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -98,7 +98,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> InputValueError:
-    """Returns the error for fixed joints that leave no closed form.
+    """Returns the error for fixed joints with which the robot has no closed-form inverse.
 
     The error lists suitable joint sets.
     """

@@ -72,11 +72,12 @@ class Classification:
     Attributes:
         lines: The axes of the joints in the chain.
         found: The family that fits the chain, or None.
-        attempts: The tested families. The last one is the family that fits, if any.
-        missing: The reason why no closed form exists. The text is empty if one exists.
+        attempts: The tested families. If a family fits the chain, this family is the last attempt.
+        missing: The reason why no closed form exists, or "" if a closed form exists.
         near: Structures that fit approximately, best first. Each structure defines a nominal arm
             for refinement by Newton's method.
-        give: Indices of the joints that the caller fixed. With (), they are selected.
+        give: Indices of the joints that the caller fixed. If the tuple is empty, the classification
+            selects the joints to fix.
     """
 
     lines: Lines
@@ -103,16 +104,16 @@ def classify(
 ) -> Classification:
     """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
-    A redundant chain has more coordinates than the tool has degrees of freedom. Some of its joints
-    must be fixed.
+    A redundant chain has more coordinates than the tool has degrees of freedom. Some joints of a
+    redundant chain must be fixed.
 
     Args:
         robot: The description.
         terms: Table of named terms, which receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple joints.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix, in ascending order. With (), the first suitable set is
-            used.
+        give: Indices of the joints to fix, in ascending order. If the tuple is empty, the first
+            suitable set of joints is fixed.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = unfit(robot)
@@ -134,6 +135,7 @@ def of_lines(
         coordinates: Number of coordinates that move the chain. The default is the number of joints.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix. With (), the first suitable set is used.
+        give: Indices of the joints to fix. If the tuple is empty, the first suitable set is fixed.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
@@ -155,7 +157,7 @@ def of_lines(
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
     """Whether a fixed revolute joint lies between free joints.
 
-    There is no nominal arm in this case.
+    A chain with such a fixed joint has no nominal arm.
     """
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
@@ -167,13 +169,13 @@ def further_families(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Yields more structures that fit the chain exactly. Their fixed joints may differ.
+    """Yields more structures that fit the chain exactly, possibly with other fixed joints.
 
     Args:
         lines: The chain.
         found: The structure that was found first.
         families: The families of axis structures to try, in order.
-        give: Indices of the joints to fix. With (), every possible set is tried.
+        give: Indices of the joints to fix. If the tuple is empty, every possible set is tried.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given
@@ -189,8 +191,8 @@ def _near(
 ) -> list[Attempt]:
     """Returns the structures that fit approximately, best first.
 
-    A structure that fits within the tolerance for measurement errors is returned alone. Families
-    with a swivel angle are excluded, because they need exact axes.
+    If a structure fits within the tolerance for measurement errors, the result contains only this
+    structure. Families with a swivel angle are excluded, because they need exact axes.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -203,7 +205,7 @@ def _near(
 
 
 def unfit(robot: SerialRobot) -> str:
-    """Returns the reason why a chain cannot be classified. The text is empty if it can."""
+    """Returns the reason why a chain cannot be classified, or "" for a suitable chain."""
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
     if robot.couplings:
         return f"{', '.join(rule.joint for rule in robot.couplings)} follows other coordinates"

@@ -1,7 +1,7 @@
 """Shortens a chain with coupled joints, until each joint moves independently.
 
 A coupled joint does not move independently. Three identities remove coupled joints. In the
-identities, M is the constant placement between two joints in succession.
+identities, M is the constant placement between two consecutive joints.
 
 Two coaxial revolute joints are merged: ``Rz(a) M Rz(b) = Rz(a + s b) M`` with s = 1 or -1.
 
@@ -11,8 +11,8 @@ The second of three parallel revolute joints is removed: ``Rz(a) M Rz(-s a) M' R
 T(t) R' Rz(b - s' a)``.
 
 In the last identity, the rotations by a and -s a cancel, so the body after the second joint only
-translates. There, R and t are the rotation and translation of M. The rotation and translation of R
-M' are R' and t'.
+translates. In the last identity, R and t are the rotation and translation of M. The rotation and
+translation of R M' are R' and t'.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,8 @@ class CoupledChain:
     """A chain, and the linear map from robot coordinates to joint values.
 
     Attributes:
-        robot: The chain without couplings. All directions are 1.
+        robot: The chain without couplings. Every joint moves in its positive direction (direction
+            1).
         C: Motion of each joint per unit of each coordinate (joints, coordinates).
         c: Joint values (joints, 1) if all coordinates are 0.
         members: For each joint, the names of the joints that were merged into it.
@@ -58,7 +59,7 @@ class CoupledChain:
 
     @property
     def keeps_turns(self) -> bool:
-        """Whether every joint turns fully if the independent joints turn fully."""
+        """Whether full turns of the independent joints rotate every joint by full turns."""
         L, joints = self.inverse()
         D = self.C * L
         moving = self.robot.moving
@@ -70,7 +71,7 @@ class CoupledChain:
         )
 
     def index(self, name: str) -> int:
-        """Returns the index of the joint into which a described joint was merged."""
+        """Returns the index of the joint that contains the joint `name` of the robot file."""
         return next(k for k, names in enumerate(self.members) if name in names)
 
     def joints_at(self, q: Sequence[sp.Expr]) -> list[sp.Expr]:
@@ -85,7 +86,8 @@ class CoupledChain:
 class _Link:
     """A moving joint with its placement and its equation.
 
-    ``before`` includes the placements of the fixed joints before it.
+    ``before`` includes the placements of the fixed joints between the previous joint and this
+    joint.
     """
 
     joint: Joint
@@ -121,7 +123,7 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # Users know the name of a joint that a single coordinate moves.
+        # The merged joint gets the name of the joint that depends on a single coordinate.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(

@@ -82,7 +82,8 @@ def refined_in_coordinates(
 ) -> NativeSolverFunction:
     """Returns the inverse of a calibrated chain in the coordinates of the robot.
 
-    The general solver is not used for uncertain branches, because it computes only chain joints.
+    The inverse does not use the general solver, because the general solver returns joint values of
+    the chain instead of coordinates.
 
     Args:
         robot: The coupled robot.

@@ -65,7 +65,7 @@ class Explanation:
 
     @property
     def max_solutions(self) -> int:
-        """Maximum number of solutions per tool pose. The value is 0 if the number is unknown."""
+        """Maximum number of solutions per tool pose, or 0 if this number is unknown."""
         if self.inverses is None:
             return 0
         written = {function.name: function for function in self.inverses.written}
@@ -229,7 +229,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Returns remarks on an arm that is always singular, and on a refined arm."""
+    """Returns remarks on an arm that is always singular, or whose inverse refines a nominal arm."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)

@@ -41,8 +41,9 @@ class ArmStep(LoopStep):
     """Joints of a serial arm between known bodies, with up to two solutions.
 
     Attributes:
-        found: The values of all joints that the arm determines; empty for later steps of an arm.
-        arm: The arm; None for later steps of an arm, and for locked joints.
+        found: The values of all joints that the arm determines. Only the first step of an arm has
+            these values. The tuple is empty in later steps.
+        arm: The arm. None in later steps of an arm, and for locked joints.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -77,7 +78,10 @@ class ArmStep(LoopStep):
         return not self.found
 
     def equations(self) -> StepEquations:
-        """Returns only the unknowns, because the inverse of a serial arm has several steps."""
+        """Returns the unknown joints and their values, without the equations of the arm.
+
+        The equations of the arm are the steps of its closed-form inverse.
+        """
         return StepEquations(
             unknowns={quantity(f"s{k}"): value for k, value in enumerate(self.found)}
         )
@@ -138,7 +142,11 @@ class _EitherBranch:
         return [sp.Integer(sign) for sign in near[0]]
 
     def _distance(self, reference: AtReference, signs: Sequence[int]) -> float:
-        """Returns the distance of a branch from the reference (radian, or relative to the size)."""
+        """Returns the distance of a branch from the reference configuration.
+
+        The distance is in radian for revolute joints. Displacements of prismatic joints are divided
+        by the size of the robot.
+        """
         at = _with_signs(reference, self.values, dict(zip(self.sides, signs, strict=True)))
         near = reference.assumed | reference.given
         apart = [
@@ -180,7 +188,7 @@ class _EitherBranch:
         return values, [first, *others]
 
     def _fails(self, step: InverseStep) -> bool:
-        """Whether a step has two solutions, or poses without a solution."""
+        """Whether a step of an inverse has two solutions, or no solution for some poses."""
         return step.found.margin is not None or step.found.sign in self.sides
 
     def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
@@ -232,7 +240,7 @@ def _with_signs(
 
 
 def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
-    """Whether no value is the larger or smaller of two expressions, such as a sorted root."""
+    """Whether no value contains a minimum or maximum of two expressions, as a sorted root does."""
     waiting, seen = [*values], set[sp.Symbol]()
     while waiting:
         entry = waiting.pop()
@@ -249,7 +257,7 @@ def _is_smooth(terms: Terms, values: Iterable[sp.Expr]) -> bool:
 
 
 def _rate(c: sp.Expr, s: sp.Expr, tangent: Tangent) -> sp.Expr:
-    """Returns the rate of an angle from its cosine and sine."""
+    """Returns the rate of an angle from the cosine c, the sine s and their rates."""
     return tangent.terms.let(c * tangent.of(s) - s * tangent.of(c))
 
 
@@ -262,9 +270,9 @@ def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def with_arms(h: SolvedLoops) -> SolvedLoops:
-    """Returns the loops with steps for serial arms if these steps complete the closed form.
+    """Solves loops whose unknown joints form serial arms, if this completes the closed form.
 
-    The result is the unchanged argument if some joints do not follow from the actuators.
+    The argument is returned unchanged if the actuators still do not determine all joints.
     """
     if not h.forward.open or h.is_overdetermined or h.least_squares_closure is not None:
         return h
@@ -277,7 +285,7 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Returns the builders of the maps from the main chain that need steps for serial arms."""
+    """Returns the functions of the main chain joints that need the inverse of a serial arm."""
     arms = from_chain_with_arms(h)
     if arms is None:
         return {}
@@ -290,9 +298,10 @@ def _with(arms: SolvedLoops, maker: Maker, _: SolvedLoops) -> SymbolicFunction:
 
 
 def from_chain_with_arms(h: SolvedLoops) -> SolvedLoops | None:
-    """Returns the loops solved from the main chain with steps for serial arms.
+    """Solves the loops from the main chain joints, with inverses of serial arms.
 
-    The result is None if the steps of the loops suffice for the actuators, or if arms do not.
+    The result is None if all actuators can be computed without inverses of serial arms. The result
+    is also None if these inverses do not determine all actuators.
     """
     actuated = {coordinate.moves for coordinate in h.mechanism.coordinates}
     if actuated.isdisjoint(h.backward.open) or h.least_squares_closure is not None:

@@ -1,9 +1,9 @@
 """A part of a loop as a serial arm between two known bodies.
 
-The unknown joints of a loop, with the freedom of its closure, form a serial arm if all other joints
-of the loop are known. The last link of this arm has a known pose, so that a family of closed-form
-inverses solves the arm. Examples are the legs of a tripteron (one prismatic joint and three
-parallel axes), of an Exechon and of a 3-UPU, and a shaft between universal joints.
+The unknown joints of a loop and the freedom of its closure form a serial arm, if all other joints
+of the loop are known. The last link of this arm has a known pose. Therefore, a family of
+closed-form inverses can solve the arm. Examples are the legs of a tripteron (one prismatic joint
+and three parallel axes), of an Exechon and of a 3-UPU, and a shaft between universal joints.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -44,10 +44,10 @@ class LoopArm:
 
     Attributes:
         closure: Name of the closure.
-        known: The known joints from the common body of the loop to the base of the arm.
+        known: The known joints from the body where the loop begins to the base of the arm.
         unknown: The moving joints of the arm, except the freedom of the closure.
-        back: The known joints from the common body of the loop to the other known body.
-        end: The placement on the other known body of the frame that the arm reaches.
+        back: The known joints from the body where the loop begins to the target body of the arm.
+        end: The placement of the target frame on the target body.
         robot: The serial robot that consists of the joints and the freedom of the closure.
         lines: The axes of the arm.
         found: The structure that solves the arm.
@@ -140,7 +140,7 @@ def _robot(
     near: tuple[tuple[Joint, ...], Frame],
     far: tuple[tuple[Joint, ...], Frame],
 ) -> tuple[SerialRobot, Placement]:
-    """Returns the arm, and the placement on its last body of the frame that the arm reaches."""
+    """Returns the arm, and the placement of its target frame on the target body."""
     (joints, at), (others, end) = near, far
     parts, after, freedom = [*joints], at.placement, FREEDOMS[closure.kind]
     if freedom:

@@ -109,8 +109,9 @@ def _far_from_the_column(
 ) -> FoundTurn:
     """Returns the sum of angles 1 and 4.
 
-    If the orientation does not determine the sum, the best sum is selected. Axis 4 must not be too
-    close to the column, because the column rotates the plane of the prismatic joints onto axis 4.
+    If the orientation does not determine the sum of angles 1 and 4, the sum with the smallest
+    position error is selected. Axis 4 must have a distance from the column, because the column
+    rotates the plane of the prismatic joints until the plane contains axis 4.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

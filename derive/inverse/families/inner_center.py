@@ -33,8 +33,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves this
-    # point in the base. Joints 6 and 5 move the point as seen from the tool.
+    # 1 to 3. Joints 2 to 4 do not move the intersection point of their axes. Joint 1 moves the
+    # intersection point relative to the base. Joints 6 and 5 move the point as seen from the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:
@@ -97,8 +97,9 @@ def _with_center_in_reach(
 ) -> CosSin:
     """Returns the angle of joint 6.
 
-    If the pose leaves the angle open, the best angle is selected. Joints 2 to 4 limit the angle
-    between axes 4 and 2. Only an axis 3 that is perpendicular to both axes allows any angle.
+    If the pose does not determine angle 6, the angle with the smallest orientation error is
+    selected. Joints 2 to 4 limit the angle between axes 4 and 2. The angle between axes 4 and 2 is
+    unlimited only if axis 3 is perpendicular to axes 2 and 4.
     """
     terms = lines.terms
     a1, a2, a3, a4, a5, a6 = lines.axes

@@ -6,9 +6,9 @@ the prismatic joints.
 
 There are up to two revolute joints. Three revolute joints need three prismatic joints, or axes that
 intersect in one point. If the first and the third axis become parallel, the orientation determines
-only the sum of their angles. Three prismatic joints reach the position for any division of this
-sum. If fixed joints turn the three directions into one plane, the position determines the division
-of the sum. The axes need not intersect or be perpendicular.
+only the sum of angles 1 and 3. With three prismatic joints, the tool reaches the position for any
+angle 1. If fixed joints rotate the directions of the three prismatic joints into one plane, the
+position determines angle 1. The axes need not intersect or be perpendicular.
 
 Maximum number of solutions: 1 for a pose, 2 for a pose with three revolute joints, 2 for a position
 and a direction. For an unreachable pose, the steps return a nearby pose.

@@ -1,6 +1,6 @@
 """Prismatic joints in any order, between revolute joints.
 
-The orientation determines up to three revolute joints. Two revolute joints in succession are never
+The orientation determines up to three revolute joints. Consecutive revolute joints are never
 parallel. Up to three joints are prismatic. Maximum number of solutions: 1 for up to two revolute
 joints, 2 for three.
 """

@@ -126,10 +126,10 @@ def _nearer(
 
     The angles are unchanged unless the refinement reduces both errors.
 
-    If axis 6 is nearly parallel to axes 2 to 4, the component along these axes determines its
-    direction only to 1e-8. The component normal to the axes is accurate to double precision. For
-    two unit vectors with components c and c', the normal parts p and p' fulfil ``|p|^2 - |p'|^2 =
-    (c' - c)(c' + c)``.
+    If axis 6 is nearly parallel to axes 2 to 4, the component of a vector along these axes
+    determines the vector only to 1e-8. The part of the vector normal to the axes is accurate to
+    double precision. Let two unit vectors have components c and c' along the axes. Their parts p
+    and p' normal to the axes satisfy ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]

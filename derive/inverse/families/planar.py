@@ -29,7 +29,7 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""Maximum cosine of the angle between a prismatic joint and an axis that count as perpendicular."""
+"""Maximum cosine of the angle between a prismatic joint and a perpendicular axis."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 

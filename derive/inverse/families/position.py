@@ -1,9 +1,9 @@
 """Three joints that position the tool, as in gantries and arms without a wrist.
 
-The joints cannot choose the orientation of the tool. One point of the tool reaches its target
+The joints do not control the orientation of the tool. One point of the tool reaches its target
 position. The residual includes the orientation error. The point is the tool origin. If some joint
-does not move the tool origin, the point is another point of the tool. Maximum number of
-solutions: 4.
+does not move the tool origin, the point is another point of the tool. Maximum number of solutions:
+4.
 """
 
 import numpy as np
@@ -46,8 +46,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
     """Returns a tool point that the joints move in three directions, or None.
 
-    The point is about one arm length from the tool origin. None is returned if the joints move the
-    tool origin in three directions, or if there is no such point.
+    The point is about one arm length from the tool origin. The result is None if the joints move
+    the tool origin in three directions. The result is also None if the joints move no tool point in
+    three directions.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -70,7 +71,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
     return of_pose_task(robot, work, (), {})
 
 
-# The target is a position, so it can neither be inverted nor reduced by fixed joints.
+# The target is a position. The inverse of a position is not defined, so the numbering starts at the
+# base. Fixed joints cannot be removed from a position either.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

@@ -1,8 +1,8 @@
 """Seven revolute joints: a spherical shoulder, an elbow and a spherical wrist.
 
 The arm is redundant. At a fixed tool pose, the elbow can rotate about the line from shoulder to
-wrist. The swivel angle states where the elbow is. It is the angle at this line between a reference
-half plane and the half plane of the elbow.
+wrist. The swivel angle states where the elbow is. The swivel angle is measured about the line from
+shoulder to wrist, between a reference half plane and the half plane of the elbow.
 
 Let S be the shoulder, W the wrist center, and E the elbow: the point of axis 4 nearest to axis 3.
 Let ``w = (W - S) / |W - S|``, let t be the direction opposite to axis 1, and let r be normal to
@@ -16,8 +16,8 @@ floor-mounted arm has its base. The angle is then measured from an arbitrary dir
 
 Maximum number of solutions: 8 per swivel angle.
 
-Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle). The pole is below the
-shoulder.
+Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle). The pole of the stereographic
+angle is below the shoulder.
 """
 
 import sympy as sp
@@ -165,8 +165,9 @@ def _frame(
 ) -> tuple[Vector, Vector, Vector]:
     """Returns (shoulder to wrist, normal of the arm plane, side direction) at joints 1 to 3 = 0.
 
-    If the arm bends in a plane normal to the elbow axis, the side direction lies in this plane,
-    even for a stretched arm. For other arms, the side direction points to the elbow.
+    If the upper arm and the forearm move in a plane normal to the elbow axis, the side direction
+    lies in this plane. This direction is also defined for a stretched arm. For other arms, the side
+    direction points to the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(

@@ -1,8 +1,8 @@
 """Four revolute joints: a base, two parallel axes and a wrist.
 
-Axes 2 and 3 are parallel. Axes 1 and 4 have other directions. The tool rotates by q1, by the sum q2
-+ q3, and by q4. For an unreachable pose, the steps return a nearby pose. The residual is the
-distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a position.
+Axes 2 and 3 are parallel. Axes 1 and 4 are not parallel to axes 2 and 3. The tool rotates by q1, by
+the sum q2 + q3, and by q4. For an unreachable pose, the steps return a nearby pose. The residual is
+the distance to the target pose. Maximum number of solutions: 2 for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -42,7 +42,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 1. The parallel joints do not change the height of the wrist along their axes or the tilt of
     # the wrist axis.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel joints rotate the wrist axis. Joint 4 does not.
+    # 2. The parallel joints rotate the wrist axis. Joint 4 does not rotate the wrist axis.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],

@@ -1,8 +1,9 @@
 """Four joints: three joints of any kind, and a revolute joint after them.
 
 Joint 4 does not move the points on its axis. The target determines the position of a point on axis
-4. The first three joints move the point there. Joint 4 produces the rotation that remains. The
-residual includes the conditions that the steps do not use. Maximum number of solutions: 4.
+4. The first three joints move this point to its target position. Joint 4 produces the rotation that
+remains. The residual includes the conditions that the steps do not use. Maximum number of
+solutions: 4.
 """
 
 import numpy as np
@@ -54,7 +55,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_points(lines: Lines) -> list[sp.Expr]:
     """Yields points of axis 4 that the first three joints move in three directions.
 
-    A point is represented by its distance from the origin of the axis.
+    A point is represented by its distance from the point `origin` of axis 4.
     """
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
     points = [part * size for part in _PARTS]
@@ -65,7 +66,8 @@ def _best_point(lines: Lines) -> Vector:
     """Returns the point of axis 4 that best determines joints 1 to 3.
 
     A point that lies on the axis of an earlier joint does not determine the angle of this joint.
-    The first point that is as good as a general point is selected.
+    The selected point determines as many angles as an arbitrary point of axis 4, if possible. Among
+    equally good points, the first point is selected.
     """
     arm, points = _arm(lines), _moved_points(lines)
     most = directions_at_right_angles(arm, _there(lines, SOME_SLIDE * (lines.length or 1.0)))
@@ -85,7 +87,8 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# With the numbering from the tool, arms with right angles would miss poses.
+# The axes are numbered only from the base. With axes numbered from the tool, the inverse of arms
+# with right angles would find no solution for some poses.
 TURNING_HAND = Family(
     "three joints and a hand that turns", (4,), _requires, _solve, readings=("base",)
 )

@@ -1,12 +1,13 @@
 """A rotating base, three parallel revolute joints and an optional fifth joint.
 
-Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to the parallel axes. A fifth axis is also
-perpendicular to them. Four joints control the position of the tool and its pitch in the plane of
-the arm. A fifth joint rotates the tool about an axis in the plane of the arm. For an unreachable
-pose, the steps return a nearby pose. The residual is the distance to the target pose.
+Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to the parallel axes. If there is a fifth
+axis, it is also perpendicular to the parallel axes. Four joints control the position of the tool
+and its pitch in the plane of the arm. A fifth joint rotates the tool about an axis in the plane of
+the arm. For an unreachable pose, the steps return a nearby pose. The residual is the distance to
+the target pose.
 
-Maximum number of solutions: 4 for a pose, 2 for a pose with four joints. Position and pitch have up
-to 8, because the tool may point outward or inward.
+Maximum number of solutions: 4 for a pose, 2 for a pose with four joints. A position and a pitch
+have up to 8 solutions, because the tool may point outward or inward.
 """
 
 import sympy as sp
@@ -70,8 +71,8 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
     """Returns the smallest angle of joint 4 for which the elbow can reach the target.
 
     Shoulder, elbow and wrist form a triangle if the elbow-wrist distance is between the difference
-    and the sum of the other two sides. Of all such distances, the distance nearest to its value at
-    angle 0 is selected.
+    and the sum of the other two sides. Angle 4 determines the elbow-wrist distance. The selected
+    distance forms a triangle and is nearest to the distance for angle 4 = 0.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, displacement = (

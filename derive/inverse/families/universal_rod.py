@@ -4,13 +4,14 @@ Axes 1 and 2 are parallel. Axes 3 and 4 are parallel to each other and perpendic
 5 is perpendicular to axis 4. The axes of a universal joint need not intersect. The legs of a rotary
 delta (R-U-U) have this structure if their rods have printed universal joints.
 
-In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). The end of the rod then
-moves on a circle about axis 2 instead of in a triangle.
+In a linear delta, joint 1 is prismatic and perpendicular to axis 2 (P-U-U). For a prismatic joint
+1, the end of the rod moves on a circle about axis 2.
 
 Joints 1 and 2 do not change components along their axes. Therefore, the direction of axis 5
 determines the sum of angles 3 and 4. The position of a point on axis 5 determines angle 3. If the
-tool is oriented like the base, the sum is 0 and its two solutions coincide. A triangle determines
-angles 1 and 2. These angles also fix the tool orientation, so most poses leave a residual.
+tool is oriented like the base, the sum of angles 3 and 4 is 0, and the two solutions for this sum
+coincide. A triangle determines angles 1 and 2. Angles 1 and 2 also determine the tool orientation.
+Therefore, the arm does not reach most poses exactly, and the residual is not 0.
 
 Maximum number of solutions: 8.
 """
@@ -45,7 +46,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms, (first, second, third, fourth, fifth) = work.terms, lines.axes
-    # Neither joint 1 nor joint 2 changes components along this axis.
+    # Joints 1 and 2 do not change the component of a vector along the axis `kept`.
     kept = first if first.turns else second
     both = f"{'axes' if first.turns else 'joints'} {first.name} and {second.name}"
     along = "them" if first.turns else f"axis {second.name}"
@@ -70,7 +71,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp4(terms, kept.h, third.h, rod, dot(terms, kept.h, rest), work.sign()),
     )
     remaining(work, (third, fourth), total)
-    # 3, 4. Arm and rod form a triangle, or the end of the rod moves on a circle.
+    # 3, 4. If joint 1 is revolute, its arm, the rod and the wrist form a triangle. If joint 1 is
+    # prismatic, the end of the rod moves on a circle.
     turned = added(terms, third.p, rotated(terms, third.h, bent, rod))
     end = added(terms, turned, hand)
     if first.turns:

@@ -1,12 +1,11 @@
 """Selects the elimination orders and the fixed joints of a general arm.
 
 Many elimination orders are unsuitable if consecutive axes intersect or are parallel. An order is
-unsuitable if det M is zero for every suppressed angle. It is also unsuitable if several solutions
-have the same suppressed angle. Therefore, all elimination orders are rated at random
+unsuitable if det M is zero for every suppressed angle. An order is also unsuitable if several
+solutions have the same suppressed angle. Therefore, all elimination orders are rated at random
 configurations. A suitable order makes det M a trigonometric polynomial of degree 8 in the
-suppressed angle. Two
-singular values must be clearly positive: the second smallest of M at the solution, and the smallest
-of A.
+suppressed angle. Two singular values must be clearly positive: the second smallest of M at the
+solution, and the smallest of A.
 """
 
 from collections.abc import Mapping, Sequence
@@ -43,7 +42,8 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Numbers of configurations with fixed joints: random configurations, right angles."""
+"""Number of random configurations, and number of configurations with fixed joints at multiples of
+90 degrees."""
 KEPT, MAX_KEPT = 3, 4
 """Number of elimination orders of an arm. If one order fails at a pose, the next is tried.
 
@@ -51,7 +51,8 @@ A fourth order is added only if it works at configurations where the first three
 """
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
-"""Maximum number of joints of an arm, including fixed joints. The C tables have this size."""
+"""Maximum number of joints of an arm, including fixed joints. The C tables have space for this
+number of joints."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ class Rating:
         order: The elimination order.
         separations: For each configuration, the second smallest singular value of M divided by the
             largest. NaN if the degree of det M is not 8.
-        pairs: For each configuration, the smallest singular value of A divided by the largest. A
-            determines the angles of joints 1 and 2.
+        pairs: For each configuration, the smallest singular value of the matrix A divided by the
+            largest. The equations of matrix A determine the angles of joints 1 and 2.
     """
 
     order: EliminationOrder
@@ -164,8 +165,8 @@ def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
     """Returns the sets of joints to fix. Six joints stay free.
 
     Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
-    fixed joint may be any other joint. With fewer than six revolute joints, prismatic joints stay
-    free.
+    joint to fix may be any remaining revolute joint. With fewer than six revolute joints, prismatic
+    joints stay free.
     """
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
@@ -195,7 +196,7 @@ def choice_at(
         slides: Indices of the prismatic joints among all joints.
         apart: Distance between the solutions in each of the six joints (radian), if known. In an
             arm close to a known family, several solutions often share the value of a joint. The
-            joint cannot distinguish these solutions.
+            elimination cannot separate these solutions by the value of this joint.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -225,9 +226,9 @@ def _ratings(
 ) -> tuple[Rating, ...]:
     """Returns the best elimination orders.
 
-    If ``apart`` is not empty, orders come first whose suppressed joint differs between the
-    solutions. Each order suppresses a different joint, because solutions may agree in one joint and
-    differ in another.
+    If ``apart`` is not empty, an order is preferred if its suppressed joint has a different value
+    in each solution. Each order suppresses a different joint, because solutions may agree in one
+    joint and differ in another.
     """
 
     def separates(rating: Rating) -> tuple[bool, bool]:
@@ -238,8 +239,8 @@ def _ratings(
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
         # If four or more axes pass through two points, A is singular for every order. If joints 1
-        # and 2 are parallel prismatic joints, A is also singular. Such an arm lacks a degree of
-        # freedom.
+        # and 2 are parallel prismatic joints, A is also singular. An arm with singular A lacks a
+        # degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -307,19 +308,17 @@ def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
 
 
 def length(constants: Sequence[Array]) -> float:
-    """Returns the sum of the distances between joint frames (meter).
-
-    If the sum is 0, 1 is returned.
-    """
+    """Returns the sum of the distances between joint frames (meter), or 1 if the sum is 0."""
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
 def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Returns the smallest singular value of A divided by the largest, for each pose.
 
-    A is singular if joints 1 and 2 belong to three parallel axes. Each solution of the other joints
-    then leads to two solutions of joints 1 and 2. If joints 1 and 2 are prismatic, the equations
-    contain no square of a displacement.
+    The equations of the matrix A determine joints 1 and 2. A is singular if the axes of joints 1
+    and 2 are parallel to a third axis. With a singular A, each solution of the other joints leads
+    to two solutions of joints 1 and 2. If joints 1 and 2 are prismatic, the equations contain no
+    square of a displacement.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))
@@ -358,8 +357,8 @@ def _at(angle: Array, M: Array) -> Array:
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
     """Returns quasi-random configurations from multiples of square roots of primes, modulo 1.
 
-    Some configurations have fixed joints at right angles. The free joints then often fit a known
-    family.
+    In some configurations, the angles of the fixed joints are multiples of 90 degrees. For such
+    angles, the free joints often fit a known family.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

@@ -81,12 +81,12 @@ OWN = JOINTS - 1
 TOOL_AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
 """Candidates for the axis of the added joint: direction and point in the tool frame.
 
-The point is relative to the arm length.
+The coordinates of the point are divided by the arm length.
 """
 APART = (np.pi,) * OWN + (0.0,)
-"""Assumed distance between the solutions in each joint (radian).
+"""Assumed difference between two solutions in each joint (radian).
 
-The distance in the added joint is zero.
+The solutions do not differ in the added joint.
 """
 
 
@@ -129,8 +129,8 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
     Args:
         robot: The description.
-        give: Indices of the joints to fix. Five or six joints must stay free. With (), the best set
-            is used.
+        give: Indices of the joints to fix. Five or six joints must stay free. If the tuple is
+            empty, the best set is fixed.
     """
     if is_fit(robot, give, OWN):
         return _of_five(robot, give)
@@ -280,8 +280,8 @@ def with_tool_joint(
     The added joint rotates the tool. The axis that gives the best condition is selected. Each
     solution of the five-joint arm is a solution of the six-joint arm with angle 6 at 0. Solutions
     with another angle 6 are discarded. The added axis is skew to the other axes, so the six joints
-    fit no known family. The axis is so far from the tool origin that the added joint moves the
-    origin.
+    fit no known family. The added axis does not pass through the tool origin, so the added joint
+    moves the tool origin.
 
     Args:
         constants: The placements before, between and after the joints.

@@ -1,11 +1,11 @@
 """Fourteen quantities of a line, which a rigid motion transforms linearly.
 
 Let p be a point on a line with unit direction l. The equations of Raghavan and Roth use the
-fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. Append a 1 to x. A motion
-p -> R p + d, l -> R l then multiplies x by a matrix, which depends only on R and d. Every quantity
-is linear in the cosine and sine of a revolute joint, and quadratic in the displacement of a
-prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion changes the quantities as
-follows.
+fourteen quantities ``x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)``. A rigid motion p -> R p +
+d, l -> R l changes the vector (x, 1) linearly. The matrix of this linear map depends only on R and
+d. Every quantity is linear in the cosine and sine of a revolute joint, and quadratic in the
+displacement of a prismatic joint. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A motion changes the
+quantities as follows.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -44,7 +44,7 @@ def quantities(p: Array, direction: Array) -> Array:
 
 
 def motion(T: Array) -> Array:
-    """Returns the matrix (15, 15) by which a motion (4, 4) multiplies the quantities."""
+    """Returns the matrix (15, 15) of the linear map of (x, 1) for a rigid motion T (4, 4)."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R
