@@ -20,7 +20,11 @@
 #define CHASLES_JOIN(name, level) CHASLES_JOIN_(name, level)
 #define CHASLES_AT(name) CHASLES_JOIN(name, CHASLES_LEVEL)
 
+#ifdef _WIN32
+#define CHASLES_EXPORT __declspec(dllexport)
+#else
 #define CHASLES_EXPORT __attribute__((visibility("default")))
+#endif
 
 typedef struct {
     const char *name;

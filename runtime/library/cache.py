@@ -8,7 +8,8 @@ A kernel is a library for all processors of a platform (`chasles build --portabl
 the folders of generated robots, not in the cache.
 
 Environment:
-    CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache.
+    CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache, on
+        Windows in LOCALAPPDATA.
 """
 
 from __future__ import annotations
@@ -43,10 +44,9 @@ def cache_folder() -> Path:
     chosen = os.environ.get("CHASLES_CACHE")
     if chosen:
         return Path(chosen).absolute()
-    xdg = os.environ.get("XDG_CACHE_HOME", "")
+    base = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME", "")
     # The XDG standard ignores relative paths.
-    base = Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache"
-    return base / "chasles"
+    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "chasles"
 
 
 @dataclass(frozen=True)
@@ -317,7 +317,12 @@ def write_library(recipe: Recipe, compile_in: Callable[[Path], None]) -> None:
             library = folder / "library.so"
             _seal(library)
             # The move is atomic: other processes see the complete library or no library.
-            library.replace(recipe.path)
+            try:
+                library.replace(recipe.path)
+            except PermissionError:
+                # Windows does not replace a library that another process has loaded.
+                if os.name != "nt" or not recipe.path.exists():
+                    raise
     except OSError as error:
         raise CacheError(
             f"{cache}: cannot write a library ({error}); set CHASLES_CACHE to a writable folder"

@@ -30,7 +30,6 @@ FLAGS = (
     "-march=native",
     # This macro compiles only for the instruction set of this processor, in half the time.
     "-DCHASLES_NO_DISPATCH",
-    "-fPIC",
     "-shared",
     "-fvisibility=hidden",
 )
@@ -113,7 +112,15 @@ def find_compiler() -> Compiler:
         raise CompileError(
             f"CC or CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
         )
-    return Compiler(tuple(command), (*FLAGS, *extra), identity)
+    return Compiler(tuple(command), (*FLAGS, *_system_flags(command), *extra), identity)
+
+
+def _system_flags(command: Sequence[str]) -> tuple[str, ...]:
+    if os.name != "nt":
+        return ("-fPIC",)
+    # On Windows, GCC aligns the stack to 16 bytes, also for vectors of 32 bytes (GCC bug 54412).
+    is_gcc = not any(name in " ".join(command) for name in ("clang", "zig"))
+    return ("-Wa,-muse-unaligned-vector-move",) * is_gcc
 
 
 def is_compiler_chosen() -> bool:
@@ -123,7 +130,7 @@ def is_compiler_chosen() -> bool:
 
 def _words(variable: str) -> list[str]:
     """Split an environment variable into words, like a shell."""
-    text = os.environ.get(variable, "")
+    text = os.environ.get(variable, "").replace("\\", "/" if os.name == "nt" else "\\")
     try:
         return shlex.split(text)
     except ValueError as error:

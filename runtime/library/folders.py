@@ -33,7 +33,7 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
     if path.is_file():
         expected = f"a description ({', '.join(SUFFIXES)}) or the folder of a generated robot"
         raise UnknownRobotError(f"{path}: expected {expected}")
-    if not isinstance(robot, str) or os.sep in robot:
+    if not isinstance(robot, str) or {os.sep, os.altsep} & set(robot):
         if set(options) - {PARAMETRIC}:
             raise InputValueError(f"{path}: {' '.join(options)} needs a description, not a folder")
         return path

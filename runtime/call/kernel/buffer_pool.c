@@ -2,7 +2,8 @@
 
 #include <stdint.h>
 #include <string.h>
-#include <sys/mman.h>
+
+#include "call/kernel/posix.h"
 
 #define MAX_BYTES ((size_t)256 << 20) /* total size of all blocks in the pool, in bytes */
 #define MAX_BLOCKS 32                 /* blocks */

@@ -3,8 +3,9 @@
 #ifdef __x86_64__
 #include <cpuid.h>
 #endif
-#include <dlfcn.h>
 #include <string.h>
+
+#include "call/kernel/posix.h"
 
 static void library_dealloc(Library *self)
 {

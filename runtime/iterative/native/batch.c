@@ -1,8 +1,8 @@
 #include "iterative/native/batch.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
+#include "call/kernel/posix.h"
 #include "iterative/native/evaluate.h"
 
 /* Lays out the workspace in a block, unless the block is NULL. Returns the number of doubles. */
