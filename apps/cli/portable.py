@@ -9,15 +9,22 @@ from __future__ import annotations
 
 import platform
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from chasles import CacheError
 from chasles.contract import Manifest, write_files
-from chasles.library import GLUE_FILE, find_compiler, kernel_recipe, run, write_library
+from chasles.library import GLUE_FILE, Compiler, find_compiler, kernel_recipe, write_library
 
 _MANIFEST = "manifest.json"
-_LEVELS = {"x86_64": {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}}
-"""Instruction set levels for each machine architecture, with the value of the flag -march."""
+_X86 = {"": "x86-64", "v3": "x86-64-v3", "v4": "x86-64-v4"}
+_LEVELS = {"x86_64": _X86, "AMD64": _X86}
+"""Instruction set levels for each machine architecture, with the value of the flag -march. Windows
+reports AMD64."""
+_NAMES = "chasles_names.h"
+"""File that renames the functions of a level; no robot name begins with chasles_."""
+_ENDS = ("", "_batch", "_nearest")
+"""Ends of the external names of a function, for one row, for batches and for the nearest row."""
 
 
 def write_portable(manifest: Manifest, folder: Path) -> Path:
@@ -59,22 +66,36 @@ def write_kernel(manifest: Manifest, folder: Path) -> Path:
     for old in set(folder.glob(f"{manifest.name}-*.so")) - {recipe.path}:
         old.unlink()
     if not recipe.path.exists():
-        write_library(recipe, _compile_levels)
+        write_library(recipe, partial(_compile_levels, manifest))
     return recipe.path
 
 
-def _compile_levels(folder: Path) -> None:
+def _compile_levels(manifest: Manifest, folder: Path) -> None:
     compiler = find_compiler()
     flags = tuple(flag for flag in compiler.flags if flag not in ("-march=native", "-shared"))
     objects = []
     for level, march in _LEVELS.get(platform.machine(), {"": ""}).items():
-        # Generic tuning makes code for wide vectors 40 % slower.
-        own = (f"-march={march}",) * bool(march)
-        own += (f"-DCHASLES_LEVEL={level}", "-mtune=haswell") * bool(level)
+        own = _processor_flags(compiler, march)
+        if level:
+            own += (f"-DCHASLES_LEVEL={level}", "-include", _NAMES)
+            (folder / _NAMES).write_text(_renamings(manifest, level), encoding="utf-8")
         objects.append(f"level_{level}.o")
-        at_level = replace(compiler, flags=(*flags, *own, "-c"))
-        at_level.compile([GLUE_FILE], objects[-1], folder)
-        # The objects of all instruction set levels define the same names, so hide these names.
-        run(["objcopy", "--localize-hidden", objects[-1]], folder)
+        replace(compiler, flags=(*flags, *own, "-c")).compile([GLUE_FILE], objects[-1], folder)
     # The flag -s removes the debugger's symbols.
     replace(compiler, flags=("-shared", "-s")).compile(objects, "library.so", folder)
+
+
+def _processor_flags(compiler: Compiler, march: str) -> tuple[str, ...]:
+    """Return the flags for a value of -march; none for the compiler's own processor."""
+    if any(Path(word).stem in ("zig", "ziglang") for word in compiler.command):
+        # Zig has other names, and compiles for the processor of -mtune.
+        return (f"-mcpu={march.replace('-', '_') or 'baseline'}",)
+    # Generic tuning makes code for wide vectors 40 % slower.
+    is_wide = march not in ("", "x86-64")
+    return (f"-march={march}",) * bool(march) + ("-mtune=haswell",) * is_wide
+
+
+def _renamings(manifest: Manifest, level: str) -> str:
+    """Return C that appends the level to the external names, which all levels share."""
+    symbols = (f"{item.symbol}{end}" for item in manifest.functions for end in _ENDS)
+    return "".join(f"#pragma redefine_extname {name} {name}_{level}\n" for name in symbols)
