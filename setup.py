@@ -1,5 +1,7 @@
 """Build steps that pyproject.toml cannot describe: C extensions and robot packages."""
 
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,13 @@ EXTENSIONS = {
 """Modules written in C, each with its source files under runtime/."""
 
 
+WINDOWS = os.name == "nt"
+if WINDOWS:
+    # The C code uses vectors and attributes that only GCC and clang have. Zig contains clang, and
+    # pip installs it. With a target, Zig compiles for every processor.
+    python = Path(sys.executable).as_posix()
+    os.environ.setdefault("CC", f'"{python}" -m ziglang cc -target x86_64-windows-gnu')
+
 APPS = ("autodiff", "calibration", "cli", "cuda", "drawing", "study", "summaries", "view")
 
 
@@ -42,6 +51,8 @@ def extension(name, patterns):
         # Some builds of Python compile extensions with -O2. No code reads errno, so square roots
         # need not set it. With hidden symbols, calls between files need no linker table.
         extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
+        # Zig writes import libraries, which do not belong into a wheel.
+        extra_link_args=["-Wl,--out-implib,build/unused.lib"] if WINDOWS else [],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
@@ -87,4 +98,5 @@ setup(
         },
     },
     ext_modules=[extension(*item) for item in EXTENSIONS.items()],
+    options={"build_ext": {"compiler": "mingw32"}} if WINDOWS else {},
 )
