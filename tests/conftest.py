@@ -8,7 +8,8 @@ import pytest
 # Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
 
-# Both limits measure wall-clock time, which depends on the load of the machine.
+# The deadline and the check `too_slow` measure wall-clock time, which depends on the load of the
+# machine.
 hypothesis.settings.register_profile(
     "untimed", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
 )
@@ -34,10 +35,11 @@ def pytest_addoption(parser):
 def pytest_collection_finish():
     """Excludes all imported modules from garbage collection.
 
-    A full garbage collection then takes milliseconds instead of 0.4 s. Tests for leaks need dozens
-    of collections.
+    After the exclusion, a full garbage collection takes milliseconds instead of 0.4 s. Tests for
+    leaks need dozens of collections.
     """
-    # At its first draw, Hypothesis searches all objects for references. Few objects exist here.
+    # At its first draw, Hypothesis searches all objects for references. Before the first test,
+    # there are few objects.
     hypothesis.find(hypothesis.strategies.none(), lambda value: value is None)
     gc.collect()
     gc.freeze()
@@ -46,7 +48,8 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    # At the end, pytest would collect garbage ten times. The process frees its memory anyway.
+    # At the end of a session, pytest collects garbage ten times. Frozen objects make these
+    # collections fast.
     gc.freeze()
     if session.config.getoption("all_tools") and missing(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -5,29 +5,30 @@ measured at 60 configurations with noise of 0.02 mm and 0.05 mrad. The measureme
 positions of three targets, or positions with 5 mm outliers in 5 % of the rows.
 
 The mean error at validation configurations must decrease by a factor of 20, with all frames
-unknown. The Cramer-Rao bound (`noise_bound.py`) may not allow this reduction. The error must then
-be at most 1.1 times a reference error, which an efficient estimator exceeds with probability
-``LEVEL``.
+unknown. If the Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, another limit
+applies. The error must then be at most 1.1 times a reference error. An efficient estimator exceeds
+the reference error with probability ``LEVEL``.
 
 The axis intervals must contain the true values in 95 of 100 arms. The base frame is known, because
 an identified base frame shifts all axes equally. The intervals of an arm are correlated, so their
-coverage has no simple distribution. A trial therefore divides the errors z of all k axes by their
-standard deviations. R is their correlation matrix from independent derivatives, and M is the number
-of redundant measurements. ``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom.
-Fisher's method combines the probabilities of all arms, separately for too narrow and too wide
-intervals.
+coverage has no simple distribution. A trial therefore divides the errors of all k axes by their
+standard deviations, which gives the vector z. R is the correlation matrix of z, computed from
+independent derivatives. M is the number of redundant measurements. ``z^T R^-1 z / k`` has an F
+distribution with k and M degrees of freedom. Fisher's method combines the probabilities of all
+arms, separately for too narrow and too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This probability is below
-1e-6 even with outliers, for which the F distribution is approximate. On six-axis arms, wrong
-standard deviations with 90 % or 98.6 % coverage fail 98 of 100 trials. A coverage of 92 % fails one
-of four trials, and a coverage of 98 % three of four. A long campaign measures the coverage itself.
+A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. The probability of such a
+failure is below 1e-6, even for measurements with outliers. With outliers, the F distribution is
+approximate. On six-axis arms, wrong standard deviations with 90 % or 98.6 % coverage fail 98 of 100
+trials. A coverage of 92 % fails one of four trials, and a coverage of 98 % three of four. A long
+campaign measures the coverage of the intervals directly.
 
-Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
-Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
-fit within the stated noise and cause no warning about the robot. Measurements of a different robot,
-exchanged columns and a wrong angle unit must cause a warning or an error. A complete model without
-tolerances can fit a different robot and needs no warning. Too few measured values may cause an
-error.
+Odd trials test warnings on arms, a delta and other robots with loops. The measuring devices of the
+trials cover all kinds of measurements. Measurements are few or many, exact or noisy, with and
+without tolerances. Correct measurements must fit within the stated noise and cause no warning about
+the robot. Measurements of a different robot, exchanged columns and a wrong angle unit must cause a
+warning or an error. A complete model without tolerances can fit a different robot and needs no
+warning. Too few measured values may cause an error.
 """
 
 from collections.abc import Callable
@@ -175,9 +176,9 @@ def _intervals(
 ) -> tuple[np.ndarray, float]:
     """Returns whether the axis intervals contain the true values, and a probability.
 
-    The probability belongs to errors smaller than the observed errors. Many geometries are
-    equivalent. A Newton step on noise-free measurements expresses the true geometry in the
-    identified parameters.
+    The probability is the chance of errors smaller than the observed errors. Different parameter
+    values can describe the same geometry. A Newton step on noise-free measurements expresses the
+    true geometry in the identified parameters.
     """
     apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)

@@ -21,12 +21,13 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Trials of one kind.
+    """A set of random trials that all check one property.
 
     Attributes:
         name: The command-line name.
         summary: The property that each trial checks, as one sentence.
-        trial: Function that runs the trial with a number. The number seeds all random values.
+        trial: Function that runs one trial. Its argument is the trial number, which seeds all
+            random values.
     """
 
     name: str

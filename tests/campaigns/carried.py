@@ -1,4 +1,4 @@
-"""Inverse of random platforms with joints before and behind the platform.
+"""Inverse of random robots with joints between base and platform, and between platform and tool.
 
 Valid solutions reach the target pose, and one of them is the generating configuration.
 """

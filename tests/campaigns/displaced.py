@@ -1,10 +1,10 @@
 """Derives, compiles and tests arms with errors in every parameter.
 
-Even trials use a named arm, odd trials a random arm with round numbers. All errors are at most a
-random size between 0.1 and 10 (millimeter, milliradian). Every pose needs a solution, and no
-solution may be wrong. The inverse may lose at most 1 in 10,000 regular configurations.
-Configurations at multiples of 90 degrees are counted, but do not fail the campaign. Six-joint arms
-of even trials are also solved as general arms.
+Even trials use a named arm, odd trials a random arm with round numbers. Each trial draws a maximum
+error between 0.1 and 10 (millimeter, milliradian). Every pose needs a solution, and no solution may
+be wrong. The inverse may lose at most 1 in 10,000 regular configurations. Configurations at
+multiples of 90 degrees are counted, but do not fail the campaign. Six-joint arms of even trials are
+also solved as general arms.
 
 Stricter rules apply to errors up to 3 (millimeter, milliradian). Each solution is in exactly one
 solution slot. Every configuration with a smallest singular value above 1e-3 is found, also at

@@ -25,7 +25,7 @@ from tests.support.exports import apart, configurations, expected, inverse_of, r
 from .campaign import Campaign, Outcome
 
 ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
-"""The inverses of the last two robots call solvers in the shared C files."""
+"""The inverses of planar_3rrr and jaco2 call solvers in the shared C files."""
 IN_CUDA = ROBOTS[:4]
 """Robots whose inverse has no iterative solver."""
 RIGHT_ANGLES = 2_000
@@ -39,12 +39,12 @@ Compilers contract multiplications and additions differently in each program, an
 poses the difference exceeds the tolerance.
 """
 TOLERANCE = 1e-12
-"""Largest difference, relative to values above 1."""
+"""Largest difference between two results. For values above 1, the difference is relative."""
 
 
 def trial(number: int) -> Outcome:
     """Compares all compiled functions of one robot on random inputs."""
-    os.environ["CHASLES_CFLAGS"] = EXACT  # the campaign runner restores this variable
+    os.environ["CHASLES_CFLAGS"] = EXACT  # the campaign runner restores CHASLES_CFLAGS
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     rng, failures = np.random.default_rng(number), []
     finite, largest = 0, 0.0

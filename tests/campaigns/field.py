@@ -34,7 +34,8 @@ def trial(number: int) -> Outcome:
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
     """Tests an arm at random joint angles and at multiples of 90 degrees.
 
-    The arguments `random` and `right` are the numbers of both kinds of poses.
+    The argument `random` is the number of poses at random joint angles. The argument `right` is the
+    number of poses at multiples of 90 degrees.
     """
     try:
         derived(arm, folder)

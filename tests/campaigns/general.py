@@ -29,8 +29,8 @@ from .campaign import Campaign, Outcome
 RANDOM, RIGHT = 2000, 1000
 """Number of configurations per arm: random, and at multiples of 90 degrees."""
 OTHERS, COUNTED = 200, 10
-"""Number of poses with other fixed joint values, and number of poses whose solutions Newton's
-method counts."""
+"""Number of poses with different values of the fixed joints. Number of poses for which Newton's
+method counts the solutions."""
 PART = 1000
 """Number of poses per batch."""
 SAME = 1e-6
@@ -56,7 +56,7 @@ LANGUAGES = emitters_of(("c", "python"))
 class Judged:
     """A loaded arm whose description verifies its solutions.
 
-    The robot is the description, and the arm is the loaded robot.
+    The attribute `robot` is the description, and `arm` is the compiled robot.
     """
 
     robot: SerialRobot

@@ -1,9 +1,9 @@
 """The general solver on every pattern of consecutive axes.
 
 Consecutive axes are skew, parallel or intersecting, which gives 243 patterns of six joints. Each
-trial uses every ninth pattern, once with six revolute joints and once with a prismatic joint. Each
-trial also uses two longer arms. The solver is compiled once and reads the tables of each arm. Every
-pose needs a solution, and each regular configuration must be among the solutions.
+trial uses 27 of the 243 patterns, once with six revolute joints and once with a prismatic joint.
+Each trial also uses two longer arms. The solver is compiled once and reads the tables of each arm.
+Every pose needs a solution, and each regular configuration must be among the solutions.
 """
 
 import ctypes
@@ -107,7 +107,8 @@ def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found]
 
 
 def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
-    """Tests an arm at configurations (m, n). Returns None like `judged`."""
+    """Tests an arm at configurations (m, n), or returns None if the general solver does not
+    apply."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
 
@@ -133,7 +134,7 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solves the poses of configurations (m, n), and looks for the configurations."""
+    """Solves the poses of configurations (m, n). Counts configurations that are not solutions."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))

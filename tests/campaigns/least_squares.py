@@ -48,7 +48,7 @@ class Judged:
 
     Attributes:
         closure: Largest joint difference from the least-squares minimum (radian, meter).
-        slope: Largest derivative error of the configuration.
+        slope: Largest error of the derivative of the configuration with respect to the coordinates.
         rate: Largest error of the main-chain accelerations at unit actuator velocities.
         back: Largest difference between coordinates and ``actuators(chain(q))``.
         lost: Number of coordinates that ``ik`` does not recover, or 0 without an inverse.

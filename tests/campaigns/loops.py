@@ -1,4 +1,5 @@
-"""Random coordinates of the shipped robots with loops. Most of them cannot close the loops.
+"""Random coordinates of the shipped robots with loops. Most random coordinates cannot close the
+loops.
 
 Coordinates span twice the limit range. If a robot reports closed loops, all values must satisfy the
 loop equations. Otherwise, all values must be NaN. For platforms, the actuators are solved from
@@ -46,7 +47,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Counts closed and wrong configurations. Returns also the largest closure error."""
+    """Returns (number of closed configurations, number of wrong ones, largest closure error)."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0

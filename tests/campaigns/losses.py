@@ -35,7 +35,7 @@ class Loss:
         structure: Description of the arm's structure.
         function: Name of the inverse.
         poses: Name of the pose set.
-        verdict: The counts after refinement.
+        verdict: Numbers of missed, wrong and lost configurations after refinement.
         unrefined: Number of unsolved poses without refinement.
     """
 

@@ -170,7 +170,7 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """Returns the parameters of a platform with rod lengths near ``usual``.
+    """Returns the parameters of a platform whose rod lengths differ by up to 20 % from ``usual``.
 
     Without elimination, path tracking solves platforms with double joints.
     """

@@ -142,7 +142,7 @@ def _expected(tally: Tally, started: int) -> float:
 
 
 def isolated(name: str, number: int) -> tuple[Outcome, float]:
-    """Runs a trial in a separate process. Returns its outcome and duration in seconds.
+    """Runs a trial in a separate process. Returns (outcome of the trial, duration in seconds).
 
     A crash, an exception or a timeout is a failure.
     """

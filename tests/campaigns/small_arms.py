@@ -58,13 +58,14 @@ def expected(kinds: str) -> set[str]:
 
 
 def inverses_of(robot: SerialRobot) -> list[Derived]:
-    """Returns the inverses of an arm. Three revolute joints add an orientation task."""
+    """Returns the inverses of an arm. An arm with three revolute joints also has
+    `ik_orientation`."""
     found = inverses_for_fixed(robot, Terms({}), FAMILIES, ())
     return [case for case in cases_of(robot, found) if case.function in FUNCTIONS]
 
 
 def faults(case: Derived, number: int) -> Iterator[str]:
-    """Describes lost configurations and different numbers of solutions."""
+    """Describes generating configurations that `ik` misses, and wrong numbers of solutions."""
     rng = np.random.default_rng(number)
     chosen = replace(case, free=case.still)
     poses = PoseSet("random", chosen.random(rng, POSES), regular=determines(chosen))

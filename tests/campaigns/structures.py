@@ -1,7 +1,7 @@
 """Finds poses that inverses of random arms with a known axis structure miss.
 
 The structure is fixed, and lengths and angles are random decimals. The campaign ``losses`` tests
-round numbers, which rarely have these structures.
+arms with random round numbers, which rarely have a known axis structure.
 """
 
 from tests.support.generators.drawn_arms import cases_of

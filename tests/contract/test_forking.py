@@ -43,10 +43,10 @@ def test_unpicklable_error_in_fork_is_reported(alone):
         pass
 
     def refuse():
-        raise Local("a class of a function")
+        raise Local("a class inside a function")
 
     with (
-        pytest.raises(RuntimeError, match="Local: a class of a function"),
+        pytest.raises(RuntimeError, match="Local: a class inside a function"),
         run_in_fork(refuse) as found,
     ):
         found()

@@ -12,9 +12,8 @@ pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `cross
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""Below this singular value, the solver damps the joint rates in these tests. Many random
-configurations have singular
-values below this bound."""
+"""Maximum singular value for which the solver damps the joint rates in these tests. Many random
+configurations have singular values below 0.05."""
 AGREES = 1e-9
 """Allowed relative difference from NumPy's joint rates at a condition number of 1 / BORDER."""
 CHAINS, POSES = 300, 4

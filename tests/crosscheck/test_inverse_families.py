@@ -62,9 +62,9 @@ WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
 """Each case is an arm with a spherical wrist, and a flag that is true if its skew axes are at right
 angles.
 
-The position problem of these arms is a quadratic equation, except for two structures without a
-position inverse. The position inverse is tested for the other structures, some of which lead
-to a quartic equation.
+The position problem of these arms is a quadratic equation. Two structures of three joints have no
+position inverse. For all structures with a position inverse, the position inverse is tested. Some
+of these structures lead to a quartic equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),
@@ -133,7 +133,8 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
 def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     if "P" in chain:
-        # For three revolute joints, the structure belongs to the orientation task.
+        # Arms with three revolute joints are also classified for the orientation task, so only arms
+        # with a prismatic joint are checked here.
         structure, moves = arm.inverses.classification.found.requirements
         names = structure.text.removeprefix("joints ").partition(":")[0].split(", ")
         expected = re.sub(r"\d", lambda number: names[int(number[0]) - 1], ARMS[chain])

@@ -14,10 +14,7 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 
 
 def models():
-    """Returns the toolbox's models.
-
-    The toolbox's panda has no tool in this test.
-    """
+    """Returns the arms of the Robotics Toolbox. The tool of its panda is removed."""
     panda = rtb.models.DH.Panda()
     panda.tool = np.eye(4)
     return {"puma560": rtb.models.DH.Puma560(), "panda": panda}

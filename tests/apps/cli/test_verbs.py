@@ -79,7 +79,7 @@ def test_nearest_solution_is_the_first_of_the_sorted_ones():
     all_of_them = json.loads(run(*words, "--json").stdout)["solutions"]
     nearest = json.loads(run(*words, "--nearest", "--json").stdout)["solutions"]
     assert len(nearest) == 1
-    # The nearest solution may differ by full turns from the sorted solution.
+    # The solution of --nearest may differ by full turns from the first solution without --nearest.
     turns = np.subtract(nearest[0]["q"], all_of_them[0]["q"]) / (2 * np.pi)
     np.testing.assert_allclose(turns, turns.round(), atol=1e-12)
 

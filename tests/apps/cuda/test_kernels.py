@@ -1,4 +1,4 @@
-"""Exported kernels on GPU arrays. Their compilation needs no GPU."""
+"""Exported kernels on GPU arrays. The compilation of the kernels needs no GPU."""
 
 from ctypes.util import find_library
 from importlib.util import find_spec

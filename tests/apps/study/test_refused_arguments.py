@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Returns three positions. By default, the first two are equal."""
+    """Returns three positions. By default, the first and the second position are equal."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 
@@ -205,7 +205,8 @@ def replaced_seed(seed):
 
 
 def test_pure_rotation_line_has_angle_as_length():
-    """Rounding errors of equal positions are not a translation."""
+    """A line with equal end positions is a pure rotation, even if the positions have rounding
+    errors."""
     turn = np.eye(4)
     turn[:2, :2] = [[0, -1], [1, 0]]
     for off in (0, 1e-17, 1e-14):

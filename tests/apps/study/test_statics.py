@@ -153,7 +153,7 @@ boom = -0.35
 
 def test_masses_of_the_robot_file_are_the_default(tmp_path):
     arm = compiled(read_text(PENDULUM), tmp_path / "arm", ["fk"], ["c"])
-    # The x axis points down as the joint angle grows.
+    # The x axis of the pendulum's link points further down as the joint angle grows.
     angles = np.array([[0.0], [0.4]])
     wanted = 2 * 5 * 0.5 * np.cos(angles)
     np.testing.assert_allclose(gravity_forces(arm, angles), wanted, rtol=1e-14)

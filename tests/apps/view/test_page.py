@@ -1,4 +1,4 @@
-"""The offline page moves bodies like the robot's functions."""
+"""The offline page and the functions of the robot compute the same body poses."""
 
 from pathlib import Path
 

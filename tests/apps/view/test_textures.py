@@ -62,7 +62,7 @@ COLLADA = """\
 
 
 def gltf(image: str) -> str:
-    """Returns a textured triangle whose numbers are in the same file."""
+    """Returns a glTF file with a textured triangle and embedded vertex data."""
     corners = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<6f", 0, 0, 1, 0, 0, 1)
     data = corners + struct.pack("<3I", 0, 1, 2)
     parts = ((0, 36), (36, 24), (60, 12))

@@ -11,7 +11,7 @@ KINDS = (built_robots, built_arms, single_errors, rounded_numbers)
 
 
 def trial(number: int) -> Outcome:
-    """Derives and tests one robot with errors. The number selects the kind."""
+    """Derives and tests one robot with errors. The trial number selects the kind of trial."""
     return KINDS[number % len(KINDS)].trial(number)
 
 

@@ -24,7 +24,8 @@ POSES = 50
 AROUND = 0.05
 """Maximum distance from the reference (radian, or relative to the size)."""
 NOISE = 1e-9
-"""Closure error caused by rounding and by noise of the file, relative to the mechanism size."""
+"""Closure error caused by rounding and by noise in the numbers of the robot file, relative to the
+mechanism size."""
 BARS = {"lost": 0, "gap": 10.0}
 
 
@@ -35,7 +36,8 @@ class Judged:
     Attributes:
         lost: 1 if the closed form differs from the exact robot.
         gap: Largest closure error of the rounded robot, in units of the last decimal place.
-        forms: Closed-form steps of the exact and the rounded robot.
+        forms: Closed-form steps of the robot with exact numbers, then of the robot with rounded
+            numbers.
     """
 
     lost: int
@@ -60,7 +62,8 @@ def trial(number: int) -> Outcome:
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
     """Derives and tests a robot with rounded numbers.
 
-    The design has exact numbers, and the written robot has rounded decimals.
+    The mechanism `design` has exact numbers. The mechanism `written` has decimals rounded to
+    `places`.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)
@@ -83,7 +86,8 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """Returns the closed-form steps and the joints that both maps leave unsolved."""
+    """Returns (closed-form steps, joints without a closed form from the actuators, and from the
+    chain)."""
     found = forward(robot)
     steps = tuple(type(step).__name__ for step in found.steps)
     return steps, found.open, () if found.open else solved(robot).backward.open

@@ -392,7 +392,8 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """The motor angles are the polar coordinates of the guide, reached after 20 s."""
+    """The motor angles are the polar coordinates of the spot, which the guide reaches after 20
+    s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}

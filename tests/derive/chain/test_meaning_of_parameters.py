@@ -1,7 +1,7 @@
 """Each parameter causes the displacement that its name states.
 
-A comparison of derivatives with poses would not detect a wrong name. The test therefore computes
-poses as products of NumPy matrices, built from the parameters' names.
+A comparison of derivatives with poses would not detect a parameter with a wrong name. The test
+therefore computes poses as products of NumPy matrices, built from the parameters' names.
 """
 
 import numpy as np

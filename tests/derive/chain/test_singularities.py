@@ -26,8 +26,7 @@ SEVERAL = ("iiwa14", "lynxmotion")
 TEN_DIGITS = 1e-10
 CONFIGURATIONS = 100
 LOST = 1e-8
-"""Below this singular value (m, rad), a Jacobian is rank deficient; the roots are accurate to
-1e-9."""
+"""Maximum singular value (m, rad) of a rank-deficient Jacobian. The roots are accurate to 1e-9."""
 FULL = 1e-4
 """Singular value (m, rad) that the Jacobian at a random configuration always exceeds."""
 
@@ -193,7 +192,8 @@ C2, C3, C4 = map(sp.cos, Q)
     ],
 )
 def test_conditions_contain_no_factor_that_the_others_imply(products, expected):
-    """Each product is one minor. The zeros of short factors simplify the longer factors."""
+    """Each product is a minor of the Jacobian. A longer factor is simplified where a shorter factor
+    is 0."""
     found = conditions([Factored(sp.S.One, ((one, 1),)) for one in products], Q, {})
     assert set(map(frozenset, found)) == set(map(frozenset, expected))
 
@@ -261,7 +261,7 @@ def test_arm_without_short_factors_prints_singular_configurations():
 
 @pytest.mark.parametrize("name", ["panda"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """The oracle is the determinant of the other six columns."""
+    """The oracle is the determinant of the six columns of the joints that are not fixed."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation

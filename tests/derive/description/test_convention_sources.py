@@ -56,8 +56,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             cb * st,
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta). The
-            # translation R (x, y, z) confirms cos(alpha) cos(theta).
+            # The paper prints cos(alpha) cos(beta) instead of cos(alpha) cos(theta). The factor
+            # cos(alpha) cos(theta) follows from the translation R (x, y, z).
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -94,7 +94,8 @@ def test_photo_robot_fk_equals_product_of_printed_matrices():
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """Returns a matrix of the form (5) to (10) in the paper. The tilt is +1 or -1."""
+        """Returns a matrix of the form (5) to (10) in the paper. ``tilt`` is the sine of alpha, +1
+        or -1."""
         c, s = sp.cos(angle), sp.sin(angle)
         rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
         return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])

@@ -285,7 +285,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         name: product_of_exponentials(described)
         for name, described in found.items()
         if name != "urdf"
-    }  # This joint of `urdf` has the opposite positive direction.
+    }  # In `urdf`, this joint rotates in the opposite direction.
     assert len(found) == 9
     for other in found:
         assert equal(products["dh"], products[other]), other
@@ -338,7 +338,7 @@ def test_screw_axis_at_zero_matches_hand_calculation():
 
 
 def test_conventions_agree_with_symbolic_tilt_parameter():
-    """The axes of `poe` are numerical. The other conventions use a symbolic tilt."""
+    """The tilt is a parameter in all conventions except `poe`, which has numerical axes."""
     found = {}
     for name, joints in SPATIAL.items():
         if name in BY_NAME and name != "poe":

@@ -18,7 +18,11 @@ TANGENT, RADIAL = (-90, -90), (180, -90)
 
 
 def around(ends, axes, radii):
-    """Returns three legs at angles of 120 degrees: ends, and position and angles of both frames."""
+    """Returns three legs at angles of 120 degrees.
+
+    Each leg is (kinds of its two ends, frame on the base, frame on the platform). A frame is
+    (position, angles).
+    """
     legs = []
     for yaw in (0, 120, 240):
         out = np.array([np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw)), 0])
@@ -73,8 +77,8 @@ def gaps(legs, T, q):
         A, B = turned(np.deg2rad(rpy_a))[:, 2], T[:3, :3] @ turned(np.deg2rad(rpy_b))[:, 2]
         found.append(np.linalg.norm(d) - RETRACTED - stroke)
         found += [d @ axis for kind, axis in zip(ends, (A, B), strict=True) if kind == "pin"]
-        # The second axis of a universal joint is parallel to the pin, or to the second axis at the
-        # other end.
+        # The second axis of a universal joint is parallel to the pin or second axis at the other
+        # end of the strut.
         if ends == ("universal", "universal"):
             found.append(d @ np.cross(A, B))
         elif "universal" in ends:

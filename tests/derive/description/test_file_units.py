@@ -118,7 +118,8 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """The texts of both files differ, so the values are compared.
+    """The texts of the file in millimeters and the file in meters differ, so the values are
+    compared.
 
     The symbol h is a length without a unit.
     """
@@ -151,7 +152,7 @@ d = "sqrt(l**2 - h**2) + %s"
 def test_parameter_kind_is_inferred_from_first_use(value, kind):
     text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
     if kind == "length":
-        # The ratio of this expression to a plain number depends on the length unit.
+        # x is a length, so the ratio x / 3 depends on the length unit.
         with pytest.raises(
             DescriptionError, match="with length parameters, this expression has another unit"
         ):

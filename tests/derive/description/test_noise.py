@@ -175,7 +175,7 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # The direction of a rounded vector becomes exact. Intended values stay unchanged.
+        # The direction of a rounded vector becomes exact. Other vectors stay unchanged.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),
@@ -191,7 +191,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "first"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, first):
-    """Each number of decimal places has different directions."""
+    """Each number of decimal places is tested with a different set of directions."""
     checked = 0
     for named, numbers in exact_directions()[first::12]:
         direction = named.exact

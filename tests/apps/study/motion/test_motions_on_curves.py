@@ -1,4 +1,4 @@
-"""Motions follow their curves exactly. Finite differences check their derivatives."""
+"""Motions follow their curves exactly, and their derivatives match finite differences."""
 
 import numpy as np
 import pytest

@@ -51,7 +51,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
             np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
             checked += 1
-        # Fewer samples give the same configurations.
+        # The configuration at a time does not depend on the number of sampled times.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
     assert checked == 6
 

@@ -109,8 +109,8 @@ def test_two_link_workspace_area_matches_formula():
         a, b = rng.uniform(0.1, 1, 2)
         turn, elbow = rng.uniform(0.1, 3), np.sort(rng.uniform(0, np.pi, 2))
         region = region_of(np.array([a, b]), np.array([0, elbow[0]]), np.array([turn, elbow[1]]))
-        # In polar coordinates, r dr = a b sin(elbow) d elbow for link lengths a and b. Every radius
-        # covers the same angle.
+        # In polar coordinates, r dr = a b sin(elbow) d elbow for link lengths a and b. At every
+        # radius, the region covers the angle `turn`.
         exact = turn * a * b * (math.cos(elbow[0]) - math.cos(elbow[1]))
         assert region.area == pytest.approx(exact, rel=1e-9)
     whole = region_of(np.array([0.7, 0.4]), np.full(2, -np.pi), np.full(2, np.pi))

@@ -35,7 +35,7 @@ def by_chords(centers, inner, outer):
     """Integrates the lengths of horizontal chords inside annuli.
 
     The chord ends behave like a square root at heights where circles begin, end or intersect. Gauss
-    points that follow a sine remove this singularity.
+    points that follow a sine remove the square-root singularity.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
@@ -178,7 +178,8 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 150 < inside.sum() < 1350
-    # Points inside the orbit of the disc are dexterous. Points that the disc sweeps are not.
+    # Points inside the orbit of the disc are dexterous. Points that the disc sweeps are not
+    # dexterous.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).any() or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

@@ -1,4 +1,5 @@
-"""Chains between any two links. Joints above the base are inverted."""
+"""Chains between any two links. Joints from the base link up to the common ancestor are
+inverted."""
 
 import random
 

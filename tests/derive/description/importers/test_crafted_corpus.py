@@ -1,9 +1,9 @@
 """Malicious files run no command, read no other file and write nothing.
 
 ``@MARK@`` is a file that no command may create. ``@OUT@`` is a folder with files that contain
-``CANARY``. ``@PIPE@`` is a named pipe without a writer, and ``@URL@`` a network address. Archives
-cannot contain the path for ``@MARK@``, so their commands would create a file ``@MARK@`` in the
-current folder.
+``CANARY``. ``@PIPE@`` is a named pipe without a writer, and ``@URL@`` a network address. In
+archives, the placeholder ``@MARK@`` is not replaced by a path. Commands in archives would therefore
+create a file with the name ``@MARK@`` in the current folder.
 """
 
 import os

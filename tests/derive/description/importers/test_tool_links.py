@@ -229,7 +229,7 @@ def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
 
 
 def random_tree(dice):
-    """Returns an arm among other branches, and its intended base and tip."""
+    """Returns a tree of links with an arm and further branches, and the base and tip of the arm."""
     count = dice.randint(4, 7)
     words = [arm("j", count, "base")]
     tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))
