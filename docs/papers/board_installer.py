@@ -49,7 +49,7 @@ CASES = {
 BOX = np.array([[1.2, -0.715, 0.93], [1.55, 0.715, 1.55]])
 """Lower and upper corner of the required box [m]; the paper does not state the x coordinates."""
 LABOUR = np.array([1.0, 1.5])
-"""Range of heights at which board installation saves labor [m]."""
+"""Heights between which, according to the paper, the robot installs boards with less labor [m]."""
 SAMPLES = 1_000_000
 LONGER = 1e-4
 """Length error in the study of table 2 [m]."""
@@ -116,9 +116,8 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["mobility"],
             counted.true,
-            f"the robot has six motors; {counted.coordinates} coordinates minus the rank "
-            f"{counted.rank} of the "
-            f"loop equations",
+            f"the robot has six motors; the mobility is {counted.coordinates} coordinates minus "
+            f"the rank {counted.rank} of the loop equations",
         ),
         lost(
             printed["by_counting"],
@@ -271,7 +270,9 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["forward"], forward, note),
         consistent(printed["sideways"], sideways, note),
         consistent(printed["labour"], np.array(heights), note),
-        not_printed(printed["box"], reached.mean(), f"{len(T)} poses; {note}"),
+        not_printed(
+            printed["box"], reached.mean(), f"{len(T)} tool poses in the box were tested; {note}"
+        ),
         assumed(printed["box_x"], BOX[0, 0], "the paper does not state the position of the box"),
         lost(
             printed["extents"],
@@ -295,10 +296,10 @@ def box_poses() -> FloatArray:
 
 @dataclass(frozen=True)
 class Errors:
-    """The effect of one wrong length.
+    """The tool errors that one wrong length of a link or rod causes.
 
     Attributes:
-        name: Name of the length.
+        name: Name of the wrong length, one of `LENGTHS`.
         largest: (3,) largest tool errors along x, y and z [m].
         distance: Largest distance from the correct tool position [m].
     """

@@ -60,7 +60,10 @@ def exchanged(value: float) -> str:
 
 
 def rounded_twice(value: float, digits: int) -> float:
-    """Rounds a number to one extra digit, and then to the requested digit, halves upward."""
+    """Rounds a number twice: to one extra digit, then to the requested digits.
+
+    The second rounding rounds halves up.
+    """
     unit = 10.0**-digits
     return float(np.floor(round(value, digits + 1) / unit + 0.5 + 1e-9) * unit)
 
@@ -69,7 +72,7 @@ CORRECTED = {
     "table_4_row_1_theta_rad": ("1.35", "78 deg used for 77.63 deg", deg(78)),
     "table_4_row_1_r": (
         "5.09",
-        "1.09/cos 78 deg = 5.24, with swapped digits",
+        "1.09/cos 78 deg = 5.24, printed with swapped digits as 5.42",
         exchanged(1.09 / np.cos(deg(78))),
     ),
     "table_4_row_2_theta_rad": ("1.18", "68 deg used for 67.88 deg", deg(68)),
@@ -77,12 +80,12 @@ CORRECTED = {
     "table_4_row_3_r": ("5.83", "2.99/cos 59 deg", 2.99 / np.cos(deg(59)) * INCH),
     "table_4_row_5_theta": (
         "44",
-        "44.49 rounded twice, via 44.5",
+        "44.49 was rounded to 44.5, and 44.5 to 45",
         deg(rounded_twice(44.493, 0)),
     ),
     "table_4_row_5_theta_rad": (
         "0.78",
-        "45 deg = 0.79 rad, as in the text, with swapped digits",
+        "45 deg = 0.79 rad, printed with swapped digits as 0.97",
         exchanged(deg(45)),
     ),
     "table_4_row_5_r": ("7.19", "5.13/cos 45 deg with 0.707 for the cosine", 5.13 / 0.707 * INCH),
@@ -118,10 +121,14 @@ CORRECTED = {
     ),
     "distance": (
         "8.60",
-        "8.6049 from the rounded wrist center, rounded twice, via 8.605",
+        "8.6049 from the rounded wrist center, rounded to 8.605 and then to 8.61",
         rounded_twice(np.hypot(6.96, 5.06), 2) * INCH,
     ),
-    "cosine_A": ("0.8137", "(74.13 + 49 - 25)/120.54, with 8.61^2", (74.13 + 49 - 25) / 120.54),
+    "cosine_A": (
+        "0.8137",
+        "(74.13 + 49 - 25)/120.54, with 74.13 = 8.61^2",
+        (74.13 + 49 - 25) / 120.54,
+    ),
     "A": ("35.54", "acos 0.8141", np.arccos(0.8141)),
     "B": ("89.99", "acos((49 + 25 - 74.13)/70); the angle is acute", np.arccos((74 - 74.13) / 70)),
     "C": ("54.47", "180 - 90.11 - 35.50", deg(180 - 90.11 - 35.50)),
@@ -134,7 +141,7 @@ NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Printed items whose keys have one of these endings are inputs."""
+"""Endings of the keys of printed items that are inputs of chasles, not results."""
 PARTS = "the value is counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """For each set-up, the numbers of the drop spots whose printed r is correct except for its unit."""
@@ -154,7 +161,11 @@ def rows() -> list[Row]:
 
 
 def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
-    """Returns an erratum if `CORRECTED` has the key, or else asserts agreement."""
+    """Returns the row of a printed value.
+
+    If `CORRECTED` contains the key, the row is an erratum. For every other key, the printed value
+    must agree with our value.
+    """
     if key in CORRECTED:
         corrected, words, value = CORRECTED[key]
         if value is None:
@@ -236,7 +247,10 @@ def spots(setup: int) -> tuple[Spot, ...]:
 
 
 def spot(xy: FloatArray) -> Spot:
-    """Solves a spot for the gantry motors, and for the polar arm in 20 s at constant rates."""
+    """Returns the guide position of the gantry, and the motion of the polar arm, at a drop spot.
+
+    The polar arm reaches the drop spot in 20 s at constant rates.
+    """
     gantry = chasles.load("bricklaying_gantry")
     q = gantry.actuators(chain_of(gantry, [*xy, 0]))
     guide = gantry.fk(q)[:3, 3]
@@ -400,8 +414,9 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             printed["circle"],
             c,
             "160",
-            f"both (13) and (14) print 25, which is the sum of their left sides: "
-            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. (16) is right",
+            f"both (13) and (14) print 25 on the right, but 25 is the sum of their left sides "
+            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. "
+            f"Equation (16) is correct",
             evaluated=at(),
         ),
         agrees(

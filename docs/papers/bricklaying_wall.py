@@ -38,7 +38,8 @@ class Wall:
 
     Attributes:
         places: (m, 3) planned guide positions at which bricks are released [m].
-        released: (m, 3) guide positions from the motor angles [m].
+        released: (m, 3) guide positions that `fk` computes from the motor angles at the releases
+            [m].
         sampled: The planned motion of the motors.
     """
 

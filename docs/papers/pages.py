@@ -37,9 +37,9 @@ MEANINGS = {
     "says “about”, the note quotes it and states the tolerance.",
     "erratum": "the printed value is wrong, and our value agrees with the corrected value in the "
     "note. "
-    "If the note states a cause, this cause reproduces the printed value.",
-    "one reading": "the value follows if the text is read as the note states. The paper does not "
-    "state this reading, and other rows contradict it.",
+    "If the note states a cause, a computation with this mistake gives the printed value.",
+    "one reading": "the printed value follows from one interpretation of the text, which the note "
+    "states. The paper does not state this interpretation, and other rows contradict it.",
     "not reproducible": "the printed value does not follow from the paper; the note lists what we "
     "tried.",
     "consistency": "an input of chasles is compared with the printed value, or one model is "
@@ -71,8 +71,8 @@ without digits, and to wrong values of unknown cause. The second table counts th
 CONSISTENCY = """\
 ## Consistency
 
-Each line compares an input of chasles with the value in the paper. Values in brackets are not
-printed; in these lines, one model is computed twice.
+Each line compares an input of chasles with the value in the paper. The paper does not
+print values in brackets: chasles and an independent model compute these values.
 """
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
@@ -80,8 +80,8 @@ INTRODUCTION = f"""\
 
 `make reproduce` computes every number below with chasles, compares it with the printed number,
 writes all tables and pictures to `build/reproduce/index.html`, and checks these pages. The scripts
-in `docs/papers/` are examples to read. The verdict states how both numbers compare. The script
-stops if a verdict is wrong.
+in `docs/papers/` are examples to read. The verdict compares the computed number with the printed
+number. The script stops if a verdict is wrong.
 
 {VERDICT_LIST}
 
