@@ -1,9 +1,11 @@
-"""Joints that do not change a height for some values of the fixed joints.
+"""Values of joints that the task does not determine for some values of the fixed joints.
 
-The height of a point along a revolute axis determines a joint. The angles between axes may depend
-on fixed joints. If a revolute joint becomes parallel to the axis, or a prismatic joint
-perpendicular to it, the joint does not change the height. Any value of the joint is then valid if
-the other joints reach the target in a plane. The functions below select such a value.
+A point has a height along a revolute axis, and this height determines a joint. The angles between
+joint axes may depend on fixed joints. A revolute joint parallel to the revolute axis does not
+change the height. A prismatic joint perpendicular to the revolute axis does not change the height,
+either. For these joints, any value is valid with which the other joints can reach the target in the
+plane perpendicular to the revolute axis. The functions of this module select a joint value with
+which the other joints reach the target.
 """
 
 from collections.abc import Callable
@@ -25,13 +27,13 @@ from ..subproblems.turns import CosSin, perpendicular
 def slide_in_reach(
     terms: Terms, found: FoundLength, in_reach: Callable[[], sp.Expr]
 ) -> FoundLength:
-    """Returns the displacement to a plane.
+    """Returns the displacement of a prismatic joint that moves a point into a plane.
 
-    If the joint is parallel to the plane, ``in_reach()`` is returned.
+    If the prismatic joint is parallel to the plane, ``in_reach()`` is returned.
 
     Args:
         terms: Table of named terms.
-        found: The displacement that the plane determines.
+        found: The displacement that solves the equation of the plane.
         in_reach: Returns a displacement at which the other joints reach the target.
     """
     assert isinstance(found.equation, LineAndPlane)
@@ -45,12 +47,14 @@ def slide_in_reach(
 def turn_in_reach(
     terms: Terms, axes: tuple[Vector, Vector], found: FoundTurn, in_reach: Callable[[], CosSin]
 ) -> FoundTurn:
-    """Returns the angle for a height. If the two axes are parallel, ``in_reach()`` is returned.
+    """Returns the joint angle that gives a point a required height along a direction.
+
+    If the joint axis is parallel to the direction, ``in_reach()`` is returned.
 
     Args:
         terms: Table of named terms.
-        axes: The direction of the height, and the axis of the joint.
-        found: The angle that the height determines.
+        axes: The direction along which the height is measured, and the axis of the joint.
+        found: The joint angle that solves the equation of the height.
         in_reach: Returns an angle at which the other joints reach the target.
     """
     across = perpendicular(terms, *axes)
@@ -63,10 +67,11 @@ def turn_in_reach(
 
 
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
-    """Returns the sum of the squared lengths of vectors perpendicular to an axis.
+    """Sums the squared lengths of link vectors, without their components along an axis.
 
-    The root of the sum is the hypotenuse of a right triangle whose legs are two links. The links
-    can always reach a point at this distance if the elbow angle is free.
+    For two links, the square root of the sum is the hypotenuse of a right triangle. The links are
+    the legs of this triangle. The two links can always reach a point at the distance of the
+    hypotenuse if the elbow angle is free.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))

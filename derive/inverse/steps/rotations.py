@@ -23,8 +23,9 @@ class Aligned:
 
     Attributes:
         angle: Returns the first angle from the second angle and a sign.
-        condition: Another condition under which the first angle is needed.
-        end: End of the sentence in the article that explains the first angle.
+        condition: An additional condition: the first angle is computed only if the condition is
+            true.
+        end: End of a sentence in the article. The sentence states how the first angle is computed.
     """
 
     angle: Callable[[CosSin, sp.Expr], CosSin]
@@ -36,8 +37,8 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     """Solves for the three wrist joints.
 
     Args:
-        work: Record of the solution. It contains the joints before the wrist and receives the
-            steps.
+        work: Record of the solution, which already contains the joints before the wrist. The steps
+            for the wrist joints are added to this record.
         lines: The chain.
         first: Index of the first joint of the wrist.
         target: The pose that the chain must reach.
@@ -58,8 +59,8 @@ def three_turns(
 ) -> None:
     """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
-    Subproblem 2 solves ``R_4 R_5 h_6 = R h_6``. Any other direction than h_6 then determines the
-    last angle.
+    Subproblem 2 solves ``R_4 R_5 h_6 = R h_6``. A direction that is not parallel to h_6 then
+    determines the last angle.
 
     Args:
         work: Records the steps.
@@ -107,8 +108,8 @@ def three_turns(
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
     """Solves ``R_4 R_5 = R`` for two angles, with at most one solution.
 
-    Subproblem 1 solves ``R_4 h_5 = R h_5`` and the rotation that remains. Each of the two equations
-    always has one solution.
+    Subproblem 1 solves ``R_4 h_5 = R h_5`` for the first angle, and ``R_5 = R_4^T R`` for the
+    second angle. Each of the two equations always has one solution.
 
     Args:
         work: Records the steps.
@@ -167,7 +168,8 @@ def two_last_turns(
 
     Args:
         work: Records the steps.
-        before: Axis and angle of joint 1, then of the parallel joints together.
+        before: Two pairs of an axis and an angle: joint 1 with its angle, and the parallel joints
+            with the sum of their angles.
         last: The axes of joints 5 and 6.
         target: The pose that the chain must reach.
         is_regular: Whether the angle sum solves its equation for every target.

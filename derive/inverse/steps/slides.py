@@ -26,7 +26,7 @@ def slides(work: Work, axes: Sequence[Axis], displacement: Vector, carried: str)
         carried: Description of the point, for the article.
     """
     terms = work.terms
-    if len(axes) == 2:  # noqa: PLR2004 - the other prismatic joint determines the plane
+    if len(axes) == 2:  # noqa: PLR2004 - two prismatic joints
         two_slides(work, axes[0], axes[1], displacement)
         return
     steps = []

@@ -18,9 +18,10 @@ from ..subproblems.turns import CosSin, rotated
 
 @dataclass(frozen=True)
 class Target:
-    """A displacement of the last body.
+    """The displacement of the last body that the chain must produce.
 
-    It consists of a rotation, and of one point before and after the displacement.
+    The displacement is stored as a rotation, and as the positions of one body point before and
+    after the displacement.
 
     Attributes:
         axes: The columns of the rotation.

@@ -72,7 +72,7 @@ def case_of(lines: Lines) -> Case | None:
 def requires(lines: Lines) -> Requirement:
     """Returns the conditions of the first arrangement that fits.
 
-    If none fits, the conditions of the nearest arrangement are returned.
+    If no arrangement fits the chain, the conditions of the nearest arrangement are returned.
     """
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
@@ -169,9 +169,9 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
 def _last_two_meet(work: Work, lines: Lines, center: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 do not change the distance from the center to the intersection of their
-    # axes. Joint 1 moves the intersection to a known position. Therefore, the distance |R_1^T V -
-    # c| is known.
+    # 1. Joints 2 and 3 do not change the distance from the center to the intersection of axes 2 and
+    # 3. Joint 1 moves the intersection of axes 2 and 3 to a known position. Therefore, the distance
+    # |R_1^T V - c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, center, C)
     minus_h = negative(a1.h)

@@ -19,8 +19,8 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
         first: The shoulder axis.
         second: The elbow axis, parallel to the shoulder axis.
         hand: A point in the home pose that both joints move.
-        position: The target of the point, relative to the shoulder axis. The component along this
-            axis has no effect.
+        position: The target of the point, relative to the shoulder axis. The component of the
+            target along the shoulder axis has no effect on the angles.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))

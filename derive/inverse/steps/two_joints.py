@@ -97,7 +97,8 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
     """Solves for the prismatic joint from the height or the axis distance of a point.
 
-    The revolute joint rotates ``point`` to ``other``. Both positions are relative to its axis.
+    The revolute joint rotates ``point`` to ``other``. The positions ``point`` and ``other`` are
+    relative to a point on the axis of the revolute joint.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:

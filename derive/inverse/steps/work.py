@@ -20,8 +20,8 @@ class InverseStep:
     """One step of a closed-form inverse.
 
     Attributes:
-        joints: Names of the joints. If there are several, the step solves for the sum of their
-            angles.
+        joints: Names of the joints. For two or more joints, the step solves for the sum of the
+            joint angles.
         method: The subproblem, for example "subproblem 4".
         reason: Reason for the step: the joints that its equation does not contain.
         found: The angle or displacement, with its equation.
@@ -54,7 +54,7 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle is the rest of an angle sum.
+    """A joint whose angle is an angle sum minus the angles of the other joints in the sum.
 
     Attributes:
         joints: Names of the joints in the sum, in the order of the step.
@@ -85,7 +85,8 @@ class Work:
     Attributes:
         terms: Table of named terms.
         turns: Cosine and sine of each joint angle, keyed by joint index.
-        sums: Angle sums of parallel joints. They save calls of atan2.
+        sums: Angle sums of parallel joints. Angle sums need fewer calls of atan2 than single
+            angles.
         remainders: Joints whose angles are computed from an angle sum.
         lengths: The value of each prismatic joint, keyed by joint index.
         locked: Indices of the joints that loops lock.
@@ -158,7 +159,7 @@ class Work:
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Records a step whose length is not a joint displacement."""
+        """Records a step that solves for a length that is not a joint displacement."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 

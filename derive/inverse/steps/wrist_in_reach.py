@@ -1,9 +1,10 @@
 """Arm angles that the position of the wrist center does not determine.
 
-If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. A wrist whose
-axes are perpendicular in succession reaches every orientation, so any arm angle is valid. Other
-wrists limit the angle between axes 4 and 6. For these wrists, the selected arm angle brings the
-angle between axes 4 and 6 as close as possible to the middle of its range.
+If the wrist center lies on the axis of a joint, the angle of this joint is arbitrary. If axes 4 and
+5 are perpendicular, and axes 5 and 6, the wrist reaches every orientation. With this wrist, any arm
+angle is valid. A wrist with oblique axes limits the angle between axes 4 and 6. For a wrist with
+oblique axes, the selected arm angle brings the angle between axes 4 and 6 as close as possible to
+the middle of its range.
 """
 
 import sympy as sp
@@ -87,7 +88,7 @@ def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """Returns ``best`` if the lever is parallel to the axis k, otherwise ``found``."""
+    """Returns the angle ``best`` if the lever arm is parallel to k, else the angle ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)

@@ -36,11 +36,20 @@ MAX_ADDENDS = 16
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
 """Names of added joints: along the tool axis, and along any other axis."""
 SOME_SLIDE = 0.6180339887
-"""Generic value of prismatic joints (meter). Axes that intersect at this value always intersect."""
+"""Generic value of prismatic joints (meter).
+
+If two axes intersect at this joint value, they intersect at every value.
+"""
 SOME_TURN = 0.7548776662
-"""Generic value of revolute joints (radian). No axes align by chance at this value."""
+"""Generic value of revolute joints (radian).
+
+At this joint value, no two axes are parallel or intersect by chance.
+"""
 APART = 0.5698402910
-"""Difference between the generic values of two joints. Equal values could cancel."""
+"""Difference between the generic values of two joints.
+
+With equal joint values, the rotations of two opposite joints would cancel.
+"""
 
 
 @dataclass(frozen=True)
@@ -53,8 +62,8 @@ class Axis:
         kind: Revolute or prismatic.
         h: Direction of the axis (unit vector), in base axes.
         p: A point on the axis (meter). The point has no meaning for a prismatic joint.
-        direction: The direction h in numbers.
-        origin: The point p in numbers.
+        direction: The direction h as a floating-point vector.
+        origin: The point p as a floating-point vector.
         stays: Whether the joint is an added joint, which stays at 0.
     """
 
@@ -74,7 +83,7 @@ class Axis:
 
     @property
     def some_motion(self) -> float:
-        """A generic joint value (radian or meter). It differs from joint to joint."""
+        """A generic joint value (radian or meter), which differs from joint to joint."""
         some = SOME_TURN if self.turns else SOME_SLIDE
         return some * (1 + self.joint * APART % 1)
 
@@ -116,7 +125,8 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
     Args:
         robot: The description.
         lines: The axes of the moving joints.
-        stays: Whether the angle of the added joint is 0. Otherwise, the task determines the angle.
+        stays: Whether the angle of the added joint is always 0. If False, the task determines the
+            angle.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
@@ -167,7 +177,7 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """Expands a constant so that terms cancel. Numbers and long constants stay."""
+    """Expands a constant so that terms cancel. Numbers and long constants are not changed."""
     if terms.is_number(component) or terms.addends(component) > MAX_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
@@ -245,10 +255,10 @@ class Lines:
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest sine of the angles between axes that follow each other in the list.
+        """Returns the largest sine of the angles between consecutive axes of a list.
 
-        If these axes also follow each other in the arm, the angles are the same in every
-        configuration.
+        If the axes of the list are consecutive joint axes of the arm, the angles do not depend on
+        the configuration.
         """
         directions = [self.axes[k].direction for k in indices]
         return max(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(directions))
@@ -258,11 +268,14 @@ class Lines:
         return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
 
     def meet(self, *indices: int) -> bool:
-        """Whether several revolute axes intersect in one point. Parallel axes do not."""
+        """Whether several revolute axes intersect in one point. False for parallel axes."""
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
-        """Returns the largest distance of axes from their nearest point, divided by the arm length.
+        """Returns how far axes are from intersecting in one point, relative to the arm length.
+
+        The point with the least sum of squared distances from the axes is computed. The result is
+        the largest distance of an axis from this point.
 
         The result is infinite for parallel axes, because they intersect at infinity.
         """

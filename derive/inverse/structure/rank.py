@@ -35,7 +35,7 @@ def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:
 def directions_at_right_angles(lines: Lines, point: NDArray[np.float64]) -> int:
     """Sums the ranks of the Jacobian of a point over right-angle configurations.
 
-    The sum is lower if the point lies on the axis of a joint.
+    A point on the axis of a joint has a lower sum of ranks than other points.
 
     Args:
         lines: The chain.

@@ -22,8 +22,8 @@ class Requirement:
     Attributes:
         text: Description of the condition.
         deviation: Deviation of the axes: the sine of an angle, or a distance divided by the arm
-            length. The deviation is 0 if the condition holds. It is infinite if no small change of
-            the arm can satisfy the condition.
+            length. The deviation is 0 if the condition holds. The deviation is infinite if no small
+            change of the arm can satisfy the condition.
         is_length: Whether the deviation is a distance.
         parallel: Axes that must be parallel, if any.
         meeting: Axes that must intersect, if any.

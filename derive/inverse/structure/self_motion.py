@@ -21,8 +21,8 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
         given: Indices of the fixed joints.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone". The text is empty if there are
-        no such joints.
+        A clause such as "the tool depends on joint5 + joint6 alone". The text is empty if every
+        joint motion moves the tool.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]

@@ -8,14 +8,14 @@ because the vectors lie in one plane. The left side is ``A + B cos + D cos^2 + E
 
     Two coefficients are ``A = (h.k1) (k1.k2) (k2.p)`` and ``B = (h.k1) (k1.p') + (h'.k2) (k2.p)``.
 
-    The others are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
+    Two more coefficients are ``D = h'.p'`` and ``E = -s (k1 x h).(k2 x p)``.
 
 Let ``w = sin^2(theta / 2)``, so that ``cos = 1 - 2 w``. The equation becomes ``a w^2 - b w + e =
 0``. Here, ``a = 4 (D - E)``, ``b = 2 B + a`` and ``e = h.p - h.v``.
 
 Up to two roots lie in [0, 1]. Each root gives two angles of opposite sign. A root that would be a
-difference of similar numbers is computed from the product of both roots. So is ``1 - w``. The
-discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p
+difference of similar numbers is computed from the product of both roots. ``1 - w`` is also computed
+from a product. The discriminant is ``-4 a (x - h.v)`` with the extreme component ``x = h.p
 - b^2 / 4 a``. Three components may be 1 or -1: h.p, the component at theta = pi, and x. The
 difference from h.v is then half the squared length of ``h - v`` or ``h + v``, so that a straight or
 folded wrist keeps all digits.
@@ -23,7 +23,7 @@ folded wrist keeps all digits.
 Boundary: two solutions coincide at a double root, and at w = 0 or w = 1. Solutions that differ only
 by rounding errors are merged, as in subproblem 4.
 
-Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. Such axes are excluded.
+Degenerate: a is 0 if k1 and k2, h and k1, or p and k2 are parallel. These three cases are excluded.
 
 Source: elementary.
 """
@@ -74,7 +74,7 @@ class CoupledPair:
         )
 
     def middle(self, terms: Terms) -> sp.Expr:
-        """Returns the component at a right angle."""
+        """Returns the component along h at theta = 90 degrees."""
         A, _, _, E = self.coefficients(terms)
         return terms.let(A + E)
 
@@ -82,13 +82,13 @@ class CoupledPair:
 def coupled_turns(
     terms: Terms, pair: CoupledPair, v: Vector, signs: Signs
 ) -> tuple[FoundLength, FoundTurn]:
-    """Returns two values: the squared sine of half the angle, and the first angle.
+    """Solves the coupled rotations for sin^2(theta / 2) and theta.
 
     Args:
         terms: Table of named terms.
         pair: The rotations.
         v: A unit vector that has the required component along h.
-        signs: Two signs. The first selects a root, the second the sign of the angle.
+        signs: Two signs. The first sign selects a root w, and the second sign is the sign of theta.
     """
     let = terms.let
     A, B, D, E = pair.coefficients(terms)
@@ -122,7 +122,7 @@ def _root(
     a, b, e = equation
     let = terms.let
     sense = -1 if terms.value(b) < 0 else 1
-    # The floor avoids a division by zero at a double root with b = 0.
+    # Adding DIRECTION_FLOOR avoids a division by zero at a double root with b = 0.
     floor = sense * DIRECTION_FLOOR if abs(terms.value(b)) < EXACT_STRUCTURE else ZERO
     stable = let(b + sense * root + floor)
     large, small = let(stable / (2 * a)), let(2 * e / stable)
@@ -130,7 +130,10 @@ def _root(
 
 
 def _excess(terms: Terms, h: Vector, v: Vector, value: sp.Expr) -> sp.Expr:
-    """Returns ``value - h . v`` for unit vectors. Nothing cancels if the value is 1 or -1."""
+    """Returns ``value - h . v`` for unit vectors.
+
+    If ``value`` is 1 or -1, the difference is computed without cancellation.
+    """
     number = float(terms.value(value))
     if abs(abs(number) - 1) > EXACT_STRUCTURE:
         return terms.let(value - dot(terms, h, v))

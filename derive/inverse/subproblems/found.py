@@ -15,7 +15,7 @@ class FoundTurn:
     Attributes:
         turn: Cosine and sine of the angle.
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions. None if there is one solution.
+        sign: Symbol (1 or -1) that selects one of two solutions, or None if there is one solution.
         margin: The squared sine of half the angle between the two solutions. The margin is 0 for a
             double solution. The margin is negative if there is no solution; the angle is then the
             least-squares solution. The margin is None if there is always a solution.
@@ -34,9 +34,10 @@ class FoundLength:
     Attributes:
         length: The displacement (meter).
         equation: The solved equation.
-        sign: Symbol (1 or -1) that selects one of two solutions. None if there is one solution.
+        sign: Symbol (1 or -1) that selects one of two solutions, or None if there is one solution.
         margin: The margin is 0 for a double solution, and negative without a solution. The margin
-            is divided by the squared input lengths. It is None if there is always a solution.
+            is divided by the squared input lengths. The margin is None if there is always a
+            solution.
     """
 
     length: sp.Expr

@@ -9,15 +9,16 @@ conic with the unit circle. A multiple lambda of x^2 + y^2 - 1 may be added to t
 r/g``, ``P = (p/2g)^2`` and ``Q = (q/2g)^2``. The conic becomes a pair of lines if lambda = g tau
 solves the cubic ``(tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0``. The lines are real for
 -1 <= tau <=
-1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, it always has a root in
-this range. A line intersects the circle in two points, or has two complex roots.
+1. The cubic has the value -2 P at tau = -1 and 2 Q at tau = 1. Therefore, the cubic always has a
+root tau between -1 and 1. A line intersects the circle in two points. If the line misses the
+circle, two roots of the quartic are complex.
 
 If the cubic has several roots, the root farthest from the other roots is used. Two roots of the
 quartic that coincide then lie on the same line, and no accuracy is lost. A double root tau is never
 used, because its accuracy is only 1e-8. Newton's method computes tau. The start value and the other
-roots are on opposite sides of tau, so the method converges monotonically. If the outer root leads
-to no real lines, the circle has no intersections. The other two roots tau then follow from a
-quadratic equation.
+roots are on opposite sides of tau, so the method converges monotonically. If the root farthest from
+the other roots is outside -1 <= tau <= 1, the conic does not intersect the circle. The other two
+roots tau then follow from a quadratic equation.
 
 For tau > 0, x and y are exchanged. Then t = 1 + tau is in [0, 1]. Newton's method refines t in
 ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0``. Even a small t has full relative accuracy.
@@ -25,10 +26,12 @@ Let alpha^2 = g t and beta^2 = g (2 - t). The lines are ``alpha x + beta y + m``
 beta y + n``. Three equations determine m and n: ``alpha (m + n) = p``, ``beta (n - m) = q`` and ``m
 n = r + g - g t``. The second equation is combined with the first if alpha^2 > |p|, otherwise with
 the third. A relative error of t then has no more effect than an equal relative error of the largest
-of p, q and r. If p is only a rounding error, t = 0 is exact. A fourfold root requires this.
+of p, q and r. If p is only a rounding error, t is set to exactly 0. The solution is accurate at a
+fourfold root only if t is exactly 0.
 
-Degenerate: for g = 0, the conic is one line and the second line is far away. The formulas hold with
-g = 1e-20. If all coefficients are 0, the points are arbitrary.
+Degenerate: for g = 0, the conic is one line and the second line is far away. In this case, g is set
+to 1e-20, so that the formulas contain no division by zero. If all coefficients are 0, the points
+are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545, and Richter-Gebert, Perspectives on Projective
 Geometry, 11.4). The choice of lambda and the forms without cancellation are original.
@@ -56,7 +59,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""Number of Newton steps. A start value with a 30 % error leads to 12 digits."""
+"""Number of Newton steps. From a start value with an error of 30 %, the result has 12 digits."""
 POLISHING_STEPS = 2
 
 
@@ -87,7 +90,9 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """Reference for the labels of roots. It rotates with the circle of the polynomial.
+    """Reference direction and sense for the labels of roots.
+
+    The reference direction rotates with the circle of the polynomial.
 
     Attributes:
         along: A direction in the plane of the circle. Roots in the half plane of this direction
@@ -122,12 +127,13 @@ def circle_roots(
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols (1 or -1). The four combinations lead to all roots. The second sign is
-            opposite to the sign of the derivative of the polynomial. It changes only at double
-            roots. The first sign distinguishes two roots with the same second sign. It states on
-            which side of the axis of the conic a root lies.
+        signs: Two symbols (1 or -1). The four combinations of the two signs select all four roots.
+            The second sign is opposite to the sign of the derivative of the polynomial, and changes
+            only at double roots. The first sign distinguishes two roots with equal second signs.
+            The first sign states on which side of the axis of the conic a root lies.
         separation: Angle by which coinciding roots are moved from their common point.
-        reference: Reference direction and sense of the signs, if the default reference has jumps.
+        reference: Reference direction and sense for the signs. Pass a reference if the default
+            reference direction changes discontinuously.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -248,7 +254,8 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The line with the larger offset is alpha x - side beta y. Its offset has the sign of p.
+    # The line with the larger offset is alpha x - side beta y. The offset of this line has the sign
+    # of p.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -259,9 +266,9 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The two lines intersect outside the circle. Within the circle, the lines differ in their y
-    # values or in their x values. The y or x coordinate of a root states which line contains the
-    # root.
+    # The two lines intersect outside the circle. Within the circle, one line is above the other, or
+    # one line is to the right of the other. So the y or x coordinate of a root states which line
+    # contains the root.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])

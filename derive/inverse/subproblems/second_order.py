@@ -35,7 +35,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """Returns the steps of both angles."""
+    """Returns the changes of both angles that solve two expanded equations to second order."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]

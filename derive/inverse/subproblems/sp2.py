@@ -8,9 +8,9 @@ theta1. Since theta1 is known, the two angles match even if theta1 is arbitrary.
 
 Let ``c = k1.k2`` and ``s^2 = 1 - c^2``. If p is nearly parallel to k2, the two solutions are nearly
 equal. The expression of subproblem 4, ``xi^2 = |v x k1|^2 s^2 - (k2.p - c k1.v)^2``, is then a
-small difference of large terms. Because p and v have equal lengths, also ``xi^2 = |p x k2|^2 s^2 -
-(k1.v - c k2.p)^2``. The terms of this expression are small. The expression with the smaller terms
-is used.
+small difference of large terms. Because p and v have equal lengths, a second expression is ``xi^2 =
+|p x k2|^2 s^2 - (k1.v - c k2.p)^2``. The terms of the second expression are small if p is nearly
+parallel to k2. The expression with the smaller terms is used.
 
 Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
 is arbitrary.

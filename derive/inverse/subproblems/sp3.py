@@ -3,14 +3,15 @@
 Statement: The equation ``|p0 + R(k, theta) p| = D`` is solved for theta. For example, the distance
 D between shoulder and wrist determines the elbow angle.
 
-Derivation: only components perpendicular to k matter. Let P and Q be their lengths and phi the
-angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The line of subproblem 4 follows from ``2 P
-Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2 sin^2(phi) = (D'^2 - (P
-- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded elbow with P = Q. The
-cosine alone would give an elbow angle of 1e-10 an error of 1e-8. Two close solutions are merged if
-the rounding error of D'^2 or (P + Q)^2 is larger than their difference. Exception: if shoulder and
-wrist are close together, D' is small and has full relative accuracy. The two solutions of a nearly
-folded elbow are then kept.
+Derivation: only the components of p0 and R p perpendicular to k matter. Let P and Q be the lengths
+of these components, and phi the angle between them. Let ``D'^2 = D^2 - (k.p0 + k.p)^2``. The line
+of subproblem 4 follows from ``2 P Q cos(phi) = D'^2 - P^2 - Q^2`` and from Heron's form ``4 P^2 Q^2
+sin^2(phi) = (D'^2 - (P
+- Q)^2) ((P + Q)^2 - D'^2)``. Heron's form is accurate even for a folded elbow with P = Q. An elbow
+angle of 1e-10 computed from the cosine alone would have an error of 1e-8. Two close solutions are
+merged if the rounding error of D'^2 or (P + Q)^2 is larger than their difference. Exception: if
+shoulder and wrist are close together, D' is small and has full relative accuracy. The two solutions
+of a nearly folded elbow are then kept.
 
 Boundary: the elbow is stretched at D' = P + Q and folded at D' = |P - Q|. Any D' outside this range
 is replaced by the nearer boundary.
@@ -48,9 +49,9 @@ def sp3(
         p: The rotated vector.
         across2: The value ``D'^2``: the squared length of the sum, without the component along k.
             See :func:`squared_across`.
-        sign: Selects one of the two angles. It is the sign of sin(phi).
-        rounding: The term that determines the rounding error of across2. The default is across2. If
-            across2 is a difference, the term is ``D^2``.
+        sign: The sign of sin(phi), which selects one of the two angles.
+        rounding: The term that determines the rounding error of across2, by default across2 itself.
+            If across2 is a difference, pass ``D^2``.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
@@ -98,13 +99,14 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """Returns ``D'^2`` for the sum of two vectors. The length of the sum is known.
+    """Returns ``D'^2`` for the sum of two vectors with a known sum length.
 
     Args:
         terms: Table of named terms.
         k: The axis of the subproblem.
-        total: A vector that is as long as the sum.
-        parts: The two vectors of the sum. Their components along k do not depend on the angle.
+        total: A vector whose length is the required length of the sum of the two vectors.
+        parts: The two vectors of the sum. The components of these vectors along k do not depend on
+            the angle.
     """
     along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
     return terms.let(dot(terms, total, total) - along**2)

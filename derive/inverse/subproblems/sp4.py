@@ -12,11 +12,11 @@ line.
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
 b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
 Without merging, a rounding error would move a solution by 1e-8 from its singular position. Later
-steps would not notice the singularity. Merging changes the component along h only by the fraction
-4e-15.
+solution steps would then not treat the position as singular. Merging changes the component along h
+only by the fraction 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the dimensions of the robot make a
-= b = 0 for every target, e decides whether the target is reachable. There is no margin then.
+= b = 0 for every target, e decides whether the target is reachable, and the step has no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -56,8 +56,8 @@ def on_line(
         a: Coefficient a of the cosine.
         b: Coefficient b of the sine.
         e: The right-hand side.
-        sign: Selects one of the two points. It is the sense of the rotation from (a, b) to the
-            point.
+        sign: Selects one of the two points: 1 for the point that follows (a, b) counterclockwise,
+            -1 for the point that follows (a, b) clockwise.
         xi2: The value ``a^2 + b^2 - e^2`` in its most accurate form.
         are_two: Whether the two points are distinct. The default compares xi2 with a^2 + b^2.
     """

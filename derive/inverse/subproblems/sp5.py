@@ -18,8 +18,8 @@ three angles. A step is used only if it reduces the closure error.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
-Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. Subproblem 6 describes
-dependent equations.
+Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. For dependent
+equations, see "Degenerate" in subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -85,7 +85,8 @@ def sp5(
         p2: The vector that rotates about the second axis.
         k3: Unit vector of the third axis.
         p3: The vector that rotates about the third and the second axis.
-        signs: Two symbols (1 or -1). The four combinations lead to all solutions.
+        signs: Two symbols (1 or -1). The four combinations of the two signs select all four
+            solutions.
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))

@@ -13,18 +13,19 @@ have rank 2. Two Householder reflections give X and N. Newton steps then refine 
 singular Jacobians, the steps are damped. A step is used only if it reduces the error of the
 equations.
 
-Labels: the second sign is the sign of the Jacobian determinant. It changes only at double
-solutions. The first sign distinguishes two solutions with the same second sign. On a closed path of
-the data, these two solutions may be exchanged. The first sign must then jump somewhere on the path.
+Labels: the second sign is the sign of the Jacobian determinant, which changes only at double
+solutions. The first sign distinguishes two solutions with equal second signs. If A1, A2 and b move
+along a closed path, the two solutions may change places. In this case, no continuous rule can
+define the first sign, and the first sign jumps somewhere on the path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
 Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. On the curve, a solution
-with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. It exists if there is any solution. If the rank is
-0, the angles are arbitrary.
+with ``a1.x1 / |a1| = a2.x2 / |a2|`` is selected. If the equations have any solution, the selected
+solution exists. If the rank is 0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the
-plane of solutions is original.
+Source: Elias and Wen 2022, subproblem 6, where one angle is eliminated. The circle in the plane of
+solutions is our own derivation.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Rotations about known axes, as pairs of cosine and sine.
 
-Intermediate angles are not computed. Each angle would need a call of atan2, and two more rounding
-errors.
+Intermediate angles are not computed. Computing an angle would take a call of atan2, and would add
+two rounding errors.
 """
 
 from dataclasses import dataclass
@@ -36,8 +36,8 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False) -> CosSin:
     """Returns the rotation by the angle of the vector (x, y).
 
-    The vector is divided by the length of its rounded components. Even a vector of small
-    differences is then normalized. The vector (0, 0) gives the angle 0.
+    The vector is divided by the length of its rounded components. So the result has unit length
+    even if x and y are small differences of large numbers. The vector (0, 0) gives the angle 0.
 
     Args:
         terms: Table of named terms.

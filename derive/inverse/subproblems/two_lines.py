@@ -4,10 +4,11 @@ Statement: The equations ``a cos + b sin = e`` and ``a' cos + b' sin = e'`` are 
 that satisfies both. These equations occur in chains with fewer joints than task equations.
 
 Derivation: each equation is subproblem 4 with two solutions. The common solution is used. Let delta
-be the difference between the two solutions of an equation. A solution has the error of the equation
-divided by sin(delta / 2). For a double solution, the error is the square root of the rounding
-error. If a = b = 0, the equation does not determine the angle. Therefore, the equation is used
-whose two solutions differ more, relative to its terms. If both equations have a double solution,
+be the difference between the two solutions of an equation. The error of a solution is the rounding
+error of the equation, divided by sin(delta / 2). For a double solution, the error is the square
+root of the rounding error. If a = b = 0, the equation does not determine the angle. Therefore, each
+equation is rated by the difference between its two solutions, relative to the terms of the
+equation. The equation with the larger difference is used. If both equations have a double solution,
 the equation with the larger coefficients is used. For the second equation, sign 1 selects the
 solution that is nearer to the solution of the first equation with sign 1.
 

@@ -29,7 +29,7 @@ ROTATION = tuple(POSE_SYMBOLS[4 * i + j] for i in range(3) for j in range(3))
 
 
 def orients(lines: Lines, given: Sequence[int]) -> bool:
-    """Whether three revolute joints are free and no two in succession are parallel.
+    """Whether three revolute joints are not fixed, and no two consecutive axes are parallel.
 
     Args:
         lines: The chain.
@@ -41,7 +41,7 @@ def orients(lines: Lines, given: Sequence[int]) -> bool:
 
 
 def orientation_task(robot: SerialRobot, lines: Lines, given: Sequence[int]) -> Solved:
-    """Returns the orientation task of a chain. The function :func:`orients` must hold.
+    """Returns the orientation task of a chain. :func:`orients` must return True for the chain.
 
     Args:
         robot: The description.

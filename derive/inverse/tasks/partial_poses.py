@@ -134,8 +134,8 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # For a pitch beyond 90 degrees, the tool axis leans backward. Its elevation is 180 degrees
-        # minus the pitch.
+        # For a pitch beyond 90 degrees, the tool axis leans backward, and the elevation of the tool
+        # axis is 180 degrees minus the pitch.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
             terms,
