@@ -4,6 +4,7 @@ from .argument_types import check_type, nearest_names
 from .bodies import Body, BodyJoint, ClosureFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .extras import requires
+from .gear_turns import keeps_full_turns
 from .input_files import (
     MAX_DESCRIPTION,
     PACKAGE_FILE,
@@ -87,6 +88,7 @@ __all__ = [
     "check_type",
     "input_folder",
     "is_inside",
+    "keeps_full_turns",
     "make_folder",
     "manifest_entries",
     "nearest_names",

@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 
 from .bodies import SkeletonFacts
 from .errors import MismatchError
+from .gear_turns import keeps_full_turns
 from .input_files import read_input
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, Vector, one_of
 from .roles import TASKS, Kind, Role, TaskName
@@ -262,6 +263,8 @@ class LoopFacts:
         solution: "closed form", "newton", or "" without loops.
         coupling: The matrix C in theta = C q + c for a coupled serial robot, or () without
             couplings. theta are the joint values, q the coordinates.
+        joint_couplings: Factors of the variables `z` in each coupling of a robot with loops. The
+            sum of factor * variable is constant.
     """
 
     chain: tuple[Coordinate, ...] = ()
@@ -272,6 +275,7 @@ class LoopFacts:
     actuated_in_z: tuple[ActuatedVariable, ...] = ()
     solution: Annotated[str, one_of(("closed form", "newton", ""))] = ""
     coupling: tuple[tuple[float, ...], ...] = ()
+    joint_couplings: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -439,14 +443,20 @@ class Manifest:
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        For the motor of a gearbox or of a spindle, the entry is False.
+        For the motor of a gearbox or of a spindle, the entry is False. It is also
+        False if a full turn moves a coupled joint by a part of a turn.
         """
         if self.loops.coupling:
             return full_turns(self.coordinates, self.loops.chain, self.loops.coupling)
-        ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
+        if not self.loops.actuated_in_z:
+            return tuple(coordinate.unit == "rad" for coordinate in self.coordinates)
+        is_angle = [variable.unit == "rad" for variable in self.loops.configuration]
+        rows = self.loops.joint_couplings
         return tuple(
-            coordinate.unit == "rad" and abs(ratio) == 1
-            for coordinate, ratio in zip(self.coordinates, ratios, strict=True)
+            coordinate.unit == "rad"
+            and abs(moved.ratio) == 1
+            and keeps_full_turns(moved.index, rows, is_angle)
+            for coordinate, moved in zip(self.coordinates, self.loops.actuated_in_z, strict=True)
         )
 
     @property

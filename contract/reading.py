@@ -103,6 +103,8 @@ def _check_loops(manifest: Manifest, place: Place) -> None:
         loops.coupling and len(loops.coupling) != len(loops.chain)
     ):
         place["coupling"].fail(loops.coupling, f"one row per joint of the chain, of {n} numbers")
+    if any(len(row) != n_z for row in loops.joint_couplings):
+        place["joint_couplings"].fail(loops.joint_couplings, f"rows of {n_z} numbers")
     if solution == "newton" and not (reference and moved):
         place["solution"].fail(solution, '"closed form", or reference and actuated_in_z as well')
 

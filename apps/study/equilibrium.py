@@ -2,8 +2,8 @@
 
 A wrench is (force, moment about the base origin) in base axes. The power of a wrench on a body is
 the scalar product of the wrench and the twist (v, omega) of the body at the base origin. The
-unknowns are the forces x of struts and closures. For each coordinate j of the joint tree, the
-virtual work of all forces is 0:
+unknowns are the forces x of struts, closures and couplings. For each coordinate j of the joint
+tree, the virtual work of all forces is 0:
 
     G_j x + Q_j + tau_j = 0
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import Robot
+from chasles import InputValueError, Robot
 from chasles.contract import BodyJoint, ClosureFrames, Span
 
 from ..drawing.skeleton import Skeleton
@@ -65,8 +65,8 @@ class Equilibrium:
         cylinders: Names of the struts with two sections.
         driven: For each actuator, a pair (strut or row of G, motion per unit of q).
         free_rows: The rows of G without an actuator.
-        unknowns: Names of the struts and closures with unknown forces. The name of a closure occurs
-            once for each unknown force component.
+        unknowns: Names of the struts, closures and couplings with unknown forces. The name of a
+            closure occurs once for each unknown force component.
         unit_wrenches: (m, bodies, 6) wrenches on all bodies for the unit value of each unknown
             force.
         G: (m, coordinates, unknowns) virtual work of the unit wrenches on each coordinate.
@@ -105,6 +105,9 @@ class Equilibrium:
             wrenches = self._closure_wrenches(closure)
             self.unknowns += [closure.name] * len(wrenches)
             self.unit_wrenches += wrenches
+        for row in self.robot.manifest.loops.joint_couplings:
+            self.unknowns.append(self._coupling_name(row))
+            self.unit_wrenches.append(self._coupling_wrenches(row, moving))
         self.G = np.zeros((len(poses), len(self.coordinates), len(self.unknowns)))
         for k, wrenches_of_one in enumerate(self.unit_wrenches):
             self.G[..., k] = self.work(wrenches_of_one)
@@ -185,6 +188,35 @@ class Equilibrium:
             both[:, a] -= unit
             both[:, b] += unit
             found.append(both)
+        return found
+
+    def _coupling_name(self, row: Sequence[float]) -> str:
+        names = [variable.name for variable in self.robot.configuration_variables]
+        coupled = [name for name, factor in zip(names, row, strict=True) if factor]
+        cylinders = [name for name in coupled if name in self.struts]
+        if cylinders:
+            raise InputValueError(
+                f"{self.robot.name}: cylinder {cylinders[0]!r} is coupled to others; expected "
+                "couplings of tree joints only, because the force of a coupled cylinder is unknown"
+            )
+        return f"coupling of {', '.join(coupled)}"
+
+    def _coupling_wrenches(
+        self, row: Sequence[float], moving: Iterable[tuple[int, BodyJoint]]
+    ) -> FloatArray:
+        """Return the wrenches of a coupling, such as the torques of two gears.
+
+        Each torque or force acts between the two links of a joint, along the joint axis.
+        """
+        found, tree = self._zeros(), self.skeleton.bodies
+        for k, joint in moving:
+            axis = self.poses[:, k, :3, :3] @ np.array(joint.axis)
+            axis = axis * (row[joint.coordinate] / joint.ratio)
+            moment = np.concatenate([0 * axis, axis], -1)
+            unit = on_line(axis, self.points(k, joint.at)) if joint.kind == "prismatic" else moment
+            found[:, k] += self.skeleton.size * unit
+            if (parent := tree[k].parent) is not None:
+                found[:, parent] -= self.skeleton.size * unit
         return found
 
     def _normal(self, closure: ClosureFrames, axis: FloatArray) -> FloatArray | None:

@@ -18,9 +18,11 @@ from ..model.errors import DescriptionError
 from ..model.kinds import JointKind
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import inverse
-from ..model.robot import Joint, SerialRobot, joints_to_root
+from ..model.robot import Coupling, Joint, SerialRobot, joints_to_root
 from .suggestions import hint
 from .toml_file import file_error, listed
+
+Closing = Closure | Strut | Coupling
 
 
 @dataclass(frozen=True)
@@ -175,7 +177,8 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
     if start.body != base:
         mount = Joint(f"{base}_mount", "fixed", placed, link=start.body, parent=base)
         joints, placed = (mount, *joints), ()
-    kept, loop_joints = _with_loops(joints, robot.loop_joints, end.body)
+    kept, closing = _with_loops(joints, (*robot.loop_joints, *robot.couplings), end.body)
+    loop_joints = [item for item in closing if not isinstance(item, Coupling)]
     members = {joint.name for joint in kept} | {loop_joint.name for loop_joint in loop_joints}
     drives = tuple(drive for drive in robot.drives if drive.joint in members)
     known = members | {drive.name for drive in drives}
@@ -187,6 +190,7 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
         closures=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Closure)),
         struts=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)),
         drives=drives,
+        couplings=tuple(item for item in closing if isinstance(item, Coupling)),
         tool_body=end.body,
         base=placed,
         tool=end.placement,
@@ -198,18 +202,18 @@ def _in_mechanism(robot: Mechanism, base: str, tip: str, frames: Mapping[str, Fr
     )
     chain = found.main_chain
     is_serial = {joint.name for joint in chain.moving} == {*found.actuated}
-    if loop_joints or drives or not is_serial:
+    if closing or drives or not is_serial:
         return found
     return replace(chain, notes=found.notes, transmissions=found.transmissions)
 
 
 def _with_loops(
-    joints: Sequence[Joint], loop_joints: Sequence[Closure | Strut], tool_body: str
-) -> tuple[tuple[Joint, ...], list[Closure | Strut]]:
-    """Returns the joints of the chain and of its loops, and the loop joints.
+    joints: Sequence[Joint], closing: Sequence[Closing], tool_body: str
+) -> tuple[tuple[Joint, ...], list[Closing]]:
+    """Returns the joints of the chain and of its loops, and the loop joints and couplings.
 
-    A loop belongs to the robot if it shares a moving joint with the chain, or with a loop of the
-    robot.
+    A loop or coupling belongs to the robot if it shares a moving joint with the chain, or with a
+    loop or coupling of the robot.
     """
     carrying = {joint.link: joint for joint in joints}
     moving = {joint.name for joint in joints if joint.kind != "fixed"}
@@ -217,16 +221,23 @@ def _with_loops(
     def path(body: str) -> set[str]:
         return {joint.name for joint in joints_to_root(carrying, body)}
 
-    kept, left = path(tool_body), list(loop_joints)
-    paths = {
-        loop_joint.name: (path(loop_joint.a.body), path(loop_joint.b.body))
-        for loop_joint in loop_joints
-    }
-    loops = {name: (a ^ b) & moving for name, (a, b) in paths.items()}
+    link_of = {joint.name: joint.link for joint in joints}
+    kept, left = path(tool_body), list(range(len(closing)))
+    paths: list[set[str]] = []
+    loops: list[set[str]] = []
+    for item in closing:
+        if isinstance(item, Coupling):
+            names = {item.joint, *(name for name, _ in item.ratios)}
+            paths.append(set().union(*(path(link_of[n]) for n in names & link_of.keys())))
+            loops.append(names)
+        else:
+            a, b = path(item.a.body), path(item.b.body)
+            paths.append(a | b)
+            loops.append({item.name, *((a ^ b) & moving)})
     around = kept & moving
-    while meeting := [loop_joint for loop_joint in left if loops[loop_joint.name] & around]:
-        left = [loop_joint for loop_joint in left if loop_joint not in meeting]
-        around = around.union(*(loops[loop_joint.name] for loop_joint in meeting))
-        kept = kept.union(*(path for loop_joint in meeting for path in paths[loop_joint.name]))
-    found = [loop_joint for loop_joint in loop_joints if loop_joint not in left]
+    while meeting := [k for k in left if loops[k] & around]:
+        left = [k for k in left if k not in meeting]
+        around = around.union(*(loops[k] for k in meeting))
+        kept = kept.union(*(paths[k] for k in meeting))
+    found = [item for k, item in enumerate(closing) if k not in left]
     return tuple(joint for joint in joints if joint.name in kept), found

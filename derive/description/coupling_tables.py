@@ -47,11 +47,47 @@ class CoordinateFile(TomlFile):
                     motors.setdefault(name, Motor(name))
         known = kinds | {motor.name: motor.kind for motor in motors.values()}
         found = [self._coupling(joint, kinds[joint], known) for joint in rules]
-        found += self._mimics(joints, known)
+        found += self.mimics(enumerate(joints), known)
         return tuple(found), tuple(motors.values())
 
-    def _mimics(self, joints: Iterable[Joint], kinds: Mapping[str, str]) -> Iterator[Coupling]:
-        for k, joint in enumerate(joints):
+    def joint_couplings(
+        self, joints: Iterable[tuple[int, Joint]], kinds: Mapping[str, JointKind]
+    ) -> tuple[Coupling, ...]:
+        """Reads the couplings of a robot with loops, which relate joints and cylinders.
+
+        Args:
+            joints: The joints of the file, each with its index in the file.
+            kinds: Types of the moving joints and cylinders by name.
+
+        Raises:
+            DescriptionError: A table is invalid, or names no moving joint or cylinder.
+        """
+        found = []
+        for joint in self.table_at(("couplings",), {}):
+            keys: Keys = ("couplings", joint)
+            if joint not in kinds:
+                expected = f"a moving joint or a cylinder ({listed(kinds)})"
+                self.fail(keys, f"{expected}{hint(joint, kinds)}", joint)
+            for name in self.table_at(keys):
+                if name not in kinds and name != OFFSET:
+                    expected = (
+                        f"a moving joint or a cylinder ({listed(kinds)}); a gear or a shaft with "
+                        "its own angle is a revolute joint with a link"
+                    )
+                    self.fail((*keys, name), f"{expected}{hint(name, kinds)}", name)
+            found.append(self._coupling(joint, kinds[joint], kinds))
+        return (*found, *self.mimics(joints, kinds))
+
+    def mimics(
+        self, joints: Iterable[tuple[int, Joint]], kinds: Mapping[str, str]
+    ) -> Iterator[Coupling]:
+        """Yields the couplings that joints state with ``mimic``.
+
+        Args:
+            joints: The joints of the file, each with its index in the file.
+            kinds: Types of all possible leaders by name.
+        """
+        for k, joint in joints:
             keys: Keys = ("joints", k, "mimic")
             if self.at(keys) is None:
                 continue

@@ -29,7 +29,7 @@ from .suggestions import hint
 from .toml_file import Keys, dotted, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
-OTHER_FIELDS = ("closure", "nominal", "masses", "gravity")
+OTHER_FIELDS = ("closure", "nominal", "masses", "gravity", "couplings")
 CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
 FRAME_FIELDS = ("body", "xyz", "rpy")
 HELD_FIELDS = (*FRAME_FIELDS, "assumed")
@@ -73,7 +73,7 @@ def has_loops(table: Mapping[str, object]) -> bool:
 class MechanismFile(RobotFile):
     """A file that describes a robot with loops."""
 
-    joint_fields: ClassVar = (*JOINT_FIELDS, "parent")
+    joint_fields: ClassVar = (*JOINT_FIELDS, "mimic", "parent")
     of_lines: ClassVar = {}
 
     def described(self) -> Mechanism:
@@ -103,6 +103,7 @@ class MechanismFile(RobotFile):
         closures += tuple(chain.closure for chain in chains)
         kinds = _moving(joints, struts)
         drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
+        couplings = self.joint_couplings(self._joints_with_indices(joints), kinds)
         tool_body, tool, tool_frame = self._tool(bodies)
         transmissions = tuple(map(self._transmission, self._each("transmissions")))
         load = self.load()
@@ -119,6 +120,7 @@ class MechanismFile(RobotFile):
                 closures=closures,
                 struts=struts,
                 drives=drives,
+                couplings=couplings,
                 tool_body=tool_body,
                 title=self.string(("title",), name),
                 source=self.string(("source",), ""),
@@ -155,6 +157,11 @@ class MechanismFile(RobotFile):
                 joints.append(replace(self._joint(k), parent=parent))
             bodies = [base_frame, *(joint.link for joint in joints)]
         return tuple(joints)
+
+    def _joints_with_indices(self, joints: Sequence[Joint]) -> list[tuple[int, Joint]]:
+        """Returns the joints that the file lists by name, with their indices in the file."""
+        index = {self.at(("joints", k, "name")): k for k in range(self._joint_count())}
+        return [(index[joint.name], joint) for joint in joints if joint.name in index]
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
         """Yields the one-DOF joints of a platform that moves freely."""

@@ -59,7 +59,7 @@ IN_SERIES: Mapping[str, str] = {
 class RobotFile(CoordinateFile):
     """A file that describes a serial robot."""
 
-    joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
+    joint_fields: ClassVar[tuple[str, ...]] = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
     """Special convention names, and the convention in which the joints are read."""
 

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 
 import sympy as sp
 
+from ..loops.model.coupling_equations import is_length
+from ..loops.parametric.parametric_loops import masses_of_links
 from ..loops.solve.solved_loops import SolvedLoops
 from ..model.mechanism import Closure, Frame, Mechanism, Strut
 from ..model.robot import Joint
@@ -40,6 +42,9 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
     mechanism = hybrid.mechanism
     count = 1 + len(mechanism.joints) + 2 * len(mechanism.loop_joints)
     yield "closure = $closure"
+    if mechanism.load is not None:
+        gravity = ", ".join(_number(hybrid.terms.value(g)) for g in mechanism.load.gravity)
+        yield f"gravity = [{gravity}]"
     yield f"actuated = {json.dumps(list(mechanism.actuated))}"
     yield f"base = {{ name = {json.dumps(mechanism.base_frame)}, {_frame(0)} }}"
     tool = f"name = {json.dumps(mechanism.tool_frame)}, body = {json.dumps(mechanism.tool_body)}"
@@ -54,12 +59,55 @@ def _lines(hybrid: SolvedLoops) -> Iterator[str]:
         yield from ("", "[[drives]]", f"name = {json.dumps(drive.name)}")
         yield from (f'kind = "{drive.kind}"', f"joint = {json.dumps(drive.joint)}")
         member = mechanism.members[drive.joint]
-        slides = isinstance(member, Strut) or member.kind == "prismatic"
+        slides = is_length(member)
         yield f"{'radius' if slides else 'ratio'} = {_number(hybrid.terms.value(drive.ratio))}"
+    yield from _masses(hybrid)
+    yield from _couplings(mechanism)
     yield from ("", "[reference]")
     units = {variable.name: variable.unit for variable in hybrid.variables}
     for name, value in hybrid.at_reference.items():
         yield f"{json.dumps(name)} = {_number(sp.Float(value), units[name])}"
+
+
+def _masses(hybrid: SolvedLoops) -> Iterator[str]:
+    """Yields the masses. The position of a mass in its link frame is a placeholder."""
+    mechanism, value = hybrid.mechanism, hybrid.terms.value
+    if mechanism.load is None:
+        return
+    on_links = masses_of_links(mechanism)
+    for mass in mechanism.load.masses:
+        yield from ("", "[[masses]]", f"link = {json.dumps(mass.link)}")
+        yield f"mass = {_number(value(mass.mass))}"
+        if mass in on_links:
+            yield f"at = $xyz_{_after_struts(mechanism) + on_links.index(mass)}"
+        else:
+            yield f"at = [{', '.join(_number(value(x)) for x in mass.at)}]"
+
+
+def _couplings(mechanism: Mechanism) -> Iterator[str]:
+    """Yields the couplings. The offset of a coupling is a placeholder."""
+    first = _after_struts(mechanism) + len(masses_of_links(mechanism))
+    if mechanism.couplings:
+        yield from ("", "[couplings]")
+    for k, coupling in enumerate(mechanism.couplings, first):
+        own = _turn(mechanism, coupling.joint)
+        ratios = [
+            f"{json.dumps(name)} = {_number(ratio * own / _turn(mechanism, name))}"
+            for name, ratio in coupling.ratios
+        ]
+        fields = ", ".join((*ratios, f"offset = $x_{k}"))
+        yield f"{json.dumps(coupling.joint)} = {{ {fields} }}"
+
+
+def _turn(mechanism: Mechanism, name: str) -> sp.Expr:
+    """Returns the value of one radian or meter in the units of the file."""
+    return sp.S.One if is_length(mechanism.members[name]) else 180 / sp.pi
+
+
+def _after_struts(mechanism: Mechanism) -> int:
+    """Returns the index of the first placeholder after the struts."""
+    frames = 2 + len(mechanism.joints) + 2 * len(mechanism.loop_joints)
+    return frames + len(mechanism.struts)
 
 
 def _joint(joint: Joint, k: int) -> Iterator[str]:
@@ -93,7 +141,7 @@ def _loop_joint(mechanism: Mechanism, loop_joint: Closure | Strut, k: int) -> It
 def _limits(member: Joint | Strut) -> Iterator[str]:
     low, high = member.limits
     if low is not None and high is not None:
-        unit = "m" if isinstance(member, Strut) or member.kind == "prismatic" else "rad"
+        unit = "m" if is_length(member) else "rad"
         yield f"limits = [{_number(low, unit)}, {_number(high, unit)}]"
 
 

@@ -40,6 +40,7 @@ from ..inverse.mechanisms.backward_inverse import missing
 from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.closing.mobility import mobility_of
 from ..loops.functions.constraint_functions import equations
+from ..loops.model.coupling_equations import joint_couplings
 from ..loops.solve.solved_loops import SolvedLoops
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
@@ -221,6 +222,7 @@ def _loops(hybrid: SolvedLoops) -> LoopFacts:
             for c in mechanism.coordinates
         ),
         solution="newton" if hybrid.forward.open else "closed form",
+        joint_couplings=joint_couplings(mechanism, names),
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..derivation import Derivation
+from ..loops.model.coupling_equations import turning_coordinates
 from ..model.mechanism import Described
 from ..model.robot import SerialRobot
 from ..terms.symbolic_function import Signature, SymbolicFunction
@@ -143,8 +144,7 @@ def wraps_of(derivation: Derivation) -> list[bool]:
             coordinate.unit == "rad" and (not robot.couplings or _turns_fully(robot, k))
             for k, coordinate in enumerate(robot.coordinates)
         ]
-    ratios = (float(derivation.terms.value(c.ratio)) for c in robot.coordinates)
-    return [c.unit == "rad" and abs(r) == 1 for c, r in zip(robot.coordinates, ratios, strict=True)]
+    return turning_coordinates(robot, derivation.terms)
 
 
 def _turns_fully(robot: SerialRobot, k: int) -> bool:

@@ -341,7 +341,7 @@ def _general(general: GeneralInverse) -> str:
 
 def _of_loops(hybrid: SolvedLoops) -> str:
     mechanism = hybrid.mechanism
-    if not mechanism.loop_joints:
+    if not mechanism.is_constrained:
         return "The actuators follow from the main chain by constant ratios."
     solution = hybrid.backward
     actuated = {c.moves for c in mechanism.coordinates}
@@ -377,14 +377,14 @@ def _of_loops(hybrid: SolvedLoops) -> str:
 
 def _aside(hybrid: SolvedLoops) -> list[str]:
     moving = {joint.name for joint in hybrid.robot.moving}
-    moving |= {factor.name for loop in equations(hybrid) for factor in loop.factors}
+    moving |= {name for loop in equations(hybrid) for name in loop.joints}
     return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]
 
 
 def mechanism_in_words(h: SolvedLoops) -> str:
     """Describes the degrees of freedom, the loops and the solution of each loop."""
     paragraphs = [_freedoms(h)]
-    if h.mechanism.loop_joints:
+    if h.mechanism.is_constrained:
         paragraphs += [_loops(h), _ways(h)]
     paragraphs += [[f"{line[0].upper()}{line[1:]}." for line in (*limits_of(h), *doubts_of(h))]]
     return "\n\n".join("\n".join(lines) for lines in paragraphs if lines)
@@ -402,11 +402,14 @@ def _freedoms(h: SolvedLoops) -> list[str]:
 
 
 def _loops(h: SolvedLoops) -> list[str]:
-    lines = ["Loops, each with the joints around it:"]
+    lines = [
+        "Loops and couplings, each with its joints:"
+        if h.mechanism.couplings
+        else "Loops, each with the joints around it:"
+    ]
     for loop in equations(h):
-        around = ", ".join(dict.fromkeys(factor.name for factor in loop.factors))
-        count = len(loop.residual)
-        lines.append(f"  {loop.name} ({loop.kind}, {count} equations): {around}")
+        around, count = ", ".join(loop.joints), counted(len(loop.residual), "equation")
+        lines.append(f"  {loop.name} ({loop.kind}, {count}): {around}")
     return lines
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..loops.functions.maps import CHAIN, from_actuators
 from ..loops.functions.tool import tool_functions
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.model.coupling_equations import turning_coordinates
 from ..loops.solve.solved_loops import SolvedLoops
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
@@ -247,10 +248,8 @@ def turns_of(hybrid: SolvedLoops) -> tuple[float, ...]:
 
     The number is 0 for prismatic joints.
     """
-    return tuple(
-        1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
-        for c in hybrid.mechanism.coordinates
-    )
+    wraps = turning_coordinates(hybrid.mechanism, hybrid.terms)
+    return tuple(1 / TURN if is_turning else 0.0 for is_turning in wraps)
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:

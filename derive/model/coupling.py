@@ -1,6 +1,6 @@
 """Couplings, which map motor coordinates to joint coordinates: theta = C q + c."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -74,6 +74,37 @@ class Coupling:
     def has_own(self) -> bool:
         """Whether the joint has its own coordinate."""
         return self.joint in dict(self.ratios)
+
+
+def check_joint_couplings(
+    robot: str, couplings: Sequence[Coupling], members: Collection[str]
+) -> None:
+    """Raises an error if a coupling is not an equation between joints of a robot with loops.
+
+    Args:
+        robot: Name of the robot.
+        couplings: The equations.
+        members: Names of the moving joints and cylinders.
+
+    Raises:
+        DescriptionError: A name is not a moving joint or cylinder, a joint has its own coordinate,
+            or two couplings have the same joint.
+    """
+    check_unique("coupling of joint", [coupling.joint for coupling in couplings])
+    for coupling in couplings:
+        begin = f"robot {robot!r}: the coupling of {coupling.joint!r}"
+        for name in (coupling.joint, *(name for name, _ in coupling.ratios)):
+            if name not in members:
+                known = ", ".join(members)
+                raise DescriptionError(
+                    f"{begin} needs moving joints or cylinders, and {name!r} is not one of "
+                    f"{known}; a gear or shaft with its own angle is a revolute joint with a link"
+                )
+        if coupling.has_own:
+            raise DescriptionError(
+                f"{begin} names this joint itself; in a robot with loops, a joint has no "
+                "coordinate of its own: add a revolute joint for the motor, and name it instead"
+            )
 
 
 Row = tuple[Mapping[str, sp.Expr], sp.Expr]

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 import sympy as sp
 
 from .cleaning import Cleaning
+from .coupling import Coupling, check_joint_couplings
 from .errors import DescriptionError
 from .exact import exact
 from .names import check_choice, check_name, check_robot_name, check_unique
@@ -201,6 +202,7 @@ class Mechanism:
         nominal: The nominal design of a calibrated robot, with the same joints and struts, or None.
         springs: Passive joints with springs, and their values at rest (radian or meter). The
             mobility of the mechanism is computed without the springs.
+        couplings: Linear equations between joints or cylinders, such as gear pairs.
         load: The masses of links and of strut sections, or None.
         cleaning: The numbers that were replaced by exact values. Bounds of the tool displacement
             are added when the loops are solved.
@@ -232,6 +234,7 @@ class Mechanism:
     closure: ClosureMode = "exact"
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
     springs: tuple[tuple[str, sp.Expr], ...] = field(default=(), repr=False, kw_only=True)
+    couplings: tuple[Coupling, ...] = field(default=(), repr=False, kw_only=True)
     load: Load | None = field(default=None, repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
     as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
@@ -251,6 +254,7 @@ class Mechanism:
         self._check_bodies()
         self._check_symbols()
         self._check_load()
+        check_joint_couplings(self.name, self.couplings, self.members)
         known = {*self.members, *(drive.name for drive in self.drives)}
         self._check_known("actuated", self.actuated, known)
         self._check_known("drive", [drive.joint for drive in self.drives], set(self.members))
@@ -269,6 +273,17 @@ class Mechanism:
     def loop_joints(self) -> tuple[Closure | Strut, ...]:
         """The closures and struts, which close the loops."""
         return (*self.closures, *self.struts)
+
+    @property
+    def is_constrained(self) -> bool:
+        """Whether loops or couplings relate joints to each other."""
+        return bool(self.loop_joints or self.couplings)
+
+    @property
+    def coupled(self) -> set[str]:
+        """Names of the joints and cylinders in the equations of couplings."""
+        leaders = {name for coupling in self.couplings for name, _ in coupling.ratios}
+        return leaders | {coupling.joint for coupling in self.couplings}
 
     @property
     def placed(self) -> Iterator[tuple[str, Placement]]:
@@ -410,9 +425,9 @@ class Mechanism:
                 raise DescriptionError(f"{item.name!r} connects body {item.a.body!r} to itself")
 
     def _check_nominal(self, nominal: "Mechanism") -> None:
-        for what in ("joints", "closures", "struts", "drives"):
+        for what in ("joints", "closures", "struts", "drives", "couplings"):
             mine, other = (
-                [_outline(a) for a in getattr(m, what) if a.name not in m.followers]
+                [_outline(a) for a in getattr(m, what) if _outline(a)[0] not in m.followers]
                 for m in (self, nominal)
             )
             if mine != other:
@@ -459,8 +474,10 @@ class Mechanism:
             raise DescriptionError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
 
 
-def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
+def _outline(member: Joint | Closure | Strut | Drive | Coupling) -> tuple[str, ...]:
     """Returns the kind and the bodies of a joint or strut, without dimensions."""
+    if isinstance(member, Coupling):
+        return member.joint, *(name for name, _ in member.ratios)
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):

@@ -227,9 +227,9 @@ class Terms:
         last = max((s for s in angle.free_symbols if s in self.solved), key=order.__getitem__)
         factor = angle.coeff(last)
         if not factor.is_Integer:
-            raise ValueError(
-                f"the coefficient of the solved angle {last} in {angle} is not an integer"
-            )
+            # The addition theorem needs whole multiples of an angle, unlike a gear ratio.
+            name = self.let(angle)
+            return self.let(sp.cos(name)), self.let(sp.sin(name))
         sign = sp.sign(factor)
         c1, s1 = self.cos_sin(angle - sign * last)
         c2, s2 = self.solved[last]

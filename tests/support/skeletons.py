@@ -4,9 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from chasles.contract import ActuatedVariable, Load
+from chasles.contract import ActuatedVariable, Load, LoopFacts
 from chasles.derive.derivation import Derivation
 from chasles.derive.emit.manifest import skeleton_facts
+from chasles.derive.loops.model.coupling_equations import joint_couplings
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
 from chasles.drawing import skeleton
@@ -42,7 +43,10 @@ def described_skeleton(robot):
         manifest=SimpleNamespace(
             skeleton=facts,
             load=Load(),
-            loops=SimpleNamespace(actuated_in_z=[ActuatedVariable(k, ratio) for k, ratio in moved]),
+            loops=LoopFacts(
+                actuated_in_z=tuple(ActuatedVariable(k, ratio) for k, ratio in moved),
+                joint_couplings=joint_couplings(robot, names) if hybrid else (),
+            ),
         ),
     )
     return skeleton(stand_in)

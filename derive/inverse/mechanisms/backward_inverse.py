@@ -10,10 +10,13 @@ from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
+import sympy as sp
 
 from ...chain.kinematics import common_unit
 from ...loops.functions.constraint_functions import equations
 from ...loops.functions.maps import Maker
+from ...loops.model.constraints import ClosureEquations
+from ...loops.model.coupling_equations import CouplingEquation, chord
 from ...loops.modes.platforms import is_platform, of_open_chain, triad_of
 from ...loops.solve.solved_loops import SolvedLoops, named
 from ...model.mechanism import Mechanism
@@ -148,6 +151,9 @@ def _settled(
 ) -> frozenset[int]:
     """Returns the indices of branch signs that do not affect the result."""
     unused = _unused(h, function, work)
+    if h.mechanism.couplings:
+        # A sign without effect on the coordinates may decide whether a coupling holds.
+        return unused
     if len(h.theta) == WHOLE and _has_loops_at_its_ends(h.mechanism):
         # Several joint vectors of the platform chain lead to the same pose and the same legs.
         unused |= frozenset(range(len(work.signs) - len(work.sides)))
@@ -182,6 +188,8 @@ def _idle_in_legs(
 
 def _unused(h: SolvedLoops, function: SymbolicFunction, work: Work) -> frozenset[int]:
     q = function.outputs[0].entries
+    if h.mechanism.couplings:
+        q = (*q, *function.outputs[1].entries)
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
     used = {symbol for entry in behind for symbol in entry.free_symbols}
     return frozenset(
@@ -245,7 +253,7 @@ def _solved(
         q |= found
         residuals.append(residual)
     of_legs = {leg.closure for leg in legs}
-    open_ = [e for loop in equations(h) if loop.name not in of_legs for e in loop.residual]
+    open_ = [e for loop in equations(h) if loop.name not in of_legs for e in _errors(h, loop)]
     closing = substituted(terms, open_, at_theta)
     moved, turned = pose_errors(tool_of(terms, h.robot, values), POSE_SYMBOLS)
     distance2 = squares(terms, [*moved, *closing])
@@ -261,6 +269,13 @@ def _solved(
         substituted(terms, margins, theta),
     )
     return function, work
+
+
+def _errors(h: SolvedLoops, loop: ClosureEquations) -> Sequence[sp.Expr]:
+    """Returns the residuals of a loop or coupling. Full turns of coupled joints do not count."""
+    if isinstance(loop, CouplingEquation) and loop.units == ("1",):
+        return [chord(h.terms, loop.residual[0])]
+    return loop.residual
 
 
 def _coordinates(h: SolvedLoops, joints: Sequence[int]) -> list[int]:

@@ -179,7 +179,7 @@ def _without_nominal(hybrid: SolvedLoops, exact: Inverses, give: tuple[int, ...]
         why = f"no inverse of the nominal robot {nominal.name!r} can be refined to this robot"
     elif (
         not give
-        and hybrid.mechanism.loop_joints
+        and hybrid.mechanism.is_constrained
         and missing
         and (could_fit or len(hybrid.theta) > len(hybrid.q))
     ):

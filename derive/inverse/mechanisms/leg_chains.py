@@ -122,7 +122,7 @@ def leg_chains(h: SolvedLoops) -> tuple[LegChain, ...] | None:
     """
     open_ = set(h.backward.open)
     chain = {joint.name for joint in h.robot.moving}
-    if open_ & chain:
+    if open_ & (chain | h.mechanism.coupled):
         return None
     found = []
     for loop in loops(h.mechanism):

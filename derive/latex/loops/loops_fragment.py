@@ -22,14 +22,16 @@ DECIMALS = 6
 
 def loops(page: LoopPage) -> str:
     """Prints the equations of each loop and the equations of its rates."""
-    found = equations(page.hybrid)
+    every = equations(page.hybrid)
+    found = [loop for loop in every if isinstance(loop, LoopEquations)]
     shown = [_loop(page, loop, k) for k, loop in enumerate(found, 1)]
-    count = sum(len(loop.residual) for loop in found)
+    count = sum(len(one.residual) for one in every)
+    together = "Together these" if len(found) == len(every) else "With the couplings, these"
     z = listed(map(page.tex, page.joints.values()))
     if page.hybrid.least_squares_closure is not None:
         return text(_introduction(found), *shown, _least_squares(page, count, z))
     rates = sentence(
-        rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
+        rf"{together} are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
         rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
         aligned(
             [

@@ -10,6 +10,7 @@ from ...model.robot import Joint, Placement
 from ..chain import tables
 from ..chain.given_fragment import UNITS_OF_TABLES, joints, noted, values
 from ..chain.tables import NONE, Column, tabular
+from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.page import listed, sentence, text
 from .loop_page import LoopPage
@@ -30,6 +31,7 @@ def description(page: LoopPage) -> str:
         _others(page),
         _closures(page),
         _struts(page),
+        _couplings(page),
         values(page.chain),
     ).rstrip()
     return text(shown, tables.legend(shown), noted(page.mechanism))
@@ -139,6 +141,21 @@ def _struts(page: LoopPage) -> str:
     begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
     table = tabular(columns, repeated=1, apart="from")
     return sentence(f"{begin} {' and '.join(kinds)}:", table)
+
+
+def _couplings(page: LoopPage) -> str:
+    """Prints each coupled joint as a linear function of its leaders."""
+    rows = []
+    for coupling in page.mechanism.couplings:
+        ratios = [
+            page.printed_terms.constant(ratio) * page.joints[name]
+            for name, ratio in coupling.ratios
+        ]
+        total = sp.Add(*ratios, page.constant(coupling.offset))
+        rows.append(
+            (page.tex(page.joints[coupling.joint]), page.printed_terms.printer.terms(total))
+        )
+    return sentence("Gears couple joints by", aligned(rows)) if rows else ""
 
 
 def _ends(strut: Strut) -> str:

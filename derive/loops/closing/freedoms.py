@@ -106,7 +106,8 @@ class Counts:
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)
-        self.loop_orders = tuple(orders)
+        # A coupling closes a loop, like a gear pair. It leaves all freedoms except one.
+        self.loop_orders = (*orders, *([self.order] * len(mechanism.couplings)))
 
     @property
     def bodies(self) -> int:
@@ -119,7 +120,8 @@ class Counts:
     def joints(self) -> int:
         """Number of joints, including the ends of struts."""
         struts = sum(2 + strut.is_cylinder for strut in self.mechanism.struts)
-        return self._tree_joints() + len(self.mechanism.closures) + struts
+        members = len(self.mechanism.closures) + len(self.mechanism.couplings) + struts
+        return self._tree_joints() + members
 
     @property
     def freedoms(self) -> int:
@@ -127,13 +129,15 @@ class Counts:
         loop_joints = sum(
             _freedom(loop_joint, self.order) for loop_joint in self.mechanism.loop_joints
         )
-        return self._tree_joints() + loop_joints
+        pairs = (self.order - 1) * len(self.mechanism.couplings)
+        return self._tree_joints() + loop_joints + pairs
 
     @property
     def loop_freedoms(self) -> int:
         """Sum of the joint freedoms. Each joint counts in the motion group of its loop."""
         loop_joints = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.loop_joints)
-        return self._tree_joints() + loop_joints
+        pairs = (self.order - 1) * len(self.mechanism.couplings)
+        return self._tree_joints() + loop_joints + pairs
 
     def _tree_joints(self) -> int:
         """Number of tree joints without virtual joints."""

@@ -14,7 +14,7 @@ from ...chain.kinematics import coordinates
 from ...model.errors import InputValueError
 from ...model.mechanism import Mechanism
 from ...terms.terms import Terms
-from ..model.constraints import LoopEquations, configuration_names, constraints
+from ..model.constraints import ClosureEquations, configuration_names, constraints
 from .closed_loops import ClosedLoops
 from .freedoms import SPATIAL, Counts
 
@@ -172,7 +172,7 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
     return order * (links - 1 - joints) + freedom
 
 
-def mobility_of(loops: ClosedLoops, equations: Sequence[LoopEquations]) -> Mobility:
+def mobility_of(loops: ClosedLoops, equations: Sequence[ClosureEquations]) -> Mobility:
     """Returns the degrees of freedom of a mechanism.
 
     Args:

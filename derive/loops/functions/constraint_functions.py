@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from ...terms.role import Role
 from ...terms.symbolic_function import Result, SymbolicFunction
 from ..closing.loop_model import LoopModel
-from ..model.constraints import LoopEquations, constraints, jacobian, jacobian_dot
+from ..model.constraints import ClosureEquations, constraints, jacobian, jacobian_dot
 from .maps import Maker
 
 
-def equations(h: LoopModel) -> tuple[LoopEquations, ...]:
+def equations(h: LoopModel) -> tuple[ClosureEquations, ...]:
     """Returns the independent scalar equations of all loops, in z."""
     z, is_open = h.arguments["z"].symbols, h.least_squares_closure is not None
     return h.terms.memoize(
@@ -61,7 +61,7 @@ def constraint_D_z_dot(h: LoopModel) -> SymbolicFunction:
 
 def makers(h: LoopModel) -> dict[str, Maker]:
     """Returns the builders of the loop equations by the names of the functions."""
-    return dict(_EQUATIONS) if h.mechanism.loop_joints else {}
+    return dict(_EQUATIONS) if h.mechanism.is_constrained else {}
 
 
 def _matrix(name: str, rows: tuple[tuple[object, ...], ...], unit: str, meaning: str) -> Result:

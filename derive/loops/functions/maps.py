@@ -396,7 +396,7 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         found |= forward_makers(from_actuators(h))
         if h.forward.margins:
             found |= {"margin": margin}
-        if h.mechanism.loop_joints:
+        if h.mechanism.is_constrained:
             found |= {"chain_all": chain_all}
     members = {c.moves for c in h.mechanism.coordinates}
     if members.isdisjoint(h.backward.open):
@@ -404,6 +404,6 @@ def makers(h: SolvedLoops) -> dict[str, Maker]:
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
         # The inverse of an as-built robot calls actuators_all, even if the robot has no loops.
-        if h.mechanism.loop_joints or h.mechanism.nominal is not None:
+        if h.mechanism.is_constrained or h.mechanism.nominal is not None:
             found |= {"actuators_all": actuators_all}
     return found

@@ -28,6 +28,7 @@ from ...terms.tangents import Tangent, derivative_columns
 from ...terms.terms import Terms
 from ...terms.vectors import dot, subtracted
 from .body_frames import pose_along
+from .coupling_equations import CouplingEquation, coupling_equations
 from .exponentials import Factor, around
 from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .planes import (
@@ -100,6 +101,15 @@ class LoopEquations:
         """Name of the closure or strut."""
         return self.loop.loop_joint.name
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints around the loop."""
+        return tuple(dict.fromkeys(factor.name for factor in self.factors))
+
+
+ClosureEquations = LoopEquations | CouplingEquation
+"""The equations of a loop or of a coupling."""
+
 
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
     """Returns the entries of the full configuration z.
@@ -118,8 +128,10 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 
 def constraints(
     mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
-) -> tuple[LoopEquations, ...]:
+) -> tuple[ClosureEquations, ...]:
     """Returns the equations of all loops in the order of the closures and struts.
+
+    The equations of couplings follow.
 
     :data:`~chasles.derive.loops.model.rows.ROWS` lists the equations of a closure. If all
     components of a point difference must be zero, the components are expressed in the axes of the
@@ -141,7 +153,8 @@ def constraints(
     """
     names = [variable.name for variable in configuration_names(mechanism)]
     values = dict(zip(names, z, strict=True))
-    return _Constraints(mechanism, terms, values, may_stay_open=may_stay_open).all()
+    of_loops = _Constraints(mechanism, terms, values, may_stay_open=may_stay_open).all()
+    return (*of_loops, *coupling_equations(mechanism, terms, values))
 
 
 def residuals(
@@ -188,7 +201,7 @@ def swing_angles(
 
 
 def jacobian(
-    equations: Sequence[LoopEquations], terms: Terms, z: Sequence[sp.Symbol]
+    equations: Sequence[ClosureEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
     """Returns the derivative of all residuals with respect to z, shape (equations, len(z)).
 
@@ -207,7 +220,7 @@ def derivative_rows(
 
 
 def jacobian_dot(
-    equations: Sequence[LoopEquations],
+    equations: Sequence[ClosureEquations],
     terms: Terms,
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],

@@ -17,14 +17,14 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ...terms.terms import Terms
-from .constraints import LoopEquations, derivative_rows
+from .constraints import ClosureEquations, derivative_rows
 
 UNIT = "m"
 """Unit of each entry. Entries for angles are divided by the length l."""
 
 
 def gradient(
-    equations: Sequence[LoopEquations],
+    equations: Sequence[ClosureEquations],
     terms: Terms,
     unknown: Sequence[sp.Symbol],
     is_length: Sequence[bool],

@@ -8,7 +8,7 @@ the rate is the negative power of the same wrench, even for an open loop.
 distance between its ends.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -17,6 +17,7 @@ from ...chain.poe import placement_matrix
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...terms.terms import Terms
 from ...terms.vectors import ORIGIN, Vector, combination, cross, dot, named, subtracted
+from .coupling_equations import residual_of, unit_of
 from .mechanism_geometry import MechanismGeometry
 from .motions import ElementaryMotion, Reached, Wrench, gradient
 from .planes import Axes, Loop, loops
@@ -54,6 +55,8 @@ def loop_rows(
 ) -> list[Row]:
     """Returns the equations of all loops in the order of the closures and struts.
 
+    The equations of couplings follow.
+
     Args:
         mechanism: The description.
         terms: Receives the terms.
@@ -61,7 +64,24 @@ def loop_rows(
         bodies: The frames of the bodies by name.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))
-    return [row for pair in ends for row in pair.rows()]
+    of_loops = [row for pair in ends for row in pair.rows()]
+    return [*of_loops, *_coupling_rows(mechanism, terms, geometry)]
+
+
+def _coupling_rows(
+    mechanism: Mechanism, terms: Terms, geometry: MechanismGeometry
+) -> Iterator[Row]:
+    """Yields the equation of each coupling. Each joint value acts like a motion."""
+    for coupling in mechanism.couplings:
+        offset = geometry.offsets[coupling.joint]
+        residual = terms.let(residual_of(coupling, geometry.values) + coupling.offset - offset)
+        factors = [(coupling.joint, sp.S.One), *((name, -r) for name, r in coupling.ratios)]
+        powers = tuple(
+            (factor, ElementaryMotion(geometry.values[name], ORIGIN, None))
+            for name, factor in factors
+        )
+        powers += ((sp.S.NegativeOne, ElementaryMotion(offset, ORIGIN, None)),)
+        yield Row(residual, unit_of(mechanism, coupling), powers)
 
 
 class _Ends:

@@ -5,7 +5,8 @@ Joints, end frames and drives have the same parameters as in a serial robot
 the two ends in the frames of their bodies. The length of a strut is a parameter too. The length
 parameter of a cylinder is its length at coordinate zero.
 
-A passive joint has no offset parameter, because its loop determines its value. Six consecutive
+A passive joint has no offset parameter, because its loop determines its value. A coupling has an
+offset parameter, such as the mesh of two gears. The ratio of a coupling is exact. Six consecutive
 passive joints leave a body free, so their axes have no parameters. Planar loops only have
 parameters in the plane. Joints in planar loops have no tilt, and ends have no coordinate along the
 normal.
@@ -18,12 +19,14 @@ from typing import Literal, NamedTuple
 import sympy as sp
 
 from ...chain.poe import placement_matrix
+from ...model.coupling import Coupling
 from ...model.geometry import GeometryParameter, Parameters, driven, moved
 from ...model.mechanism import Closure, Frame, Mechanism, Strut
 from ...model.placements import Placement, Rotation, rotation, translation
 from ...model.robot import Joint
 from ...model.tolerances import ZERO_COMPONENT
 from ...terms.terms import Terms
+from .coupling_equations import is_length
 from .planes import Linkage, Loop, loops, planar_loop_joints
 
 _FREE = 6
@@ -60,6 +63,7 @@ class MechanismGeometry:
         tool: Constant motions from the last body to the tool.
         ends: The frames of each closure and strut on both bodies.
         lengths: The length of each rod or cylinder.
+        offsets: The offset of each coupling by its joint.
         planar: The planar linkage of each closure or strut that belongs to a planar loop.
     """
 
@@ -70,6 +74,7 @@ class MechanismGeometry:
     tool: Placement
     ends: Mapping[str, tuple[Placement, Placement]]
     lengths: Mapping[str, sp.Expr]
+    offsets: Mapping[str, sp.Expr]
     planar: Mapping[str, Linkage]
 
 
@@ -110,9 +115,12 @@ class _Numbered:
         steps = {joint.link: self._step(joint, values) for joint in mechanism.joints}
         ends = {c.name: (self._end(c, "a"), self._end(c, "b")) for c in mechanism.loop_joints}
         lengths = {strut.name: self._length(strut, values) for strut in mechanism.struts}
+        offsets = {coupling.joint: self._offset(coupling) for coupling in mechanism.couplings}
         tool = made.at_values(mechanism.tool) + made.corrected("tool", "tool")
         parameters = tuple(made.parameters)
-        return MechanismGeometry(parameters, values, steps, base, tool, ends, lengths, self.planar)
+        return MechanismGeometry(
+            *(parameters, values, steps, base, tool, ends, lengths, offsets, self.planar)
+        )
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
         """Returns the values of the actuated joints and cylinders with drive corrections."""
@@ -125,6 +133,14 @@ class _Numbered:
                 value += self.made.new(member.name, "offset", member.unit, "offset", part="offset")
             found[coordinate.moves] = value
         return found
+
+    def _offset(self, coupling: Coupling) -> sp.Expr:
+        """Returns the offset of a coupling. An actuated joint has an offset parameter already."""
+        name, member = coupling.joint, self.mechanism.members[coupling.joint]
+        if name in {c.moves for c in self.mechanism.coordinates}:
+            return coupling.offset
+        unit = "m" if is_length(member) else "rad"
+        return coupling.offset + self.made.new(name, "offset", unit, "offset", part="offset")
 
     def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Step:
         made = self.made

@@ -17,6 +17,7 @@ from ...model.placements import Rotation, Translation, symbols_of
 from ...model.robot import Joint, Placement
 from ...model.tolerances import CLOSING_GAIN, NUMERICALLY_CLOSED, WORTHWHILE_GAIN
 from ...terms.terms import Terms
+from .coupling_equations import NumericCouplings
 from .damped_search import least
 from .planes import planar_loop_joints
 
@@ -45,6 +46,7 @@ class NumericMechanism:
         values: Reference values of joints and cylinders by name (radian or meter).
         unknown: Names of the passive joints and cylinders.
         size: The longest translation or rod (meter), or 1 if all are zero.
+        couplings: The equations of the couplings.
         planes: Matrices of planar loops by closure or strut. The columns are the axes x and y and
             the normal of the plane, in the frame of the first body.
     """
@@ -71,6 +73,7 @@ class NumericMechanism:
         actuated = {c.moves for c in mechanism.coordinates}
         self.unknown = [name for name in mechanism.members if name not in actuated]
         self.size = self._size()
+        self.couplings = NumericCouplings(mechanism, tuple(mechanism.members))
 
     # --- constants ---
 
@@ -175,14 +178,21 @@ class NumericMechanism:
         return found
 
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
-        """Returns the closure error of each loop by the name of its closure or strut."""
-        poses = self.poses(values)
+        """Returns the closure error of each loop by the name of its closure or strut.
+
+        The error of a coupling has the name of the coupled joint.
+        """
+        poses, mechanism = self.poses(values), self.mechanism
         found = {}
-        for loop_joint in self.mechanism.loop_joints:
+        for loop_joint in mechanism.loop_joints:
             shift, turns = self._open(loop_joint, poses, values)
             found[loop_joint.name] = ClosureResidual(
                 float(np.linalg.norm(shift)), float(np.linalg.norm(turns))
             )
+        rows = zip(self.couplings.errors(values), self.couplings.is_turn, strict=True)
+        for coupling, (error, is_turn) in zip(mechanism.couplings, rows, strict=True):
+            parts = (0.0, abs(error)) if is_turn else (abs(error), 0.0)
+            found[coupling.joint] = ClosureResidual(*map(float, parts))
         return found
 
     def ends(
@@ -217,9 +227,10 @@ class NumericMechanism:
         )
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
-        """Whether all named loops are closed."""
+        """Whether all named loops are closed, and all couplings hold."""
         closure_errors = self.closure_errors(values)
-        return all(self.is_closed(closure_errors[name]) for name in loops)
+        names = (*loops, *(coupling.joint for coupling in self.mechanism.couplings))
+        return all(self.is_closed(closure_errors[name]) for name in names)
 
     def axes(self, poses: Mapping[str, Floats], joints: Sequence[Joint]) -> tuple[Floats, Floats]:
         """Returns the unit axes of joints and a point on each axis (n, 3), in the base frame."""
@@ -305,6 +316,8 @@ class NumericMechanism:
     ) -> tuple[Callable[[Floats], Floats], Floats]:
         """Returns the closure errors as a function of the variables, and the variables' values.
 
+        The errors of all couplings come first.
+
         Lengths are divided by the size of the mechanism. The function accepts one configuration
         (n,), or many (m, n) with the same constants. Each call of the function writes the variables
         into ``at`` and into the constants of the model.
@@ -315,7 +328,8 @@ class NumericMechanism:
         def residual(x: Floats) -> Floats:
             self._set(at, free, x * scale)
             poses = self.poses(at)
-            parts = [np.zeros((*x.shape[:-1], 0))]
+            couplings = self.couplings.errors(at) / self._coupling_scale
+            parts = [np.broadcast_to(couplings, (*x.shape[:-1], couplings.shape[-1]))]
             for loop_joint in self.mechanism.loop_joints:
                 if loop_joint.name in names:
                     shift, turns = self._open(loop_joint, poses, at)
@@ -327,6 +341,10 @@ class NumericMechanism:
             return np.concatenate(parts, axis=-1)
 
         return residual, np.array([at[name] for name in free]) / scale
+
+    @property
+    def _coupling_scale(self) -> Floats:
+        return np.array([1.0 if turn else self.size for turn in self.couplings.is_turn])
 
     def is_length(self, name: str) -> bool:
         """Whether a joint, cylinder or constant is a length."""

@@ -28,7 +28,7 @@ class NumericRows:
     Attributes:
         bodies: Bodies and frames as numbers.
         names: Names of the joints and cylinders.
-        owners: The closure or strut of each equation.
+        owners: The closure or strut of each equation. The owner of a coupling is its joint.
         is_turn: Whether each equation compares directions.
         facing_owners: Names of closures, one for each cosine. A negative cosine shows that a frame
             is flipped.
@@ -55,6 +55,8 @@ class NumericRows:
             on_a = [-j.direction * (j in a and j not in b) for j in joints]
             on_b = [j.direction * (j in b and j not in a) for j in joints]
             sides += [[on_a, on_b]] * len(rows)
+        self.owners += [coupling.joint for coupling in mechanism.couplings]
+        self.is_turn += bodies.couplings.is_turn
         self._sides = np.array(sides, float).reshape(-1, 2, len(joints))
         self.facing_owners = [c.name for c in mechanism.closures for _ in FACING[self._kind(c)]]
 
@@ -112,7 +114,10 @@ class NumericRows:
         F, M = np.reshape(forces, (-1, 1, 3)), np.reshape(moments, (-1, 2, 3))
         power = self._turns * (M @ axes.T - F @ np.cross(axes, points).T)
         power += self._slides * (F @ axes.T)
-        J[:, self._columns] += (self._sides * power).sum(1)
+        count = len(residual)
+        J[:count, self._columns] += (self._sides * power).sum(1)
+        J[count:] = self.bodies.couplings.rows
+        residual += self.bodies.couplings.errors(values).tolist()
         return np.array(residual), J, np.array(facing)
 
     def relative(self, values: Mapping[str, float]) -> Floats:

@@ -93,7 +93,7 @@ def is_platform(mechanism: Mechanism) -> bool:
     """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}
-    if mechanism.closures or not mechanism.struts or actuated & chain:
+    if mechanism.closures or mechanism.couplings or not mechanism.struts or actuated & chain:
         return False
 
     def is_leg(strut: Strut) -> bool:

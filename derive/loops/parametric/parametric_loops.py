@@ -26,11 +26,13 @@ from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
 from ...model.errors import DescriptionError
 from ...model.mechanism import Mechanism
 from ...model.placements import Placement, translation
+from ...model.robot import PointMass
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
 from ..iterated.closure_equations import on_balls
 from ..model.constraints import configuration_names
+from ..model.coupling_equations import residual_of, unit_of
 from ..model.loop_rows import Row, loop_rows
 from ..model.mechanism_geometry import MechanismGeometry, mechanism_geometry
 from ..model.motions import BASE, ElementaryMotion, Reached, bodies, gradient
@@ -307,8 +309,9 @@ def file_parts(
 
     Returns:
         The frames in the order of the file: the base body in the base frame, each joint in its
-        parent body, both ends of each closure or strut, and the tool. The last entries are the far
-        ends of the struts, relative to their first ends.
+        parent body, both ends of each closure or strut, and the tool. The far ends of the struts
+        follow, relative to their first ends. Then come the masses of links in their link frames.
+        The x coordinate of each last entry is the offset of a coupling (degree or meter).
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}
@@ -326,4 +329,20 @@ def file_parts(
     for strut in mechanism.struts:
         length = geometry.lengths[strut.name].xreplace(zero)
         frames.append(translation(length, sp.S.Zero, sp.S.Zero))
+    numbers = {p.symbol: p.value for p in mechanism.parameters}
+    for mass in masses_of_links(mechanism):
+        at = (x.xreplace(numbers) for x in mass.at)
+        frames.append(behind[mass.link] + translation(*at))
+    at_zero = {name: value.xreplace(zero) for name, value in geometry.values.items()}
+    for coupling in mechanism.couplings:
+        unit = sp.S.One if unit_of(mechanism, coupling) == "m" else 180 / sp.pi
+        offset = geometry.offsets[coupling.joint].xreplace(zero)
+        shift = offset - coupling.offset - residual_of(coupling, at_zero)
+        frames.append(translation(shift * unit, sp.S.Zero, sp.S.Zero))
     return frames
+
+
+def masses_of_links(mechanism: Mechanism) -> list[PointMass]:
+    """Returns the masses on links. The other masses are on sections of struts."""
+    masses = mechanism.load.masses if mechanism.load else ()
+    return [mass for mass in masses if mass.link in mechanism.joint_of]

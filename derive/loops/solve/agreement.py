@@ -4,15 +4,16 @@ If the closed form does not use all main-chain joints, the remaining loop equati
 joints.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import sympy as sp
 
 from ...model.mechanism import Closure, Strut
 from ...model.tolerances import LOOPS_AGREE
 from ..model.constraints import residuals
+from ..model.coupling_equations import chord, residual_of, unit_of
 from ..model.planes import Loop, loops
-from .solution import Solution
+from .solution import Solution, factors_of
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
@@ -27,12 +28,26 @@ def allowed(solutions: Sequence[Solution]) -> sp.Basic:
 def _closes(solution: Solution) -> sp.Basic:
     terms, size = solution.reference.terms, solution.reference.size
     left = residuals(solution.mechanism, terms, solution.values, _unread(solution))
+    left += _couplings(solution)
     conditions = []
     for unit, most in (("m", LOOPS_AGREE * size), ("1", LOOPS_AGREE)):
         square = terms.let(sum((terms.let(e**2) for e, of in left if of == unit), sp.S.Zero))
         if not terms.is_constant(square):
             conditions.append(sp.Lt(square, sp.Float(most**2)))
     return sp.And(*conditions)
+
+
+def _couplings(solution: Solution) -> Iterator[tuple[sp.Expr, str]]:
+    """Yields the residual and the unit of each coupling that determines no joint.
+
+    The chord of an angle is zero for full turns of the joints.
+    """
+    terms, mechanism = solution.reference.terms, solution.mechanism
+    for coupling in mechanism.couplings:
+        names = factors_of(coupling)
+        if not names.keys() & {*solution.coupled} and names.keys() <= solution.values.keys():
+            residual, unit = residual_of(coupling, solution.values), unit_of(mechanism, coupling)
+            yield terms.let(chord(terms, residual) if unit == "1" else residual), unit
 
 
 def _unread(solution: Solution) -> set[str]:

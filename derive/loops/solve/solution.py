@@ -8,11 +8,13 @@ from itertools import islice
 
 import sympy as sp
 
+from ...model.coupling import Coupling
 from ...model.errors import DescriptionError
-from ...model.mechanism import Mechanism, Strut
+from ...model.mechanism import Mechanism
 from ...model.robot import Joint
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
+from ..model.coupling_equations import is_length
 from ..model.numeric_mechanism import NumericMechanism
 from ..model.phasors import PhasorSum
 from ..model.planes import Linkage, Loop, WeldEdge, linkages
@@ -38,6 +40,7 @@ class Solution:
         relations: Sums of rotated vectors that are zero in closed loops.
         open: Names of the joints that are not determined.
         reference: The values at the reference.
+        coupled: Names of the joints whose values follow from couplings.
     """
 
     mechanism: Mechanism
@@ -47,6 +50,7 @@ class Solution:
     relations: tuple[PhasorSum, ...]
     open: tuple[str, ...]
     reference: AtReference
+    coupled: tuple[str, ...] = ()
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
@@ -158,14 +162,10 @@ def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
         values = {}
         for name, value in known.items():
             (symbol,) = (s for s in value.free_symbols if not terms.is_constant(s))
-            step = part * (size if _is_length(members[name]) else 1.0)
+            step = part * (size if is_length(members[name]) else 1.0)
             values[symbol] = own.reference.of(symbol) + step / float(terms.value(value / symbol))
         found.append(AtReference(terms, values, {}, size=size))
     return found
-
-
-def _is_length(member: Joint | Strut) -> bool:
-    return isinstance(member, Strut) or member.kind == "prismatic"
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
@@ -176,15 +176,23 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
     solution = begun
     try:
         while True:
+            before = solution
             for linkage in _left(loops, solution):
                 terms, reference = begun.reference.terms, begun.reference
                 part = assemble(terms, linkage, solution.values, reference, branch)
                 solution = _with_part(solution, part)
             planar, solution = solution, _in_space(loops, solution, branch)
-            if solution.open == planar.open or not _left(loops, solution):
+            if not _goes_on(loops, before, planar, solution):
                 return solution
     except DescriptionError as error:
         raise type(error)(f"robot {loops.mechanism.name!r}: {error}") from error
+
+
+def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) -> bool:
+    """Whether another round can solve more joints. A coupling may connect different loops."""
+    if loops.mechanism.couplings:
+        return bool(after.open) and after.open != before.open
+    return after.open != planar.open and bool(_left(loops, after))
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
@@ -214,17 +222,24 @@ def every_solution(
     # Dependent joints cannot move one by one, so they give no test configurations.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
-    begun = replace(own, values=known, loops={}, steps=(), relations=())
-    found, is_all = [begun], True
+    found, is_all = [_restarted(own, known)], True
     while True:
+        before = found
         found, is_whole = _on_planar_branches(loops, found, elsewhere, most)
         planar, spatial = found, list[Solution]()
         for solution in planar:
             in_space = partial(_in_space, loops, solution)
             spatial += islice(every_branch(in_space, own.reference.sides), most + 1)
         found, is_all = spatial[:most], is_all and is_whole and len(spatial) <= most
-        if not found or found[0].open == planar[0].open or not _left(loops, found[0]):
+        if not found or not _goes_on(loops, before[0], planar[0], found[0]):
             return found, is_all
+
+
+def _restarted(own: Solution, known: Mapping[str, sp.Expr]) -> Solution:
+    """Returns the solution before the first step, with the reference of a complete solution."""
+    return _with_open(
+        replace(own, values=known, loops={}, steps=(), relations=(), coupled=(), open=())
+    )
 
 
 def with_free_sides(
@@ -242,8 +257,7 @@ def with_free_sides(
     """
     known = {name: own.values[name] for name in given}
     sides = FreeSides(own.reference.sides, own.reference, sign)
-    begun = replace(own, values=known, loops={}, steps=(), relations=())
-    return _solved(loops, begun, sides)
+    return _solved(loops, _restarted(own, known), sides)
 
 
 def _on_planar_branches(
@@ -293,8 +307,41 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
 
 
 def _with_open(solution: Solution) -> Solution:
+    """Adds the joints that follow from couplings, and the names of the undetermined joints."""
+    solution = with_coupled(solution)
     wanted = [*solution.mechanism.members, *solution.mechanism.swings]
     return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
+
+
+def with_coupled(solution: Solution) -> Solution:
+    """Adds each joint that is the only unknown joint of a coupling."""
+    values, loops, coupled = dict(solution.values), dict(solution.loops), [*solution.coupled]
+    own = replace(solution, loops=loops)
+    left = [*solution.mechanism.couplings]
+    while True:
+        unknown = {c: [name for name in factors_of(c) if name not in values] for c in left}
+        ready = next((c for c in left if len(unknown[c]) == 1), None)
+        if ready is None:
+            return replace(own, values=values, coupled=tuple(coupled))
+        left.remove(ready)
+        (name,) = unknown[ready]
+        factors = factors_of(ready)
+        known = (factor * _turned(own, values, n) for n, factor in factors.items() if n != name)
+        values[name] = sp.expand((ready.offset - sp.Add(*known)) / factors[name])
+        coupled.append(name)
+
+
+def factors_of(coupling: Coupling) -> dict[str, sp.Expr]:
+    """Returns the factor of each joint in the equation of a coupling: sum = offset."""
+    return {coupling.joint: sp.S.One} | {name: -ratio for name, ratio in coupling.ratios}
+
+
+def _turned(solution: Solution, values: Mapping[str, sp.Expr], name: str) -> sp.Expr:
+    """Returns the value of a joint in a coupling. A solved angle is the reported angle."""
+    member = solution.mechanism.members[name]
+    if name in solution.coupled or is_length(member) or not isinstance(member, Joint):
+        return values[name]
+    return joint_angle(solution.reference.terms, solution, values[name], member)
 
 
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
@@ -325,6 +372,10 @@ def _middle(mechanism: Mechanism, joint: Joint | None) -> sp.Expr:
     if joint is None:
         return sp.Integer(0)
     low, high = joint.limits
+    if joint.name in mechanism.coupled:
+        # The value of a follower depends on the full turns of its leader.
+        quarters = 2 * float(mechanism.reference_of(joint.name)) / math.pi
+        return sp.pi / 2 * round(quarters)
     if low is None or high is None:
         half_turns = float(mechanism.reference_of(joint.name)) / math.pi
         return sp.pi * round(half_turns) if abs(half_turns) > 1 else sp.Integer(0)

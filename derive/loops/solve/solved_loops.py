@@ -290,7 +290,8 @@ def named(model: LoopModel, solution: Solution, names: Iterable[str]) -> tuple[s
             continue
         value, joint = solution.values[name], joints.get(name)
         lengths = isinstance(model.mechanism.members.get(name), Strut)
-        if not lengths and (joint is None or joint.kind != "prismatic"):
+        is_turn = not lengths and (joint is None or joint.kind != "prismatic")
+        if is_turn and name not in solution.coupled:
             value = joint_angle(model.terms, solution, value, joint)
         found.append(model.terms.let(value))
     return tuple(found)

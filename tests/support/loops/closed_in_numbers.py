@@ -95,7 +95,10 @@ class Model:
         return T[loop_joint.a.body], T[loop_joint.a.body] @ A, T[loop_joint.b.body] @ B
 
     def residual(self, q, u):
-        parts = [np.zeros(0)]
+        values, parts = self.values(q, u), [np.zeros(0)]
+        for coupling in self.mechanism.couplings:
+            follows = sum(float(ratio) * values[name] for name, ratio in coupling.ratios)
+            parts.append([values[coupling.joint] - follows - float(coupling.offset)])
         for loop_joint in self.mechanism.loop_joints:
             _, A, B = self.ends(loop_joint, q, u)
             if isinstance(loop_joint, Strut):

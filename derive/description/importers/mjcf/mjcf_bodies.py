@@ -37,6 +37,21 @@ Quaternion = tuple[mp.mpf, mp.mpf, mp.mpf, mp.mpf]
 
 
 @dataclass(frozen=True)
+class Law:
+    """The coupling ``multiplier * leader + offset`` of a joint.
+
+    Attributes:
+        leader: Index of the leader, or -1 if the joint is constant.
+        multiplier: Motion of the joint per unit of the leader.
+        offset: Value of the joint if the leader is 0 (radian or meter).
+    """
+
+    leader: int
+    multiplier: sp.Expr
+    offset: sp.Expr
+
+
+@dataclass(frozen=True)
 class BodyJoint:
     """A joint between two links of an MJCF model.
 
@@ -130,9 +145,19 @@ class Bodies:
             for k in range(self.arrays.nsite)
             if (name := self.model.named("mjOBJ_SITE", k))
         }
-        laws = dict(_laws(model))
-        self.joints = tuple(self._all(laws))
+        self._laws = tuple(_laws(model))
+        leaders = {follower: law for follower, law in self._laws if law.leader >= 0}
+        self.joints = tuple(self._all(leaders))
         self.tree = _tree(self.joints)
+
+    def laws(self) -> Iterator[tuple[str, Law, str]]:
+        """Yields the follower, the equation and the leader of each linear joint equality.
+
+        The leader of an equality that fixes a joint is "".
+        """
+        for follower, law in self._laws:
+            leader = self.joint_name(law.leader) if law.leader >= 0 else ""
+            yield self.joint_name(follower), law, leader
 
     def release(self, ball: BodyJoint) -> None:
         """Replaces a ball joint by a free joint to the world, at the initial configuration."""
@@ -157,7 +182,7 @@ class Bodies:
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
 
-    def _all(self, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
+    def _all(self, laws: Mapping[int, Law]) -> Iterator[BodyJoint]:
         for body in range(1, self.arrays.nbody):
             yield from self._of_body(body, laws)
         for k, name in self.sites.items():
@@ -165,7 +190,7 @@ class Bodies:
             at, turned = self.arrays.site_pos[k], self.arrays.site_quat[k]
             yield _mounted(parent, name, at, turned)
 
-    def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
+    def _of_body(self, body: int, laws: Mapping[int, Law]) -> Iterator[BodyJoint]:
         """Yields the joints of a body.
 
         The last joint is a fixed joint from the last joint anchor to the body origin, if these
@@ -194,7 +219,7 @@ class Bodies:
         child: str,
         at: np.ndarray,
         turned: Quaternion,
-        laws: Mapping[int, "_Law"],
+        laws: Mapping[int, Law],
     ) -> BodyJoint:
         kind = int(self.arrays.jnt_type[k])
         name = self.joint_name(k)
@@ -231,7 +256,7 @@ class Bodies:
         lower, upper = (exact(value) for value in self.arrays.jnt_range[k])
         return lower, upper
 
-    def _coupling(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Coupling | None, str]:
+    def _coupling(self, k: int, laws: Mapping[int, Law]) -> tuple[Coupling | None, str]:
         """Returns the equation of a coupled joint and the name of its leader.
 
         If the leader is also coupled, its equation is inserted.
@@ -278,26 +303,19 @@ def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"joint {name}: {note}" for note in notes)
 
 
-@dataclass(frozen=True)
-class _Law:
-    """The coupling ``multiplier * leader + offset`` of a joint."""
-
-    leader: int
-    multiplier: sp.Expr
-    offset: sp.Expr
-
-
-def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
-    """Yields the active linear couplings y - y0 = a0 + a1 (x - x0) between joints."""
+def _laws(model: CompiledModel) -> Iterator[tuple[int, Law]]:
+    """Yields the active linear couplings y - y0 = a0 + a1 (x - x0) of joints."""
     arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
     start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
     for k in range(arrays.neq):
         leader = int(arrays.eq_obj2id[k])
-        if int(arrays.eq_type[k]) == int(eq) and arrays.eq_active0[k] and leader >= 0:
+        if int(arrays.eq_type[k]) == int(eq) and arrays.eq_active0[k]:
             follower = int(arrays.eq_obj1id[k])
             a0, a1, *bent = (length(value) for value in arrays.eq_data[k][:5])
-            if not any(bent):
-                yield follower, _Law(leader, a1, start[follower] + a0 - a1 * start[leader])
+            if leader < 0:
+                yield follower, Law(leader, sp.S.Zero, start[follower] + a0)
+            elif not any(bent):
+                yield follower, Law(leader, a1, start[follower] + a0 - a1 * start[leader])
 
 
 # --- quaternions whose scalar comes first ---

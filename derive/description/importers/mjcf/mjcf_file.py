@@ -52,6 +52,7 @@ class MjcfFile:
             DescriptionError: A link is unknown, or no chain exists.
         """
         try:
+            self._check_tip(tip)
             return chosen_ends(self.tree, base, tip)
         except NoChain as error:
             self._fail(error.field, error.value, error.expected)
@@ -71,6 +72,7 @@ class MjcfFile:
             DescriptionError: The chain does not exist, or contains unsupported elements.
         """
         try:
+            self._check_tip(tip)
             ends = only_chain(self.tree, base, tip)
             return self._between(ends, prefix(name or self.model.name))
         except NoChain as error:
@@ -79,6 +81,20 @@ class MjcfFile:
             if error.file:
                 raise
             self._fail("", None, f"a robot ({error})")
+
+    def _check_tip(self, tip: str | None) -> None:
+        """Raises an error if the tip is on a rod between two ball joints.
+
+        Raises:
+            NoChain: The joints do not determine the pose of the tip.
+        """
+        if tip in self.loops.rod_links:
+            expected = (
+                "a tip whose pose the joints determine; this body is a rod between two ball "
+                "joints, which rotates freely about the line between them. Replace one ball joint "
+                "by two hinges whose axes meet, and keep the tip"
+            )
+            raise NoChain("tip", tip, expected)
 
     def _between(self, ends: Ends, name: str) -> Described:
         carried = {joint.child: joint for joint in self.bodies.joints}
@@ -124,6 +140,7 @@ class MjcfFile:
             ),
             struts=tuple(loop_joint for loop_joint in loop_joints if isinstance(loop_joint, Strut)),
             drives=self.loops.motors(tree),
+            couplings=self.loops.couplings(tree),
             tool_body=tool_frame,
             title=self.model.name,
             source=self._source(ends),

@@ -5,7 +5,8 @@ same bodies form a pin joint. The axis of the pin joint passes through the point
 equalities. A ``weld`` equality fixes two frames to each other. A body is a rod if only a ball joint
 and one ``connect`` equality hold it, or only two ball joints of the tree. Other ball joints and
 free joints of a loop become series of joints with one degree of freedom. Joint equalities are mimic
-relations. Unsupported couplings of robot joints raise an error.
+relations in a chain, and couplings in a robot with loops. Couplings that are not linear raise an
+error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,9 +19,11 @@ import sympy as sp
 from ....model.errors import DescriptionError
 from ....model.mechanism import Closure, ClosureKind, Drive, Frame, Strut
 from ....model.placements import Vector, align_z, from_xyz_rpy
+from ....model.robot import Coupling
 from ....model.tolerances import COMPILED_DECIMALS
 from ..identifiers import identifier
 from .mjcf_bodies import FREE_WORDS, ORIGIN, Bodies, BodyJoint
+from .mjcf_couplings import coupled_groups, joint_couplings
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MAX_CONNECTS = 2
@@ -54,11 +57,13 @@ class ModelLoops:
 
     Attributes:
         notes: Reasons why equalities are not modeled.
+        rod_links: Links of the bodies that are rods between two ball joints.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
         """Reads the equalities."""
         self.model, self.bodies, self.arrays = model, bodies, model.arrays
+        self.rod_links: set[str] = set()
         self.carried = {joint.child: joint for joint in bodies.joints}
         read = tuple(self._read())
         rods = tuple(self._rods_in_tree(read))
@@ -72,16 +77,22 @@ class ModelLoops:
     def through(self, path: Sequence[BodyJoint]) -> tuple[Closure | Strut, ...]:
         """Returns the closures of all loops that share moving joints with a chain.
 
+        A joint equality may connect the joints of two loops, like a gear pair.
+
         Raises:
             DescriptionError: A loop is not supported.
         """
         moving = {joint.name for joint in path if joint.kind != "fixed"}
         found: list[_Equality] = []
         left = list(self.equalities)
-        while meeting := [e for e in left if moving & {j.name for j in self._around(e)}]:
+        around = {e.name: {joint.name for joint in self._around(e)} for e in self.equalities}
+        geared = coupled_groups(self.bodies.laws())
+        moving = moving.union(*(group for group in geared if group & moving))
+        while meeting := [e for e in left if moving & around[e.name]]:
             found += meeting
             left = [equality for equality in left if equality not in meeting]
-            moving |= {j.name for e in meeting for j in self._around(e) if j.kind != "fixed"}
+            moving = moving.union(*(around[e.name] for e in meeting))
+            moving = moving.union(*(group for group in geared if group & moving))
         self.notes += [f"{equality.name}: not on the path to the tip" for equality in left]
         found.sort(key=self.equalities.index)
         return tuple(_closures(found))
@@ -100,30 +111,32 @@ class ModelLoops:
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
-        leaders: set[str] = set()
         for k in range(self.arrays.neq):
             if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
                 continue
             joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
-            if is_in_a_tree and joint is not None and joint.leader not in {"", *by_name, *leaders}:
-                # The leader moves no other joint of the robot. The leader is a motor, or the leader
-                # is omitted.
-                leaders.add(joint.leader)
-                continue
-            if joint is not None and (joint.coupling is None or is_in_a_tree):
+            is_linear = self._is_linear(k) and (is_in_a_tree or self.arrays.eq_obj2id[k] >= 0)
+            if joint is not None and not is_linear:
                 name = self.model.named("mjOBJ_EQUALITY", k)
                 equality = f"equality {name!r}" if name else "an equality"
                 leader = int(self.arrays.eq_obj2id[k])
                 to = f" to {self.bodies.joint_name(leader)!r}" if leader >= 0 else ""
-                reason = (
-                    "in a robot with loops no joint follows another: delete the equality, and move "
-                    f"{joint.name!r} by an actuator"
-                    if is_in_a_tree
-                    else "a follower's value is linear in that of another joint"
-                )
                 raise DescriptionError(
-                    f"joint {joint.name!r} is coupled{to} by {equality}; {reason}"
+                    f"joint {joint.name!r} is coupled{to} by {equality}; a follower's value is "
+                    "linear in that of another joint"
                 )
+
+    def _is_linear(self, k: int) -> bool:
+        """Whether a joint equality fixes a joint, or has no terms above the first order."""
+        return int(self.arrays.eq_obj2id[k]) < 0 or not any(self.arrays.eq_data[k][2:5])
+
+    def couplings(self, tree: Sequence[BodyJoint]) -> tuple[Coupling, ...]:
+        """Returns the couplings between the joints of a tree with loops.
+
+        Raises:
+            DescriptionError: The equalities of the joints contradict each other.
+        """
+        return joint_couplings(self.bodies.laws(), tree)
 
     def motors(self, tree: Sequence[BodyJoint]) -> tuple[Drive, ...]:
         """Returns the hinges outside the robot's tree that move a joint of the tree by an actuator.
@@ -132,14 +145,15 @@ class ModelLoops:
         """
         inside, moved = {joint.name for joint in tree}, self.model.drives.joints
         turning = {joint.name for joint in self.bodies.joints if joint.kind == "revolute"}
-        found = []
+        found: list[Drive] = []
         for joint in self.bodies.joints:
             rule, leader = joint.coupling, joint.leader
             if rule is None or rule.offset != 0 or (joint.name in inside) == (leader in inside):
                 continue
             ((_, ratio),) = rule.ratios or (("", sp.S.Zero),)
             own, motor = (joint.name, leader) if joint.name in inside else (leader, joint.name)
-            if ratio != 0 and own not in moved and motor in moved and motor in turning:
+            is_new = identifier(motor) not in [drive.name for drive in found]
+            if ratio != 0 and own not in moved and motor in moved and motor in turning and is_new:
                 ratio = ratio if own == joint.name else 1 / ratio
                 found.append(Drive(identifier(motor), identifier(own), ratio))
         return tuple(found)
@@ -204,6 +218,7 @@ class ModelLoops:
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._path_to(rod.link) if j.kind != "fixed"), None)
                 if ball is not None and self._is_rod(ball, equality, others):
+                    self.rod_links |= {*self.bodies.tree.rigid(ball.child)}
                     xyz = self._from_ball(ball, rod)
                     far = length(float(sp.sqrt(sum(part**2 for part in xyz))))
                     begin = _End(ball.parent, ball.xyz)

@@ -129,11 +129,7 @@ def test_follower_of_a_joint_elsewhere_names_both_joints(path):
     assert "found 'turn'" in message
 
 
-def test_coupling_in_a_loop_is_refused_by_name(path):
-    law = '<joint name="same" joint1="rocker" joint2="crank"/>'
-    message = wrong(path, LEG.format(stiffness="", equality=law, motor=MOTOR), tip="tool")
-    assert "joint 'rocker' is coupled to 'crank' by equality 'same'" in message
-    assert "delete the equality, and move 'rocker' by an actuator" in message
+def test_driven_tendon_in_a_loop_is_refused_by_name(path):
     tendon = '</actuator><tendon><fixed name="t"><joint joint="crank" coef="1"/></fixed></tendon>'
     driven = f'<motor tendon="t"/>{tendon}<actuator>'
     message = wrong(path, LEG.format(stiffness="", equality="", motor=driven), tip="tool")

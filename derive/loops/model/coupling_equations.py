@@ -1,0 +1,152 @@
+"""Equations of couplings between joints: theta - sum of ratio * leader - offset = 0.
+
+A coupling, such as a gear pair, is a closure equation that is linear in the configuration.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from chasles.contract import keeps_full_turns
+
+from ...model.coupling import Coupling
+from ...model.mechanism import Mechanism, Strut
+from ...model.robot import Joint
+from ...terms.terms import Terms
+
+
+@dataclass(frozen=True)
+class CouplingEquation:
+    """The equation of one coupling in the full configuration.
+
+    Attributes:
+        coupling: The coupling.
+        residual: The difference between the joint and its value from the leaders.
+        units: Unit of the residual, m or 1.
+    """
+
+    coupling: Coupling
+    residual: tuple[sp.Expr]
+    units: tuple[str]
+
+    @property
+    def name(self) -> str:
+        """Name of the coupled joint."""
+        return self.coupling.joint
+
+    @property
+    def kind(self) -> str:
+        """The kind of the equations: ``coupling``."""
+        return "coupling"
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints and cylinders in the equation."""
+        return self.coupling.joint, *(name for name, _ in self.coupling.ratios)
+
+
+def coupling_equations(
+    mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
+) -> tuple[CouplingEquation, ...]:
+    """Returns the equations of all couplings in the order of the description.
+
+    Args:
+        mechanism: The description.
+        terms: Receives the terms.
+        values: Joints and cylinders by name (radian or meter).
+    """
+    return tuple(
+        CouplingEquation(c, (terms.let(residual_of(c, values)),), (unit_of(mechanism, c),))
+        for c in mechanism.couplings
+    )
+
+
+def residual_of(coupling: Coupling, values: Mapping[str, sp.Expr]) -> sp.Expr:
+    """Returns the difference between a coupled joint and its value from the leaders."""
+    leaders = (ratio * values[name] for name, ratio in coupling.ratios)
+    return sp.Add(values[coupling.joint], -coupling.offset, *(-part for part in leaders))
+
+
+def chord(terms: Terms, angle: sp.Expr) -> sp.Expr:
+    """Returns 2 sin(angle / 2), which is zero for full turns and close to a small angle."""
+    return 2 * terms.let(sp.sin(terms.let(angle / 2)))
+
+
+def unit_of(mechanism: Mechanism, coupling: Coupling) -> str:
+    """Returns the unit of the equation: m for a prismatic joint or a cylinder, otherwise 1."""
+    return "m" if is_length(mechanism.members[coupling.joint]) else "1"
+
+
+def is_length(member: Joint | Strut) -> bool:
+    """Whether the coordinate of a joint or cylinder is a length."""
+    return isinstance(member, Strut) or member.kind == "prismatic"
+
+
+def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
+    """Returns the factors of joints in each coupling: the sum of factor * joint is constant.
+
+    Args:
+        mechanism: The description.
+        names: Names of the columns.
+    """
+    return tuple(
+        tuple(
+            float(name == coupling.joint) - float(dict(coupling.ratios).get(name, 0))
+            for name in names
+        )
+        for coupling in mechanism.couplings
+    )
+
+
+def turning_coordinates(mechanism: Mechanism, terms: Terms) -> list[bool]:
+    """Returns whether a full turn of each actuated coordinate keeps the pose of all joints."""
+    names = [*mechanism.members]
+    rows = joint_couplings(mechanism, names)
+    is_angle = [not is_length(member) for member in mechanism.members.values()]
+    return [
+        c.unit == "rad"
+        and abs(float(terms.value(c.ratio))) == 1
+        and keeps_full_turns(names.index(c.moves), rows, is_angle)
+        for c in mechanism.coordinates
+    ]
+
+
+@dataclass(frozen=True)
+class NumericCouplings:
+    """The equations of the couplings in double precision: residual = rows @ values - offsets.
+
+    Attributes:
+        mechanism: The description.
+        names: Names of all joints and cylinders, in the order of the columns.
+    """
+
+    mechanism: Mechanism
+    names: tuple[str, ...]
+
+    @cached_property
+    def rows(self) -> NDArray[np.float64]:
+        """The factors, shape (couplings, names)."""
+        return np.reshape(joint_couplings(self.mechanism, self.names), (-1, len(self.names)))
+
+    @cached_property
+    def offsets(self) -> NDArray[np.float64]:
+        """The offsets of the couplings (radian or meter)."""
+        return np.array([float(coupling.offset) for coupling in self.mechanism.couplings])
+
+    @cached_property
+    def is_turn(self) -> tuple[bool, ...]:
+        """Whether each equation compares angles."""
+        return tuple(unit_of(self.mechanism, c) == "1" for c in self.mechanism.couplings)
+
+    def errors(self, values: Mapping[str, Any]) -> NDArray[np.float64]:
+        """Returns the residuals, shape (..., couplings), of values with shape (...)."""
+        if not self.mechanism.couplings:
+            return np.zeros(0)
+        stacked = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), axis=-1)
+        found: NDArray[np.float64] = stacked @ self.rows.T - self.offsets
+        return found

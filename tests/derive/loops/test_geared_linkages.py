@@ -1,0 +1,58 @@
+"""Linkages with gears, racks and planetary stages agree with Newton closures."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.derive import write
+from chasles.study import PointMass, gravity_forces, static_loads
+from tests.campaigns.geared import BARS
+from tests.support.generators.geared_linkages import geared_linkage
+from tests.support.loops.closed_in_numbers import Model
+from tests.support.loops.geared import errors_of
+
+FUNCTIONS = (
+    "fk",
+    "jacobian_mixed",
+    "acceleration_mixed",
+    "chain",
+    "configuration",
+    "actuators",
+    "constraint",
+    "constraint_D_z",
+    "ik",
+)
+SEEDS = {"rack": 4, "gears_between_passive_joints": 37}
+"""Seeds of a linkage in closed form and of an iterated linkage."""
+
+
+def compare_gravity(robot, linkage):
+    """Compares gravity forces with differences of the potential energy of Newton closures."""
+    model, gravity = Model(linkage.mechanism), np.array([1.0, -9.0, 3.0])
+    masses = [
+        PointMass(joint.link, 0.5 + k, [0.1 * k, -0.2, 0.05])
+        for k, joint in enumerate(linkage.mechanism.joints)
+    ]
+
+    def work(q):
+        poses = model.poses(q, model.closed(q, model.u))
+        return sum(m.mass * gravity @ (poses[m.link] @ [*m.at, 1.0])[:3] for m in masses)
+
+    steps = 1e-5 * np.eye(robot.n)
+    expected = [(work(model.q + e) - work(model.q - e)) / 2e-5 for e in steps]
+    found = gravity_forces(robot, model.q, masses, gravity=gravity)
+    assert np.allclose(found, expected, rtol=1e-7, atol=1e-7)
+    loads = static_loads(robot, model.q, masses, gravity=gravity)
+    assert np.allclose(loads.actuator_forces, -found, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("family", SEEDS)
+def test_geared_linkage_matches_newton_closures(tmp_path, family):
+    linkage = geared_linkage(SEEDS[family])
+    assert linkage.family == family
+    write(linkage.mechanism, tmp_path / "r", functions=FUNCTIONS, languages=("c",))
+    robot = chasles.load(tmp_path / "r")
+    found = errors_of(robot, linkage, np.random.default_rng(0), 3)
+    assert found.configurations == 3
+    compare_gravity(robot, linkage)
+    assert {name: vars(found)[name] for name in BARS if not vars(found)[name] <= BARS[name]} == {}
