@@ -59,9 +59,9 @@ def log_so3(R: Matrix) -> Matrix:
     the angle pi. At pi (s is zero; for Floats, up to rounding error) both signs of the axis are
     possible. The first nonzero component of the returned axis is positive.
 
-    A symbolic rotation is assumed to be neither the identity nor a rotation by pi. For a fixed
-    axis the result is regular nevertheless: the logarithm of a rotation about z by q is
-    (0, 0, atan2(sin q, cos q)).
+    A symbolic rotation is assumed to be neither the identity nor a rotation by pi. For a rotation
+    about a fixed axis, the result is regular at these angles, too. For example, the logarithm of a
+    rotation about z by q is (0, 0, atan2(sin q, cos q)).
 
     Args:
         R: (3, 3) rotation. Orthogonality is assumed.
@@ -106,7 +106,7 @@ def log_se3(T: Matrix) -> Matrix:
     treated as in `log_so3`.
 
     Args:
-        T: (4, 4) pose. Orthogonality of its rotation is assumed.
+        T: (4, 4) pose. The rotation of the pose is assumed to be orthogonal.
 
     Returns:
         (6, 1) twist (v, omega), meter and radian.
@@ -158,7 +158,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Returns the rotation vector and the angle. A symbolic rotation may negate both."""
+    """Returns the rotation vector and the angle. For symbols, the angle may be negative."""
     sine_axis = vee_so3(R - R.T) / 2
     sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
     if not R.is_symbolic():

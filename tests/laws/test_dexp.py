@@ -38,7 +38,7 @@ def test_dexp_is_its_series() -> None:
 
 
 def test_dexp_inverse_is_its_bernoulli_series() -> None:
-    """The series is the sum of B_k ad^k / k! with B_1 = -1/2. It converges below 2 pi."""
+    """The series is the sum of B_k ad^k / k! with B_1 = -1/2. The series converges below 2 pi."""
 
     def coefficient(k: int) -> mpmath.mpf:
         number = -Rational(1, 2) if k == 1 else bernoulli(k)

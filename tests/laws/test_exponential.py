@@ -157,7 +157,7 @@ def test_hidden_zero_angle_takes_the_limit() -> None:
 
 
 def test_a_single_float_makes_every_entry_a_float() -> None:
-    """An angle with exact and Float terms also uses the series."""
+    """For an angle that is a sum of exact and Float terms, the power series is used, too."""
     mixed = lie.Matrix([Float(0.1), sqrt(2), pi, Float(1e-8), sqrt(2) / 10**8, pi / 10**8])
     for function in (lie.exp_se3, lie.dexp_left_se3, lie.dexp_left_inverse_se3):
         assert all(e.is_Float or e in (0, 1) for e in function(mixed))

@@ -35,7 +35,7 @@ def numbers(M: lie.Matrix | mpmath.matrix) -> np.ndarray:
 
 @pytest.mark.parametrize("result", [*OF_TWIST.values(), LOGARITHM], ids=[*OF_TWIST, "log_se3"])
 def test_results_use_only_functions_that_can_be_lowered(result: lie.Matrix) -> None:
-    """Exponents have at most the size 2."""
+    """The absolute values of exponents are at most 2."""
     assert {type(f) for f in result.atoms(Function)} <= {sin, cos, atan2}
     kinds = {type(e).__name__ for entry in result for e in walk(entry)}
     assert kinds - {"sin", "cos", "atan2"} <= {

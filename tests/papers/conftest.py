@@ -1,4 +1,4 @@
-"""Fixtures for several tests of the paper pages."""
+"""Fixtures for several tests of the tables of papers."""
 
 import board_installer
 import pytest

@@ -21,8 +21,8 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # The columns x and y have one table row each, because they differ from tables 1 and 2 only in
-    # their unit.
+    # In tables 4 and 5 of the paper, the columns x and y repeat tables 1 and 2 in another unit.
+    # Therefore, each of these columns has a single row in our tables.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
@@ -72,7 +72,7 @@ def test_planar_ik_matches_law_of_cosines():
     shoulder, elbow, wrist = found.q[0]
     ours = shoulder - found.line, np.pi + elbow, wrist
     assert ours == pytest.approx([angles[name] for name in "ABC"], abs=1e-12)
-    # The other elbow configuration is mirrored at the line from the shoulder to the wrist.
+    # The other elbow configuration is the mirror image about the line from shoulder to wrist.
     mirrored = [2 * found.line - shoulder, -elbow, -wrist]
     assert found.q[1] == pytest.approx(mirrored, abs=1e-12)
     for q in found.q:

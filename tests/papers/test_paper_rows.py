@@ -41,7 +41,8 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Selects random printed digits, and repeats the comparison of their rows."""
+    """Selects random pairs (row, printed digit) for which a changed digit must change the
+    verdict."""
     digits = [
         (row, digit)
         for row in rows
@@ -89,7 +90,7 @@ def test_rows_without_a_refuting_digit_name_the_reason():
 
 
 def borne_out(row):
-    """Tests whether the numbers of a row support its verdict."""
+    """Tests whether the displayed numbers of a row agree or differ as the verdict states."""
     printed, ours = (numbers(text) for text in row.shown)
     if not printed or not ours or row.verdict in {"assumed", "lost", "not printed"}:
         return True

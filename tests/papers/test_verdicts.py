@@ -1,4 +1,4 @@
-"""Verdicts on printed numbers are asserted: a wrong claim raises an error."""
+"""A function that states a verdict on a printed number raises an error if the verdict is wrong."""
 
 import numpy as np
 import pytest

@@ -13,7 +13,7 @@ ACCUSING = (
 )
 """Phrases in warnings that concern the robot or the measurements.
 
-All other warnings concern the number of measurements.
+Warnings without these phrases concern the number of measurements.
 """
 TOO_FEW = "do not determine"
 MAX_NOISE = 3.0
@@ -33,7 +33,8 @@ class Verdict:
         accusations: The error message, or the warnings about the robot or the measurements.
         warnings: All warnings, including warnings about too few values.
         is_too_few: Whether the identification has fewer values than variables.
-        unexplained: Outlier rows, or more noise than stated. A correct robot causes neither.
+        unexplained: Outlier rows, or more noise than stated. For a correct robot, the tuple is
+            empty.
     """
 
     accusations: tuple[str, ...]
@@ -50,8 +51,8 @@ class Verdict:
     def is_answered(self) -> bool:
         """Tests whether the measurements cause a warning or an error.
 
-        A few measurements of a different robot may fit with wrong zero offsets. A warning about too
-        few measurements is then sufficient.
+        A few measurements of a different robot may fit with wrong zero offsets. For a few
+        measurements, a warning about their small number is therefore sufficient.
         """
         return bool(self.accusations or self.warnings)
 

@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """The numbers of one joint."""
+    """Joint type, placement and axis of one joint."""
 
     kind: str
     xyz: tuple

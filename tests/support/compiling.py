@@ -40,7 +40,8 @@ COMPILER = shutil.which("clang") and "clang"
 def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
     """Context in which robots are compiled with ``flags`` into the test cache.
 
-    Shipped robots must not be loaded in this context, because tests call them as installed.
+    Shipped robots must not be loaded inside `compiled_quickly`, because tests call them as
+    installed.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
@@ -72,7 +73,8 @@ def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives few functions in this process.
 
     Robots with `parametric=True` get only the functions `IDENTIFICATION`, because all functions of
-    a six-axis arm take 8 s. Other robots get the functions `functions`, by default all.
+    a six-axis arm take 8 s. Robots without `parametric=True` get the functions in `functions`. By
+    default, they get all functions.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()

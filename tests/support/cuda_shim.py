@@ -21,7 +21,8 @@ KINDS = {"float": np.float32, "double": np.float64}
 SOLVED = {"float": 2e-5, "double": 1e-9}
 """Largest residual of a solution."""
 TOLERANCE = {"float": 1e-4, "double": 1e-12}
-"""Largest difference of solutions from the C, and of all results in double precision."""
+"""Largest difference between results of the kernels and of the C code. In single precision, only
+solutions are compared with this tolerance."""
 
 
 class Shim:
@@ -94,7 +95,7 @@ def columns(rows):
 
 
 def differing(shim, kind, q):
-    """Lists the functions whose results differ from the C.
+    """Lists the functions whose results differ from the results of the C code.
 
     Solutions of the inverse are compared only away from singularities.
     """
@@ -115,7 +116,7 @@ def differing(shim, kind, q):
 
 
 def incomplete(shim, kind, q):
-    """Lists the differences between the solutions of the kernel and of the C."""
+    """Lists the differences between the solutions of the kernel and of the C code."""
     robot, info, lines = shim.robot, inverse_of(shim.robot), []
     inputs = inputs_of(robot, info, q)
     exact = expected(robot, info, inputs)

@@ -1,4 +1,4 @@
-"""An arm with geometric errors. Some of its poses have sixteen solutions."""
+"""An arm with geometric errors. The arm has sixteen solutions for some poses."""
 
 import numpy as np
 

@@ -44,7 +44,7 @@ class _Watch:
 
 def _writes(event: str, arguments: tuple[object, ...]) -> bool:
     if event == "os.mkdir":
-        # Python ignores the error if the folder exists.
+        # If the folder exists, Python ignores the error of `os.mkdir`.
         return not os.path.isdir(str(arguments[0]))
     flags = arguments[2] if event == "open" else os.O_WRONLY
     return isinstance(flags, int) and bool(flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT))
@@ -98,7 +98,7 @@ def killed(step: int, work: Callable[[], object], folder: Path) -> None:
 
 @contextmanager
 def full_after(size: int) -> Iterator[None]:
-    """Lets each write beyond a file size fail."""
+    """Context in which each write beyond a file size fails."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -127,10 +127,11 @@ def restore(folder: Path, former: dict[str, bytes | None]) -> None:
 
 
 def check_writes(write: Callable[[], object], folder: Path, match: str | None = None) -> None:
-    """Checks that each fault leaves the former files, and that a second write succeeds.
+    """Checks that files survive each fault, and that a second write succeeds.
 
-    Each file operation fails in turn. The disk is also full at the start and before the end. After
-    a fault among several files, each file has its former or its new content.
+    Each file operation fails in turn. In further runs, the disk is full from the start, or becomes
+    full before the end. After a fault among several files, each file has its former or its new
+    content.
 
     Args:
         write: Writes several files into a folder.

@@ -156,8 +156,8 @@ def test_branches_of_loops_have_labels(name, function, method):
 
 
 ALONE = {"swivel"}
-"""Functions that exist only for one family of arms. If such a function is missing, the error
-suggests no substitute."""
+"""Functions that exist only for one family of arms. If a robot lacks one of these functions, the
+error suggests no substitute."""
 
 
 @pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])

@@ -116,7 +116,7 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Asserts equal results up to rounding errors. Non-finite values are in the same entries."""
+    """Asserts results that are equal up to rounding errors and non-finite in the same entries."""
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)

@@ -51,7 +51,7 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # A slightly smaller result reuses the freed block. A result of half the size gets new memory.
+    # A slightly smaller result reuses the freed block. A much smaller result gets new memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer

@@ -11,9 +11,9 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""The inverse must find each configuration with a larger singular value (meter, radian)."""
+"""Minimum singular value (meter, radian) of a configuration that the inverse must find."""
 TRUE = 1e-8
-"""A solution with a larger pose error (meter, or rotation matrix entry) is wrong."""
+"""Maximum pose error (meter, or rotation matrix entry) of a correct solution."""
 CERTIFIED = """
 int is_certified(const double *T)
 {
@@ -58,7 +58,8 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Returns a function that counts the elimination orders with a verdict."""
+    """Returns a function that counts the elimination orders that reach the verdict `verdict` on
+    solutions."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -92,7 +93,7 @@ def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Tests whether an elimination order certifies a wrong set with a moved solution."""
+    """Tests whether an elimination order accepts a solution set in which one solution is moved."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)
 

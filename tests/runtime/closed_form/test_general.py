@@ -24,7 +24,7 @@ NARROW = "-march=x86-64"
 CLOSED = 5e-14
 """Largest pose error (meter, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
-"""Two solutions count as equal if they differ by a smaller angle (radian)."""
+"""Maximum angle (radian) between two solutions that count as equal."""
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -73,8 +73,8 @@ def test_ik_recovers_generating_configuration(robot):
 
 
 def test_nearly_coincident_solutions_are_found(robot):
-    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. Their roots
-    # may become complex, and Newton steps may be too short.
+    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. The roots
+    # of these solutions may become complex, and Newton steps may be too short.
     q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 

@@ -184,7 +184,7 @@ def test_seeds_between_two_solutions_give_the_same_slot_as_the_filters(name):
     moves = solutions.q[:, 1] - solutions.q[:, 0]
     wraps = np.array(solutions.wraps)
     moves[:, wraps] -= TURN * np.rint(moves[:, wraps] / TURN)
-    # Up to rounding errors, both slots are equally far from the seed.
+    # Up to rounding errors, the solutions in two slots are equally far from the seed.
     seeds = solutions.q[:, 0] + moves / 2
     found = robot.ik_nearest(T, seeds, limits=None).q
     expected = robot.ik(T).nearest(seeds)

@@ -10,7 +10,7 @@ from tests.support.oracles.newton_solutions import regular_solutions
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SAME = 1e-5
-"""Two configurations count as equal if they differ by a smaller angle (radian)."""
+"""Maximum angle (radian) between two configurations that count as equal."""
 OFFSET_WRIST = """
 name = "offset_wrist"
 convention = "dh"

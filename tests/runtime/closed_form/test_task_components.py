@@ -30,7 +30,7 @@ SPOILT = 1e-7
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
 """An arm whose inverse misses poses near multiples of 90 degrees without refinement.
 
-The campaign `losses` generates such arms.
+The campaign `losses` generates arms of this kind.
 """
 
 

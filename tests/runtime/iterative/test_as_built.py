@@ -114,9 +114,8 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found(built):
-    """The margin of the loop is 1.5e-5. Larger steps would open the loops, and smaller steps do not
-    converge.
-    """
+    """The margin of the loop is 1.5e-5. Too long steps would open the loops, and too short steps
+    would not converge."""
     robot, _ = built
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5

@@ -101,7 +101,7 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Follows w to the coordinates q by Newton's method in small steps.
+    """Returns the configurations w at coordinates q, by Newton's method in small steps.
 
     The result is NaN if the determinant of the loop derivative changes sign.
     """
@@ -134,8 +134,8 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Newton's method finds no solution beyond a singularity. Steps of this length may cross a
-    # singularity.
+    # Newton's method finds no solution beyond a singularity. One solution is allowed, because a
+    # step may cross a singularity.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
@@ -248,7 +248,7 @@ def test_newton_functions_accept_batches_out_and_pickle(robot):
 
 
 def test_margin_is_zero_at_a_singularity(robot):
-    # The margin is proportional to the square root of the remaining distance.
+    # The margin is proportional to the square root of the distance to the singularity.
     near, far = np.array(robot.reference.q), unreachable(robot)
     assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)
     for _ in range(60):

@@ -23,7 +23,7 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""Tolerance like ROUNDING, for loops that both programs close by iteration (meter or radian)."""
+"""Closure tolerance (meter or radian) for loops that chasles and the oracle close by iteration."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
@@ -454,7 +454,7 @@ def test_numeric_page_examples_print_documented_output(capsys):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_seed_rotated_by_half_turn_converges(ur5e, axis):
-    # At this point, the logarithm contains a limit of the form 0 / 0.
+    # For a rotation by pi, the logarithm contains a limit of the form 0 / 0.
     rng = np.random.default_rng(0)
     seed = rng.uniform(-2, 2, (3000, 6))
     T = ur5e.fk(seed) @ np.diag([1.0 if k in (axis, 3) else -1.0 for k in range(4)])

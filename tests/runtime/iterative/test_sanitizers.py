@@ -42,7 +42,7 @@ The campaign ``memory`` runs all functions.
 SUFFIXES = ("", "_branch", "_rows", "_batch")
 """Suffixes of the C function names that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""The vector code refers to functions outside this subset; the compiler drops them."""
+"""The vector code refers to functions that are not tested. The compiler drops these functions."""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 
@@ -135,7 +135,7 @@ CALLED = {
     "link": ("link_poses",),
     "box": ("fk_jacobian_mixed",),
 }
-"""Functions that each mode of serial robots calls."""
+"""Functions that the driver calls in each test mode for serial robots."""
 SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
 """Cases for each mode: poses and tasks, with and without start values, and steps along a path."""
 

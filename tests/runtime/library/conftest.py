@@ -13,7 +13,7 @@ from chasles.cli import app
 def compiler_in_process():
     """Runs the compiler of chasles in the test process, which has already imported SymPy.
 
-    Other programs run unchanged.
+    Programs other than the compiler of chasles run in separate processes, as usual.
     """
     run = subprocess.run
 

@@ -1,6 +1,6 @@
 """Faults during compilation leave one error and no partial file.
 
-The next run works.
+After the fault, the same command succeeds.
 """
 
 import os
@@ -30,7 +30,7 @@ Q = [0.3, -1.2]
 FEW = ("--functions", "fk", "--languages", "c", "--jobs", "1")
 LOAD = "import sys, chasles; chasles.load(sys.argv[1])"
 KILLS = 8
-"""Number of moments at which a load is killed."""
+"""Number of moments at which the process that loads a robot is killed."""
 
 
 @pytest.fixture(autouse=True)
@@ -88,7 +88,7 @@ def test_written_robot_survives_every_fault(arm, tmp_path):
 
 
 def test_every_file_of_a_robot_is_written_before_the_first_is_moved(arm, tmp_path):
-    """A full disk then leaves no folder with files of two derivations."""
+    """A full disk must not leave a folder with files of two derivations."""
     robot, folder = read(arm), tmp_path / "out" / "arm"
     steps = steps_of(lambda: write(robot, folder, functions=["fk"], languages=["c"]), folder)
     kinds = [step.split()[0] for step in steps]

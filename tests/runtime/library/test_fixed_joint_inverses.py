@@ -105,7 +105,7 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # The loop does not close. A batch contains NaN, and a single call raises an error.
+    # The loop does not close. A batch returns no valid solution, and a single pose raises an error.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -204,8 +204,8 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
         arm.ik(T[0], fixed={"j1": 0.2})
 
 
-# The axes of j1 and j3 are parallel at j2 = 0. The second arm then has two solutions for its only
-# solution slot.
+# The axes of j1 and j3 are parallel at j2 = 0. At j2 = 0, the second arm has two solutions in its
+# only solution slot.
 PARALLEL_AT_ZERO = {
     830591000001: [[-np.pi / 2, 0, -np.pi / 2, -0.3, 0, np.pi], [np.pi / 2, 0, 0, 0.5, np.pi, 0]],
     4471000019: [[np.pi, 0, 0.5, 0], [-np.pi / 2, 0, -0.1, -np.pi / 2]],

@@ -15,8 +15,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""Vector that the first input of each function represents. The first inputs of all other functions
-are tasks."""
+"""Vector that each name of a first input represents. A first input with another name contains the
+components of a task."""
 
 
 @pytest.fixture(params=NAMES)

@@ -72,7 +72,8 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg is the main chain. Its actuator value is correct in half of the eight slots.
+    # The first leg is the main chain. The actuator value of the first leg is correct in half of the
+    # eight slots.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])

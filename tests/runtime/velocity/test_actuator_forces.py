@@ -9,7 +9,8 @@ from chasles.errors import InputValueError, ShapeError
 STATES = 10_000
 WITH_LOOPS = [name for name in chasles.robots() if chasles.load(name).loops]
 RIGHT = 1e-12
-"""Largest difference between the two powers, relative to the sum of the absolute terms."""
+"""Largest difference between the power of the actuator forces and the power of the wrench. The
+difference is relative to the sum of the absolute terms."""
 
 
 @pytest.mark.parametrize("representation", ["mixed", "body", "space"])

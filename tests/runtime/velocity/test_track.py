@@ -104,8 +104,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # The path passes the singularity in the singular direction. At a smaller distance, the wrist
-    # rotates faster.
+    # The path passes the singularity in the singular direction. The smaller the distance from the
+    # singularity, the faster the wrist rotates.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -188,8 +188,8 @@ def test_track_step_solves_bounded_least_squares(arm):
 
 
 def test_joints_stop_at_their_limits(arm):
-    # The elbow would exceed its limit. The arm follows as far as possible, and then returns to the
-    # path.
+    # On the path, the elbow would exceed its limit. The arm follows the path as far as possible,
+    # and later returns to the path.
     s = np.concatenate([np.linspace(0, 1, 501), np.linspace(1, 0, 501)])
     q = REGULAR + [0, 0, 1.3, 0, 0, 0] + s[:, None] * [0.1, 0.2, 0.6, 0, 0, 0]
     assert q[:, 2].max() > arm.upper[2]

@@ -73,10 +73,10 @@ def crane(
 
     Args:
         order: The joints that move in a plane.
-        hand: Whether a fifth axis follows in this plane.
+        hand: Whether a fifth axis in the plane of the motion follows.
         round_numbers: Whether lengths are round.
         seed: Number of the arm.
-        wrist: Whether the next two axes intersect and have any direction.
+        wrist: Whether two more axes follow that intersect and have any direction.
     """
     draw = random.Random(seed)
 

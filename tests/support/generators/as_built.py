@@ -71,9 +71,8 @@ Value = Callable[[sp.Expr], sp.Expr]
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     """Yields (error name, mechanism) for each single error.
 
-    The last mechanism has all errors.
-
-    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees.
+    An error makes a length 0.2 mm longer, or rotates a joint axis by 0.1 degrees. The mechanism
+    that is yielded last has all these errors.
     """
     lengths: list[sp.Expr] = []
 
@@ -102,7 +101,7 @@ def _longer(off: dict[int, sp.Rational]) -> Value:
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """Returns a mechanism with transformed lengths. Each length is transformed once."""
+    """Returns a mechanism in which the function `of` replaces each length once."""
     return replace(
         mechanism,
         joints=tuple(
@@ -187,7 +186,7 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
     """Returns a mechanism with displaced joints.
 
-    Its loops close only in the least-squares sense.
+    The loops of the mechanism close only in the least-squares sense.
 
     Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
     """

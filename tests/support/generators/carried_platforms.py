@@ -1,7 +1,7 @@
-"""Random platforms with joints before and behind them: a rail, a turntable, axes and a wrist.
+"""Random platforms on a rail or turntable, with axes or a wrist between platform and tool.
 
-The platforms are rotary deltas and hexapods. Axes behind a delta add degrees of freedom to the
-tool. All other added joints are redundant.
+The platforms are rotary deltas and hexapods. Axes between a delta and its tool add degrees of
+freedom to the tool. Joints before a platform, and joints after a hexapod, are redundant.
 """
 
 import numpy as np

@@ -11,8 +11,8 @@ from .drawn_arms import random_arm
 from .geometric_errors import displaced
 
 HELICAL, REVERSED, COUPLED, DRIVEN = 0.15, 0.2, 0.3, 0.5
-"""Fractions of helical joints, reversed joints, arms with a coupled joint, and other arms with a
-differential or a four-bar linkage."""
+"""Probability of a helical joint, of a reversed joint, and of an arm with a coupled joint.
+Probability of a differential or a four-bar linkage in an arm without a coupled joint."""
 
 
 def convertible_arm(seed: int) -> SerialRobot:

@@ -16,7 +16,8 @@ STRUCTURES = (
     *("R=R", "R+R", "R+R=R", "R=R=R", "P+R=R", "R=R=PxR", "R+R=R=R", "R+R=R=R+R"),
     *("R+R=R/RxrxR", "R+R=R=R+R+R", "R+P=R/RxrxR", "R/R=R/RxrxR", "RxrxR+RxrxRxR"),
 )
-"""Structures with a closed-form inverse. Half of all arms have one of these structures."""
+"""Structures with a closed-form inverse. Half of the generated arms have one of the listed
+structures."""
 DENSITY = 0.4
 """Fraction of nonzero entries outside the diagonal."""
 MAX_JOINTS, MAX_CONDITION = 7, 200.0
@@ -28,7 +29,7 @@ class CoupledArm:
 
     Attributes:
         robot: The coupled arm.
-        plain: The same arm without motors.
+        plain: The arm without couplings, whose coordinates are the joint values theta.
         C: The ratios C (n, n) of the couplings.
         c: The offsets (n,).
     """

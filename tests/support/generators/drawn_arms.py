@@ -117,7 +117,7 @@ class Derived(Case):
 
     Attributes:
         described: The robot.
-        inverses: The structure and the derived inverses.
+        inverses: The axis structure of the robot and the derived inverses.
     """
 
     described: SerialRobot | None = None

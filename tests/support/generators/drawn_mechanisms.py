@@ -1,8 +1,8 @@
 """Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimeters. Some mechanisms are then scaled by 1000 or 1/1000. The oracle
-``tests/support/oracles/multi_start.py`` finds the reference, which is rounded to three digits.
-Each seed determines one mechanism.
+Lengths are whole millimeters. The lengths of some mechanisms are multiplied by 1000 or 1/1000. The
+oracle ``tests/support/oracles/multi_start.py`` finds the reference, which is rounded to three
+digits. Each seed determines one mechanism.
 """
 
 import random

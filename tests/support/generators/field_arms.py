@@ -150,7 +150,8 @@ def derived(arm: FieldArm, folder: Path) -> None:
     """Derives an arm's URDF in a separate process.
 
     Raises:
-        RuntimeError: The derivation failed. The message is the end of its output.
+        RuntimeError: The derivation failed. The message is the last line that the derivation
+            printed.
     """
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{arm.name}.urdf"

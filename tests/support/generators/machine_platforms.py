@@ -1,8 +1,8 @@
 """Random platforms of packaging robots and machine tools.
 
-A Par4 has four arms with pairs of rods. Two bars of its platform rotate the tool. A telescopic
-Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a pentapod. The fifth leg
-keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept
+A Par4 has four arms with pairs of rods. Two bars in the platform of a Par4 rotate the tool. A
+telescopic Cardan shaft rotates the tool of a delta. Five legs carry the spindle of a pentapod. The
+fifth leg keeps the platform from rotating. An Exechon carries a head with two axes. A Tricept
 carries a wrist.
 """
 
@@ -52,7 +52,7 @@ def _height(lengths, heading, end):
 
 
 def _par4(rng):
-    """Returns a Par4. Its platform consists of two parts and two bars."""
+    """Returns a Par4, whose platform consists of two parts and two bars."""
     lengths = [int(n) for n in rng.integers((180, 240, 620, 30), (240, 300, 760, 45))]
     wide, deep = (int(n) for n in rng.integers((50, 40), (70, 60)))
     text = FREE + chain(

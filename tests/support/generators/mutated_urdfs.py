@@ -203,7 +203,7 @@ def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
 
 
 def digits(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Rounds all numbers to the same three to six digits."""
+    """Rounds all numbers to a random number of significant digits, between three and six."""
     count = dice.randint(FEWEST_DIGITS, MAX_DIGITS)
     return rewritten(mutant, lambda text: f"{float(text):.{count}g}")
 

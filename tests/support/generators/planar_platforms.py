@@ -1,6 +1,6 @@
 """Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
-A leg has three joints. One joint is actuated, and one joint is the closure. The base carries the
+A leg has three joints. One joint is actuated, and one joint closes the loop. The base carries the
 joints before the closure. The platform carries the joints after the closure. Legs with two passive
 prismatic joints are excluded, because such a leg constrains only the platform angle.
 """
@@ -65,8 +65,9 @@ class DrawnLeg:
         kinds: Joint types (R or P) of a leg from base to platform.
         actuated: Index of the actuated joint.
         closed: Index of the closure.
-        front: The frames before the joints from base to closure.
-        back: The frames before the joints from platform to closure.
+        front: For each joint between the base and the closure, the frame in which the joint moves.
+        back: For each joint between the platform and the closure, the frame in which the joint
+            moves.
         values: Values of the joints near the reference (radian or meter).
     """
 
@@ -161,7 +162,7 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """Returns a platform of about 1 m size. Its leg types are random by default."""
+    """Returns a platform of about 1 m size. By default, the types of the legs are random."""
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)

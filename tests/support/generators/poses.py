@@ -32,8 +32,8 @@ class Singularity:
 
     Attributes:
         joint: Index of the joint that moves to the singularity.
-        rows: Rows of the task Jacobian that become dependent. Empty means all rows.
-        columns: Columns of the task Jacobian that become dependent. Empty means the solved joints.
+        rows: Rows of the task Jacobian that become dependent, or () for all rows.
+        columns: Columns of the task Jacobian that become dependent, or () for the solved joints.
     """
 
     joint: int
@@ -160,7 +160,7 @@ class PoseSet:
     """Coordinates that define reachable targets.
 
     Attributes:
-        name: The name of the set.
+        name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
         regular: Whether the inverse must recover the coordinates, except at singularities.
     """
@@ -248,8 +248,9 @@ def singular(
 ) -> np.ndarray:
     """Returns coordinates (count, n) with a zero determinant of the task Jacobian.
 
-    Bisection moves one joint to a zero of the determinant. All other coordinates are random.
-    The smallest singular value of the Jacobian at the returned coordinates is below SINGULAR.
+    Bisection moves one joint to a zero of the determinant. The coordinates of the joints that
+    bisection does not move are random. The smallest singular value of the Jacobian at the returned
+    coordinates is below SINGULAR.
 
     Raises:
         ValueError: The determinant never changes sign along the joint.
@@ -268,7 +269,8 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns (q, low, high). The determinant changes sign if the joint moves from low to high."""
+    """Returns (q, low, high): the determinant changes its sign between the joint values low and
+    high."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:
