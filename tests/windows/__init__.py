@@ -1,0 +1,1 @@
+"""The wheel for Windows: compiled on Linux, tested under Wine."""

@@ -1,0 +1,108 @@
+"""Values of every shipped robot, computed on Linux and compared on Windows.
+
+`python values.py write FILE` writes the values, and `python values.py compare FILE` compares them.
+The script needs only chasles and NumPy.
+"""
+
+import sys
+
+import numpy as np
+
+import chasles
+
+N = 64
+"""Configurations of each robot."""
+N_LARGE = 400_000
+"""Rows of a batch whose Jacobians are stored in memory pages of the system."""
+SAME = 1e-12
+"""Tolerance of functions relative to the largest entry, because compilers and mathematical
+libraries round differently."""
+SAME_SOLUTION = 1e-7
+"""Tolerance of solutions [rad or m]; near double roots, rounding is amplified."""
+LOOPED = {"fk", "link_poses", "jacobian_space", "jacobian_mixed", "fk_jacobian_mixed", "chain"}
+"""Functions that are compared for every robot that has them. Further functions of the
+configuration are compared, too, where they have no singular values at random configurations."""
+
+
+def fixed_at(robot, q):
+    """Returns the values of the redundancy parameters of configurations."""
+    joints = [joint.name for joint in robot.chain_joints]
+    values = {}
+    for item in robot.redundancy:
+        if item.name in robot.functions:
+            values[item.name] = robot.functions[item.name](q)
+        elif robot.loops:
+            values[item.name] = robot.chain(q)[..., joints.index(item.name)]
+        else:
+            values[item.name] = q[..., item.index]
+    return {"fixed": values} if values else {}
+
+
+def values_of(robot, q):
+    """Returns functions, inverses and batches at configurations, keyed by name."""
+    found = {}
+    for name in sorted(LOOPED & set(robot.functions)):
+        outputs = robot.functions[name](q)
+        for k, value in enumerate(outputs if isinstance(outputs, tuple) else (outputs,)):
+            found[f"{name}.{k}"] = value
+    T = robot.fk(q)
+    np.testing.assert_array_equal(robot.fk(np.tile(q, (500, 1)), threads=2)[: len(q)], T)
+    if "ik" in robot.functions:
+        solutions = robot.ik(T, **fixed_at(robot, q))
+        found["ik.valid"] = solutions.valid
+        found["ik.q"] = np.where(solutions.valid[..., None], solutions.q, 0)
+        found["ik_nearest.q"] = robot.ik_nearest(T, q).q
+    seed = np.clip(q + 0.01, robot.lower, robot.upper)
+    one, two = (robot.ik_numeric(T, seed, threads=threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one.q, two.q)
+    found["ik_numeric.valid"] = one.valid
+    return found
+
+
+def write(file):
+    """Writes the values of all robots."""
+    values = {}
+    for name in chasles.robots():
+        robot = chasles.load(name)
+        q = values[f"{name}/q"] = robot.random_q(N)
+        values.update({f"{name}/{key}": value for key, value in values_of(robot, q).items()})
+    np.savez(file, **values)
+
+
+def difference(key, found, expected):
+    """Returns the difference divided by the tolerance."""
+    if found.shape != expected.shape or not np.array_equal(np.isnan(found), np.isnan(expected)):
+        return np.inf
+    if found.dtype == bool:
+        return np.inf if (found != expected).any() else 0.0
+    scale = SAME_SOLUTION if key.startswith("ik") else SAME * np.nanmax(np.abs(expected), initial=1)
+    return np.nanmax(np.abs(found - expected), initial=0) / scale
+
+
+def compare(file):
+    """Compares all robots with a file of values. Returns the number of differing values."""
+    values, failed = np.load(file), 0
+    for name in chasles.robots():
+        robot = chasles.load(name)
+        found = values_of(robot, values[f"{name}/q"])
+        found = {key: difference(key, found[key], values[f"{name}/{key}"]) for key in found}
+        wrong = {key: value for key, value in found.items() if value > 1}
+        failed += len(wrong)
+        print(f"{name:<20} {len(found):3d} values, worst {max(found.values()):.2g}", wrong or "")
+    return failed
+
+
+def check_memory():
+    """Results of a large batch come from memory pages, which the next batch uses again."""
+    arm = chasles.load("ur5e")
+    q = np.zeros((N_LARGE, 6))
+    for _ in range(3):
+        J = arm.jacobian_mixed(q)
+    del J
+    assert chasles.release_memory() > 0
+
+
+if __name__ == "__main__":
+    action, file = sys.argv[1:]
+    check_memory()
+    sys.exit(write(file) if action == "write" else compare(file))
