@@ -1,4 +1,4 @@
-"""The program on the page of optimal control runs. CasADi replaces acados in its last block."""
+"""The program on the page of optimal control runs, with CasADi instead of acados."""
 
 import contextlib
 import io

@@ -86,7 +86,7 @@ def test_excavator_moves_its_bucket_with_a_fixed_swing():
 
 
 def test_planned_motion_avoids_obstacles_within_limits(tmp_path, monkeypatch, capsys):
-    """The program uses 1,000,000 samples, which take ten seconds. The test uses 100,000."""
+    """The test uses 100,000 samples instead of the 1,000,000 samples of the example program."""
     pytest.importorskip("coal", reason="coal comes with pin")
     pytest.importorskip("matplotlib").use("Agg")
     from chasles.study import Workspace

@@ -52,13 +52,19 @@ STAGES = (
     ("build",),
     ("__init__",),
 )
-"""Packages and modules of the compiler. Each imports only from itself and from earlier entries."""
+"""Packages and modules of the compiler, in import order.
+
+A package imports only from itself and from packages before it in the list.
+"""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
 LOOP_STAGES = (
     *("model", "closing", "planar", "spatial", "solve"),
     *("functions", "modes", "iterated", "parametric", "checks"),
 )
-"""Folders of derive/loops. Each imports only from itself and from earlier entries."""
+"""Folders of derive/loops, in import order.
+
+A folder imports only from itself and from folders before it in the list.
+"""
 PLAN = (
     *("loops.closing", "loops.solve", "inverse.arms", "loops.functions", "loops.modes"),
     *("loops.iterated", "loops.parametric", "inverse"),
@@ -98,7 +104,8 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 def statements(body: list) -> Iterator[ast.AST]:
     """Yields all nested statements.
 
-    Expressions are skipped, because they are much more numerous.
+    Expressions are skipped to save time, because a module contains many more expressions than
+    statements.
     """
     for node in body:
         yield node
@@ -120,7 +127,10 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 
 @cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """Maps each module of a half to its imports from the same half.
+    """Maps each module of derive, contract, runtime or apps to its imports within this part.
+
+    The `__init__` file of the part is omitted, because the file imports names of all packages
+    lazily.
 
     The __init__ file of the half is omitted, because it imports names of all packages lazily.
     """
@@ -219,7 +229,7 @@ def test_loop_folders_import_only_earlier_folders():
 
 
 def test_steps_of_a_mechanism_follow_the_plan():
-    """The derivation calls the folders in a fixed order, and each step returns a record."""
+    """`derivation.py` calls functions of the loop folders in the order of PLAN."""
     tree = ast.parse((DERIVE / "derivation.py").read_text(encoding="utf-8"))
     imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level]
     folder_of = {
@@ -241,7 +251,8 @@ def names_read(tree: ast.Module) -> Iterator[str]:
     def read(step: ast.FunctionDef) -> Iterator[str]:
         nodes = [node for part in step.body for node in ast.walk(part)]
         named = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
-        # The end position orders names as in the source: `a` precedes `b` in `a.b`.
+        # Names are sorted by their end position, which is the order in the source. For example, `a`
+        # precedes `b` in `a.b`.
         named.sort(key=lambda node: (node.lineno, node.end_lineno, node.end_col_offset))
         for node in named:
             name = node.id if isinstance(node, ast.Name) else node.attr
@@ -252,7 +263,7 @@ def names_read(tree: ast.Module) -> Iterator[str]:
 
 
 def test_ends_of_loop_joints_are_placed_by_the_loop_model_and_the_scene_only():
-    """Other files get the position of a pin from the loop model or the scene."""
+    """Only the loop model and the scene compute the position of a pin."""
     placing = {"placement_matrix", "matrix", "onward", "at_values", "_on", "_rotation"}
     found = set()
     for path in DERIVE.rglob("*.py"):
@@ -299,7 +310,7 @@ def test_packages_have_no_import_cycle(half):
 
 
 INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (), "apps": ()}
-"""The package below `chasles` under which each half of the project is installed."""
+"""For derive, contract, runtime and apps: the package below `chasles` that contains the code."""
 
 
 def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:

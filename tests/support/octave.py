@@ -11,7 +11,7 @@ from tests.support.derivations import robot_of
 from tests.support.exports import apart, inverse_of, regular_slots
 
 FUNCTIONS = {"fk", "fk_jacobian_mixed", "hessian_mixed", "ik", "chain", "actuators", "chain_all"}
-"""Functions that are compared with the C."""
+"""Names of the functions whose results in Octave are compared with the generated C."""
 BASELINE = "-march=x86-64" if platform.machine() == "x86_64" else ""
 """Compiler flag for the instructions that the MATLAB functions use.
 
@@ -78,10 +78,10 @@ def _count(info) -> int:
 
 
 def difference_of_solutions(robot, inputs, found) -> tuple[float, int]:
-    """Compares all solutions with the C, away from singularities.
+    """Compares all solutions in Octave with the generated C, away from singularities.
 
     Returns (largest difference, number of compared solutions). The difference is infinite if a slot
-    is valid on only one side, or if a solution misses its pose.
+    is valid only in Octave or only in C, or if a solution does not reach its pose.
     """
     q, valid = found[0], found[1] == 1
     exact, residual = _pose_by_pose(robot, inputs)

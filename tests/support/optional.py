@@ -17,8 +17,8 @@ class OptionalPackage:
     def __getattr__(self, attribute: str):
         """Returns a public attribute of the package.
 
-        During collection, pytest reads private attributes of all objects in a test file. These
-        reads must not import the package.
+        During collection, pytest reads private attributes of all objects in a test file. Reading a
+        private attribute must not import the package.
         """
         if attribute.startswith("_"):
             raise AttributeError(f"{self._name}: only public attributes can be used")

@@ -4,8 +4,10 @@ ORACLE = 1e-12
 """Tolerance for poses and Jacobians that are compared with an independent double-precision
 library."""
 ORACLE_RATES = 1e-10
-"""Tolerance for time derivatives of poses and Jacobians at speeds of size 1. These derivatives are
-longer sums of products."""
+"""Tolerance for time derivatives of poses and Jacobians at joint rates of about 1.
+
+A time derivative is a longer sum of products than a pose or Jacobian.
+"""
 EXACT_CODE = 1e-13
 """Tolerance for generated code that is compared with a 30-digit evaluation of its equations, for
 robots of a few meters."""

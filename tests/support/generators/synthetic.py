@@ -126,7 +126,7 @@ class Function:
         self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
-        """Returns solution slots for an inverse. Other functions return their values."""
+        """Evaluates the function. For an inverse, the result is its solution slots."""
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
         columns = [
@@ -179,7 +179,7 @@ def robot_of(chain: str, *, right: bool = False, seed: int = 0) -> SerialRobot:
 class Arm(Case):
     """A random chain as a benchmark case.
 
-    The case name is the structure.
+    The name of the case is the name of the arm's kinematic structure.
 
     Attributes:
         right: Whether the angles between skew axes are right angles.

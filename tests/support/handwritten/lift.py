@@ -1,8 +1,8 @@
 """Handwritten robot with a waist and a cylinder-driven boom: the smallest robot with a loop.
 
-The boom joint and both cylinder ends form a triangle. The cylinder is one side, and the other sides
-are 1 m long. The function ``chain`` returns the waist angle theta1, and the boom angle theta2 with
-cos(theta2) = 1 - cylinder^2 / 2.
+The boom joint and the two cylinder ends are the corners of a triangle. One side of the triangle is
+the cylinder, and two sides are 1 m long. The function ``chain`` returns the waist angle theta1, and
+the boom angle theta2 with cos(theta2) = 1 - cylinder^2 / 2.
 """
 
 import json

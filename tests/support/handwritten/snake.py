@@ -1,4 +1,4 @@
-"""Handwritten planar snake with many links in the contract format.
+"""Handwritten `manifest.json` and C code of a planar snake with many links.
 
 A pose contains NaN if the first joint exceeds one radian, as for loops that do not close.
 """

@@ -1,4 +1,4 @@
-"""Tiny handwritten robot in the contract format between compiler and runtime."""
+"""Handwritten `manifest.json` and C code of a tiny robot, as the compiler would write them."""
 
 import hashlib
 import json

@@ -154,7 +154,7 @@ def programs_of(functions, prefix):
 
 
 def write(folder: Path, functions):
-    """Writes a loadable robot with only these functions."""
+    """Writes a loadable robot whose only functions are `functions`."""
     derived = derive(robot_of("ur5e"), functions=["fk"])
     robot = derived.robot
     texts = dict(files(functions, robot))

@@ -131,7 +131,10 @@ class Model:
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):
-        """Returns the unknown joints on the reference branch, and the minimum of ``held``."""
+        """Follows the reference branch to q.
+
+        Returns the unknown joints and the minimum of ``held``.
+        """
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):
             at = self.q + part * (np.asarray(q) - self.q)

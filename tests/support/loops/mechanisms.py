@@ -269,7 +269,7 @@ def rsur():
 def bennett(kind="pin"):
     """Bennett linkage of four skew pins.
 
-    It has one degree of freedom, although Kutzbach's formula gives -2.
+    The Bennett linkage has one degree of freedom, although Kutzbach's formula gives -2.
     """
     a, b, alpha = 1, 2, sp.pi / 6
     beta = sp.asin(sp.sin(alpha) * b / a)

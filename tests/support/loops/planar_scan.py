@@ -6,7 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Returns random crank angles. Half of the rows reach a pose."""
+    """Returns random crank angles (n, 3). For half of them, the platform can be assembled."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -39,7 +39,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Counts zeros by sign changes. Doubtful intervals are scanned again at the next level."""
+    """Counts zeros by sign changes. Doubtful intervals are scanned again with finer steps."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):
@@ -48,8 +48,8 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # The two branches merge where the first two circles cease to intersect. Different signs of the
-    # branches before this angle indicate a zero.
+    # The two branches merge where the first two circles cease to intersect. If the two branches
+    # have different signs just before the angle where they merge, one branch has a zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

@@ -50,7 +50,7 @@ def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Co
 
 
 def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
-    """Tests whether configurations (N, n) are far from dead points of both maps."""
+    """Tests whether configurations (N, n) are far from dead points of `chain` and `actuators`."""
     clear = np.ones(len(q), dtype=bool)
     for name, values in (("margin", q), ("actuator_margin", robot.chain(q))):
         if name in robot.functions:

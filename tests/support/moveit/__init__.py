@@ -170,9 +170,9 @@ class Plugin:
 
     Attributes:
         library: Path of the compiled plugin.
-        model: Lines of the model.
+        model: Lines of the robot model, as the MoveIt stub reads them.
         n: Number of joints.
-        parameters: Values of ROS parameters in the group.
+        parameters: Values of the ROS parameters of the joint group, keyed by name.
     """
 
     library: Path

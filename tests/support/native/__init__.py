@@ -15,7 +15,9 @@ from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag only for the C code of chasles.
+"""Compiler flag for the C code of chasles only.
+
+Without the flag, GCC 12 compiles the C code of chasles incorrectly.
 
 GCC 12 vectorizes this code incorrectly without the flag.
 """

@@ -2,7 +2,7 @@
  *
  *   `kernels bounds`:   Tests all batch lengths, steps and alignments. Memory blocks have exactly
  *                       the required size, so the address sanitizer detects access beyond them.
- *   `kernels pages`:    Tests the same cases between protected pages. These pages also detect
+ *   `kernels pages`:    Tests the cases of `bounds` between protected memory pages, which detect
  *                       streaming stores that the sanitizer misses.
  *   `kernels threads`:  Several threads with the same inputs write parts of the same results.
  *   `kernels race`:     Two threads write one variable, and the thread sanitizer must report this.

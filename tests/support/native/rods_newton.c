@@ -103,7 +103,7 @@ static void move(double A[RODS][RODS + 1], double e[4], double p[3])
  *             overwrite the start poses.
  * `closes`:   Length error at which the iteration ends.
  *
- * Returns the number of poses found. The found poses are the first rows of e and p.
+ * Returns the number m of poses found. The first m rows of `e` and `p` are the poses found.
  */
 __attribute__((visibility("default"))) int rods_newton(const double *a, const double *b,
                                                        const double *lengths, int count, double *e,

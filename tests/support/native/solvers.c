@@ -263,7 +263,7 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each pose is fixed. The other coordinates of the pose have new start
+    /* For each pose, the first coordinate is fixed, and all further coordinates have new start
      * values. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;

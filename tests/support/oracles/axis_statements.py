@@ -77,7 +77,8 @@ def deviation(text: str, arm: Arm) -> float:
     """Returns the largest deviation of an arm from the statements of a text.
 
     Raises:
-        AssertionError: A statement has an unknown form, or needs the line of a prismatic joint.
+        AssertionError: A statement has an unknown form, or is about the position of a prismatic
+            axis.
     """
     statements = text.removesuffix(ENDING).replace(" and axes ", "\naxes ").splitlines()
     return max(_one(statement, arm) for statement in statements)

@@ -1,8 +1,8 @@
 """Minimizes the sum of squared closure errors of a mechanism.
 
 The oracle uses only the frames, closures and lengths of the description. SciPy's ``least_squares``
-starts at a nearby configuration. Newton's method on the gradient then refines the solution, because
-the sum is too flat near its minimum. CasADi computes exact derivatives.
+starts at a nearby configuration. The sum of squares is flat near its minimum. Therefore, Newton's
+method on its gradient refines the solution of ``least_squares``. CasADi computes exact derivatives.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ class LeastGaps:
         self._at = ca.Function("gaps", [ca.vertcat(*symbols.values())], results)
 
     def least(self, z: np.ndarray) -> np.ndarray:
-        """Returns the free values of the minimum near a configuration z."""
+        """Returns the free entries of z at the minimum of the sum, near a configuration z."""
 
         def at(x: np.ndarray) -> np.ndarray:
             whole = z.copy()

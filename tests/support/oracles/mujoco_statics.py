@@ -18,7 +18,7 @@ from chasles.study import PointMass
 mujoco = pytest.importorskip("mujoco", reason="the oracle of static loads")
 
 MASSLESS = 1e-12
-"""Mass (kilogram) of a body without mass; MuJoCo refuses 0."""
+"""Mass (kilogram) of a massless body in MuJoCo, which refuses a mass of 0."""
 KINDS = {"revolute": "hinge", "prismatic": "slide"}
 PIN = np.eye(6)[[0, 1, 2, 3, 4]]
 PLANAR_PIN = np.eye(6)[[0, 1]]

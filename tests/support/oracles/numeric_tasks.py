@@ -16,7 +16,10 @@ ALONE = (
 )
 """Robots that no other library can solve."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
-"""Weights for arms with five joints. The rotation about the tool's z axis is free."""
+"""Weights of the six pose components for five-joint arms.
+
+The rotation about the tool's z axis has weight 0.
+"""
 WEIGHTS = {"lynxmotion": DIRECTION}
 """The position determines the yaw of an arm on a turntable. The target of this arm also includes
 the pitch of the tool."""
@@ -76,8 +79,9 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
-    # A small rotation displaces two axes of the tool by the rotation angle. With DIRECTION, only
-    # one axis is compared.
+    # A small rotation about a tool axis moves the end points of the two other unit axes by the
+    # rotation angle, so the norm is divided by sqrt(2). With DIRECTION, only the z axis is
+    # compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

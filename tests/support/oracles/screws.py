@@ -93,7 +93,9 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns (point, distance) of the point closest to several lines.
+    """Returns (point, distance): the point closest to several lines, and a distance [m].
+
+    The distance is the distance of the point from the farthest line.
 
     The distance is the largest [m].
     """

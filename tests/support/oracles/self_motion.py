@@ -37,7 +37,7 @@ def reached_poses(robot, T, limits, cells, step=0.25):
 
 
 def look_at(eye, target):
-    """Returns camera poses at points (m, 3). Their z axes point at a target (3,)."""
+    """Returns camera poses at points (m, 3), with z axes that point at a target (3,)."""
     z = (target - eye) / np.linalg.norm(target - eye, axis=-1, keepdims=True)
     x = np.cross(z, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x, axis=-1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Verdicts on inverses from independently computed residuals."""
+"""Counts correct, missed and wrong solutions of an inverse by independently computed residuals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,12 +33,13 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets without a correct claimed solution.
-        unfound: Number of targets without a correct answer, whether claimed or not.
-        wrong: Number of targets with an incorrect claimed solution.
+        missed: Number of targets that no solution claimed as exact reaches.
+        unfound: Number of targets that no returned configuration reaches, including least-squares
+            results.
+        wrong: Number of targets with a solution claimed as exact that does not reach the target.
         lost: Number of targets whose generating coordinates are regular, but not among the
         solutions. None for sets of singular coordinates.
-        worst: Largest residual of a correct claimed solution [m or rad].
+        worst: Largest residual of the solutions that reach their target [m or rad].
     """
 
     poses: int
@@ -108,7 +109,7 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """Counts the distinct claimed solutions (m,)."""
+    """Counts the distinct solutions that are claimed as exact, for each of m targets."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
@@ -140,7 +141,10 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (Jacobian, residual) of a task. Inputs that depend on q add rows."""
+    """Returns (Jacobian, residual) of a task.
+
+    An input that is a function of q adds rows to the Jacobian and to the residual.
+    """
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):

@@ -27,5 +27,5 @@ def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
 
 
 def chooses_branches(name: str, case: Case) -> bool:
-    """Tests whether the robot has infinitely many solutions. The library selects some of them."""
+    """Tests whether the library selects some of infinitely many solutions of a redundant robot."""
     return name == "ssik" and case.robot.n > MAX_JOINTS

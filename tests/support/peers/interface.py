@@ -11,7 +11,10 @@ import numpy as np
 from tests.support.oracles.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""Peers and their pip names. `inverse(chain)` of another library is None for unsupported arms."""
+"""Module of each other inverse kinematics library, and its pip package.
+
+`inverse(chain)` of a module returns None for unsupported arms.
+"""
 MEET = 1e-9
 """Maximum distance [m] of intersecting axes from a common point."""
 PARALLEL = 1e-9
@@ -40,8 +43,10 @@ class Inverse:
 
     Attributes:
         name: The peer.
-        call: The timed function, from a prepared pose to the result of the other library.
-        read: Function from this result to (joint values (k, n), claims (k,)).
+        call: The timed function. The argument is a prepared pose, the result has the library's
+            type.
+        read: Converts a result of `call` to joint values (k, n), and to k booleans that state
+            whether the library claims that a solution is exact.
         prepare: Function from a pose (4, 4) to the pose expected by the other library.
         batch: The same as `call` for several prepared poses (m, 4, 4), on one thread.
     """
@@ -53,7 +58,7 @@ class Inverse:
     batch: Callable[[np.ndarray], Any]
 
     def found(self, T: np.ndarray) -> tuple[Any, Any]:
-        """Joint values and claims for a single pose."""
+        """Returns the joint values for a pose, and whether each solution is claimed as exact."""
         return self.read(self.call(self.prepare(T)))
 
 
