@@ -44,13 +44,14 @@ class Rates:
         qd: (..., n) joint rates [rad/s or m/s].
         twist: (..., 6) resulting twist, in the requested representation.
         scale: (...,) s in [0, 1], the fraction of the twist within the limits. The resulting twist
-            keeps its direction, unless acceleration limits exclude this direction (a sharp turn);
-            s then belongs to the nearest allowed twist.
+            has the direction of the requested twist, unless acceleration limits exclude this
+            direction (a sharp turn). In a sharp turn, s is the fraction for the nearest twist
+            within the limits.
         limited: (..., n) whether a rate, acceleration or joint limit is active.
         min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
         singular_direction: (..., 6) twist for the smallest singular value, in the requested
-            representation. A singularity removes this direction first. The vector
+            representation. Near a singularity, the joints can hardly produce this twist. The vector
             (v / characteristic length, omega) has unit norm and a positive largest entry.
     """
 
@@ -73,7 +74,9 @@ class Accelerations:
             representation.
         scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
         limited: (..., n) whether a limit of the joint is active.
-        min_singular_value, damping_squared, singular_direction: See `Rates`.
+        min_singular_value: (...,) the smallest singular value, as in `Rates`.
+        damping_squared: (...,) lambda^2 of the smallest singular value, as in `Rates`.
+        singular_direction: (..., 6) twist for the smallest singular value, as in `Rates`.
     """
 
     qdd: FloatArray

@@ -21,7 +21,8 @@ class Singularity(NamedTuple):
             (a leg is stretched or folded, at the workspace boundary).
         type_2: (...,) smallest singular value of J_x: at 0 the platform gains a degree of freedom
             (it can move with locked actuators, and two assembly modes meet).
-        type_3: (...,) the larger of both values: at 0 both types coincide.
+        type_3: (...,) the larger of type_1 and type_2: at 0 the robot is in both kinds of
+            singularity.
     """
 
     type_1: FloatArray
@@ -45,8 +46,8 @@ class SingularityMethods(LengthMethods):
         """Return distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
 
         Each row of J_x is the line (n, r x n) of a rod, so that its angular entries are lever arms.
-        These columns, and the columns of J_q for revolute actuators, are divided by the
-        characteristic length. All matrix entries become dimensionless.
+        The angular columns of J_x, and the columns of J_q for revolute actuators, are divided by
+        the characteristic length. All matrix entries become dimensionless.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].

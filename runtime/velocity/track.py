@@ -29,8 +29,8 @@ class Track:
         qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`; none exceeds
             its limit, not even by rounding.
         error: (m, 2) tool error at each pose: distance [m] and angle [rad].
-        singular_value: (m,) the smallest singular value of the Jacobian at each pose. The
-            dimensionless value is 0 at a singularity and about 1 far from singularities.
+        singular_value: (m,) the smallest singular value of the Jacobian at each pose. The singular
+            value is dimensionless, 0 at a singularity, and about 1 far from singularities.
         max_distance: The largest distance of the tool from its pose [m].
         max_distance_index: The pose index of the largest distance.
         max_angle: The largest rotation angle of the tool error [rad].
@@ -95,12 +95,13 @@ class TrackMethods(ManipulabilityMethods):
         `gain dt` of the tool error. The step is the damped least-squares solution within all
         limits; angles are multiplied by the characteristic length. The tool deviates from the path
         only at singularities and limits, and returns to the path afterwards. A redundant robot
-        takes the smallest joint motion.
+        moves its joints as little as possible.
 
-        The singular values belong to a scaled Jacobian. Its angular rows are multiplied by the
-        characteristic length, and each column is divided by the tool motion at `q_start` per unit
-        of the coordinate. At a wrist singularity, joints rotate at their maximum rates: set rate
-        limits for such a path. The manual page "Following a path" describes damping and errors.
+        The singular values are the singular values of a scaled Jacobian. The angular rows of the
+        Jacobian are multiplied by the characteristic length. Each column of the Jacobian is divided
+        by the tool motion at `q_start` per unit of the coordinate. At a wrist singularity, joints
+        rotate at their maximum rates: set rate limits for such a path. The manual page "Following a
+        path" describes damping and errors.
 
         Args:
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.

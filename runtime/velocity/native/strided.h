@@ -20,7 +20,7 @@ static inline void put(char *at, double value)
     memcpy(at, &value, sizeof value);
 }
 
-/* Copies n doubles. Returns whether all are finite. */
+/* Copies n doubles. Returns whether all n doubles are finite. */
 static inline int read_vector(double *to, const char *from, int n, npy_intp step)
 {
     int finite = 1;
@@ -38,7 +38,8 @@ static inline void fill_vector(char *to, int n, npy_intp step, double value)
     }
 }
 
-/* Reads the Jacobian (6, n) and scales it by p->row and p->unit. Returns whether it is finite. */
+/* Reads the Jacobian (6, n), scales its rows by p->row and its columns by p->unit. Returns whether
+ * all entries are finite. */
 static inline int read_jacobian(RateProblem *p, const char *from, npy_intp row_step,
                                 npy_intp column_step)
 {
